@@ -1,0 +1,3 @@
+"""VOM Studio: virtual outcrop models of geological structures."""
+
+__version__ = "0.1.0"

@@ -1,0 +1,3 @@
+from vomstudio.app import main
+
+raise SystemExit(main())

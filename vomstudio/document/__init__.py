@@ -1,0 +1,1 @@
+"""What the user owns: frozen records, edits, history, session, selection."""

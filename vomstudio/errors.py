@@ -1,0 +1,95 @@
+"""The errors a user may meet. Everything here has one sentence that says what to do."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+class VomError(Exception):
+    """Base of every expected failure.
+
+    `message` is one sentence for a person: what happened to their thing, and what to do. `file`,
+    `line` (1-based) and `field` locate the cause where there is one; `str(error)` joins them.
+    """
+
+    code = "error"
+    exit_code = 2
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        file: str | Path | None = None,
+        line: int | None = None,
+        field: str | None = None,
+    ) -> None:
+        super().__init__(message)
+        self.message = message
+        self.file = None if file is None else str(file)
+        self.line = line
+        self.field = field
+
+    def __str__(self) -> str:
+        place = self.file or ""
+        if self.line is not None:
+            place += f", line {self.line}" if place else f"line {self.line}"
+        if self.field is not None:
+            place += f", {self.field}" if place else self.field
+        return f"{place}: {self.message}" if place else self.message
+
+    def as_dict(self) -> dict[str, object]:
+        """The `error` object of the command line's JSON."""
+        return {
+            "code": self.code,
+            "file": self.file,
+            "line": self.line,
+            "field": self.field,
+            "message": self.message,
+        }
+
+
+class UsageError(VomError):
+    """The words of a command, or a setting, cannot be understood."""
+
+    code = "usage"
+
+
+class InputError(VomError):
+    """A file or table that cannot be read as what it should be."""
+
+    code = "input"
+
+
+class TargetError(VomError):
+    """An output that cannot be written."""
+
+    code = "target"
+
+
+class GeometryError(VomError):
+    """Points or orientations that do not define what was asked of them."""
+
+    code = "geometry"
+
+
+class DocumentError(VomError):
+    """An edit, a project or a journal that cannot be what was asked."""
+
+    code = "document"
+
+
+class Cancelled(VomError):
+    """The user stopped it."""
+
+    code = "cancelled"
+    exit_code = 130
+
+    def __init__(self, message: str = "Cancelled.") -> None:
+        super().__init__(message)
+
+
+class WorkerError(VomError):
+    """A worker process died or broke its word: our fault, not the user's."""
+
+    code = "worker"
+    exit_code = 1

@@ -1,0 +1,1 @@
+"""Words and conventions: orientation, notation, statistics, folds, quality."""

@@ -1,0 +1,30 @@
+"""A point cloud as it stands in its file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+
+@dataclass(frozen=True, eq=False)
+class PointCloud:
+    """Points of one model, in the model's own file frame.
+
+    points : (n, 3) float64
+    colors : (n, 3) uint8 or None
+    normals : (n, 3) float32 or None
+    fields : other values per point (intensity, classification ...), each (n,)
+    """
+
+    points: npt.NDArray[np.float64]
+    colors: npt.NDArray[np.uint8] | None = None
+    normals: npt.NDArray[np.float32] | None = None
+    fields: Mapping[str, npt.NDArray[np.generic]] = field(default_factory=dict)
+
+    @property
+    def bounds(self) -> npt.NDArray[np.float64]:
+        """(2, 3) lowest and highest corner."""
+        return np.stack([self.points.min(axis=0), self.points.max(axis=0)])

@@ -1,0 +1,48 @@
+"""A triangle mesh as it stands in its file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+
+@dataclass(frozen=True)
+class Material:
+    """`texture` is the full path of an image that exists, or None; `diffuse` is RGB in 0..1."""
+
+    name: str
+    texture: Path | None = None
+    diffuse: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles of one model, in the model's own file frame.
+
+    vertices : (n, 3) float64
+    faces : (m, 3) int32, rows into `vertices`, grouped by material in the order of `materials`
+    materials : p materials; empty where the file has none
+    material_offsets : (p + 1,) int64; faces[o[i]:o[i + 1]] wear materials[i]
+    uv : (n, 2) float32, origin at the lower left of the image; NaN where a vertex has none; or None
+    colors : (n, 3) uint8 or None
+    fields : other values per vertex, each (n,)
+
+    A vertex with two texture coordinates stands twice.
+    """
+
+    vertices: npt.NDArray[np.float64]
+    faces: npt.NDArray[np.int32]
+    materials: tuple[Material, ...] = ()
+    material_offsets: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(1, np.int64))
+    uv: npt.NDArray[np.float32] | None = None
+    colors: npt.NDArray[np.uint8] | None = None
+    fields: Mapping[str, npt.NDArray[np.generic]] = field(default_factory=dict)
+
+    @property
+    def bounds(self) -> npt.NDArray[np.float64]:
+        """(2, 3) lowest and highest corner."""
+        return np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)])

@@ -1,0 +1,1 @@
+"""The outside world, in and out. No dialogs, no globals."""

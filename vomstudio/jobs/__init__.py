@@ -1,0 +1,1 @@
+"""Running things without freezing: worker processes, events. No Qt."""

@@ -1,0 +1,1 @@
+"""Photos to model; the only user of pycolmap."""

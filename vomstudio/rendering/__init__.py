@@ -1,0 +1,1 @@
+"""The only package that sees VTK; `viewport` alone sees both Qt and VTK."""

@@ -1,0 +1,1 @@
+"""What a gesture means: state machines without Qt or VTK."""

@@ -1,0 +1,83 @@
+"""What passes between the viewport and a tool: plain data, no Qt, no VTK."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+Point = tuple[float, float, float]
+
+
+class Button(enum.Enum):
+    NONE = "none"
+    LEFT = "left"
+    MIDDLE = "middle"
+    RIGHT = "right"
+
+
+class Pointer(enum.Enum):
+    """MOVE without a button held; CLICK is press and release within 4 pixels; the DRAG kinds come
+    only for a button that the viewport leaves to the tool (a vertex handle under the cursor)."""
+
+    MOVE = "move"
+    CLICK = "click"
+    DOUBLE_CLICK = "double_click"
+    DRAG_START = "drag_start"
+    DRAG_MOVE = "drag_move"
+    DRAG_END = "drag_end"
+
+
+@dataclass(frozen=True)
+class Hit:
+    """A point on a model. `position` is float64 in the model's file frame, computed from the model
+    itself: the barycentric sum of the face's vertices, or the cloud point.
+
+    element: "face" or "point"; index: of that face or point.
+    barycentric: weights of the face's three vertices; None for a point.
+    """
+
+    model_id: str
+    element: str
+    index: int
+    position: Point
+    barycentric: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True)
+class PointerEvent:
+    """Pixels are logical (device independent), from the viewport's top left corner.
+
+    `handle` is the index of the preview's vertex handle under the cursor, or None.
+    """
+
+    kind: Pointer
+    x: float
+    y: float
+    button: Button = Button.NONE
+    shift: bool = False
+    ctrl: bool = False
+    hit: Hit | None = None
+    handle: int | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Preview:
+    """What an unfinished tool shows, all in World (float64).
+
+    line : (k, 3) vertices joined in order; also the handles that can be grabbed
+    rubber : (3,) the end of the rubber band from the last vertex, or None
+    patch : (c, 3) corners of the live plane's patch (a convex ring), or None
+    color : RGB 0..1
+    reading : lines of text beside the cursor, the first the most important
+    verdict : "good", "doubtful", "poor" or None where nothing can be judged yet
+    """
+
+    line: npt.NDArray[np.float64]
+    rubber: npt.NDArray[np.float64] | None = None
+    patch: npt.NDArray[np.float64] | None = None
+    color: tuple[float, float, float] = (0.9, 0.6, 0.0)
+    reading: tuple[str, ...] = ()
+    verdict: str | None = None

@@ -1,0 +1,1 @@
+"""Qt: main window, actions, panels, item models, dialogs, job bridge."""
