@@ -38,11 +38,8 @@ def project(vectors: npt.ArrayLike, projection: str = "area", *, flip: bool = Tr
         if flip:
             v = np.where(v[..., 2:] > 0, -v, v)
         x, y, down = v[..., 0], v[..., 1], -v[..., 2]
-        if projection == "area":
-            # sqrt(2) sin(half the angle from straight down), along the azimuth
-            scale = 1.0 / np.sqrt(1.0 + down)
-        else:
-            scale = 1.0 / (1.0 + down)
+        # radius sqrt(2) sin(t/2) for "area", tan(t/2) for "angle", t counted from straight down
+        scale = 1.0 / (np.sqrt(1.0 + down) if projection == "area" else 1.0 + down)
         return np.stack([x * scale, y * scale], axis=-1) + 0.0
 
 
