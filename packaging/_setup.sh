@@ -141,13 +141,13 @@ install_environment() {
 
 # Compiled once here, so that the first model does not wait for it.
 compile_kernels() {
-    (cd "$root" && "$python" - >&2) <<'PYTHON' || say "The kernels will be compiled when first used."
-import importlib.util
-
-if importlib.util.find_spec("vomstudio.io.formats.obj"):
-    from vomstudio.io.formats import obj
-
-    getattr(obj, "warm_up", lambda: None)()
+    (cd "$root" && "$python" - >&2) <<'PYTHON' || say "Kernels will be compiled when first used."
+try:
+    from vomstudio.io.formats.obj import warm_up
+except ImportError:
+    warm_up = None
+if warm_up:
+    warm_up()
 PYTHON
 }
 
