@@ -1,0 +1,168 @@
+# Sourced by packaging/run and packaging/test: makes the machine ready, once.
+#
+# After `prepare run` or `prepare test`, $root is the project's folder and $python the interpreter
+# of .venv/, which holds exactly the packages of requirements.lock and the project itself. All
+# messages go to standard error; a second call does nothing that takes time.
+
+here="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd -P)"
+root="$(dirname "$here")"
+venv="$root/.venv"
+python="$venv/bin/python"
+lock="$here/requirements.lock"
+stamp="$venv/installed-from"
+unfinished="$venv/installation-unfinished"
+
+say() { printf '%s\n' "$*" >&2; }
+die() {
+    say "$*"
+    exit 1
+}
+
+# What the stamp of a finished installation says: a moved or changed project is not that one.
+wanted_stamp() {
+    printf 'folder %s\n' "$root"
+    cat "$lock" "$root/pyproject.toml"
+}
+
+is_installed() {
+    [[ -x "$python" && -f "$stamp" && ! -e "$unfinished" ]] && wanted_stamp | cmp -s - "$stamp"
+}
+
+# --- system packages ---------------------------------------------------------------------------
+
+can_use_apt() {
+    command -v apt-get >/dev/null || return 1
+    [[ "$(id -u)" == 0 ]] || sudo -n true 2>/dev/null
+}
+
+apt() {
+    local as_root=()
+    [[ "$(id -u)" == 0 ]] || as_root=(sudo -n)
+    ${as_root[@]+"${as_root[@]}"} env DEBIAN_FRONTEND=noninteractive \
+        apt-get -q -y -o DPkg::Lock::Timeout=300 "$@" >&2 </dev/null
+}
+
+is_there() { # package, library or program
+    if command -v dpkg-query >/dev/null; then
+        # Ubuntu 24.04 and Debian 13 renamed some libraries: same library, name ending in t64.
+        dpkg-query -W -f '${Status}\n' "$1" "$1t64" 2>/dev/null | grep -q '^install ok installed$' &&
+            return 0
+    fi
+    case "$2" in
+        lib*) PATH="$PATH:/sbin:/usr/sbin" ldconfig -p 2>/dev/null | grep -qF "$2 " ;;
+        *) command -v "$2" >/dev/null ;;
+    esac
+}
+
+missing_system_packages() { # run | test
+    local package library use _why
+    while read -r package library use _why; do
+        [[ -z "$package" || "$package" == "#"* ]] && continue
+        [[ "$use" == run || "$use" == "$1" ]] || continue
+        is_there "$package" "$library" || printf '%s\n' "$package"
+    done <"$here/system_packages.txt"
+}
+
+install_system_packages() { # run | test
+    [[ "$(uname -s)" == Linux ]] || return 0
+    local missing
+    missing="$(missing_system_packages "$1")"
+    [[ -n "$missing" ]] || return 0
+    # Names hold no spaces, so splitting is meant.
+    # shellcheck disable=SC2086
+    if can_use_apt; then
+        say "Installing system packages:" $missing
+        if ! { apt update && apt install --no-install-recommends $missing; }; then
+            say "Some system packages could not be installed; going on without them."
+        fi
+    else
+        say "These system packages are missing and can't be installed without root rights or sudo:"
+        say " " $missing
+        say "On Debian or Ubuntu: sudo apt-get install" $missing
+        say "(packaging/system_packages.txt says what each is for). Going on without them."
+    fi
+}
+
+# --- Python ------------------------------------------------------------------------------------
+
+find_python() { # prints an interpreter that can make the environment
+    local candidate
+    for candidate in ${VOMSTUDIO_PYTHON:+"$VOMSTUDIO_PYTHON"} python3 python3.13 python3.12 \
+        python3.11 python3.14 python; do
+        if "$candidate" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null &&
+            "$candidate" -c 'import ensurepip, venv' 2>/dev/null; then
+            printf '%s\n' "$candidate"
+            return 0
+        fi
+    done
+    return 1
+}
+
+need_python() {
+    find_python && return 0
+    if can_use_apt; then
+        say "Installing Python"
+        if apt update && apt install --no-install-recommends python3 python3-venv; then
+            find_python && return 0
+        fi
+    fi
+    die "Python 3.11 or newer with its venv module is needed, and none was found. On Debian 12 or" \
+        "Ubuntu 24.04 and later: sudo apt-get install python3 python3-venv. A Python elsewhere can" \
+        "be named: VOMSTUDIO_PYTHON=/path/to/python3.12 $0"
+}
+
+environment_is_usable() {
+    [[ -x "$python" && ! -e "$unfinished" ]] || return 1
+    # A moved folder leaves scripts behind that point to the old place.
+    [[ ! -f "$stamp" || "$(head -n 1 "$stamp")" == "folder $root" ]] || return 1
+    "$python" -c 'import sys, pip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null
+}
+
+install_environment() {
+    if ! environment_is_usable; then
+        local base
+        base="$(need_python)"
+        say "Making .venv with $("$base" --version)"
+        rm -rf "$venv"
+        mkdir "$venv"
+        : >"$unfinished"
+        "$base" -m venv "$venv"
+    fi
+    : >"$unfinished"
+    say "Installing Python packages into .venv (about 1 GB, a minute or a few)"
+    local pip=("$python" -m pip --disable-pip-version-check --quiet)
+    "${pip[@]}" install --require-hashes --requirement "$lock" >&2
+    "${pip[@]}" install --no-deps --no-build-isolation --editable "$root" >&2
+    compile_kernels
+    wanted_stamp >"$stamp.new"
+    mv "$stamp.new" "$stamp"
+    rm "$unfinished"
+}
+
+# Compiled once here, so that the first model does not wait for it.
+compile_kernels() {
+    (cd "$root" && "$python" - >&2) <<'PYTHON' || say "Kernels will be compiled when first used."
+try:
+    from vomstudio.io.formats.obj import warm_up
+except ImportError:
+    warm_up = None
+if warm_up:
+    warm_up()
+PYTHON
+}
+
+# --- the door ----------------------------------------------------------------------------------
+
+prepare() { # run | test
+    install_system_packages "$1"
+    is_installed && return 0
+    # Two first starts at the same time: the second waits, then finds the work done.
+    if command -v flock >/dev/null; then
+        exec 9<"$here"
+        flock 9
+    fi
+    is_installed || install_environment
+    if command -v flock >/dev/null; then
+        exec 9<&-
+    fi
+}

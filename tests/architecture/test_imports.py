@@ -1,0 +1,76 @@
+"""The layers of the program, checked on what is really imported."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+UNDER_THE_WINDOW = (
+    "errors",
+    "paths",
+    "progress",
+    "geometry",
+    "geology",
+    "document",
+    "io",
+    "extraction",
+    "photogrammetry",
+    "products",
+    "jobs",
+    "tools",
+    "cli",
+)
+QT_AND_VTK = ("PySide6", "shiboken6", "qtpy", "qtawesome", "vtk", "vtkmodules", "pyvista")
+SLOW_TO_IMPORT = ("scipy", "pandas", "matplotlib", "mplstereonet", "numba", "laspy", "pyproj")
+SLOW_TO_IMPORT += ("shapely", "pyogrio", "PIL")
+
+
+def loaded_after(statements: str) -> set[str]:
+    """Top-level names in sys.modules of a fresh interpreter after `statements`."""
+    report = "\nimport sys\nprint('LOADED', *sorted({m.split('.')[0] for m in sys.modules}))"
+    done = subprocess.run(
+        [sys.executable, "-c", statements + report],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stderr
+    return set(done.stdout.splitlines()[-1].split()[1:])
+
+
+def modules_of(name: str) -> list[str]:
+    """Dotted names of one package or module of vomstudio and of everything inside it."""
+    folder = ROOT / "vomstudio" / name
+    files = sorted(folder.rglob("*.py")) if folder.is_dir() else [folder.with_suffix(".py")]
+    assert files, f"vomstudio/{name} is gone: bring this list up to date"
+    dotted = (".".join(file.relative_to(ROOT).with_suffix("").parts) for file in files)
+    return [module.removesuffix(".__init__") for module in dotted]
+
+
+def test_import_contracts_hold() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", "from importlinter.cli import lint_imports_command as c; c()"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_everything_under_the_window_imports_without_qt_or_vtk() -> None:
+    modules = [module for name in UNDER_THE_WINDOW for module in modules_of(name)]
+    loaded = loaded_after("\n".join(f"import {module}" for module in modules))
+    assert not loaded & set(QT_AND_VTK)
+
+
+@pytest.mark.parametrize("module", ["vomstudio.app", "vomstudio.cli"])
+def test_starting_loads_nothing_slow(module: str) -> None:
+    loaded = loaded_after(f"import {module}")
+    assert not loaded & set(QT_AND_VTK + SLOW_TO_IMPORT)

@@ -1,0 +1,27 @@
+"""Where the program's own data files are."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vomstudio.errors import InputError
+
+_PACKAGE = Path(__file__).resolve().parent
+# An installed package carries the files inside; in a checkout they lie beside it.
+_FOLDERS = (_PACKAGE / "resources", _PACKAGE.parent / "resources")
+
+
+def resource(*parts: str) -> Path:
+    """Path of a file or folder of `resources/`, in a checkout and in an installed wheel alike.
+
+    `resource("outcrop", "picks.csv")`; without arguments the folder itself. Raises InputError
+    where it is missing, which means a damaged installation.
+    """
+    for folder in _FOLDERS:
+        path = folder.joinpath(*parts)
+        if path.exists():
+            return path
+    raise InputError(
+        "this file of the program is missing; install VOM Studio again",
+        file=_FOLDERS[0].joinpath(*parts),
+    )
