@@ -102,9 +102,7 @@ class TraceTool:
 
     def _click(self, event: PointerEvent) -> None:
         if event.handle is not None and self.open:
-            self.current_vertex = None if self.current_vertex == event.handle else event.handle
-            self._show()
-            self._context.tool_changed()
+            self.mark(None if self.current_vertex == event.handle else event.handle)
             return
         hit = event.hit
         if hit is None:
@@ -159,6 +157,13 @@ class TraceTool:
         if before != after:
             self._trace = replace(self._trace, vertices=before)
             self._set_vertices(after)
+
+    def mark(self, index: int | None) -> None:
+        """The vertex that Delete removes."""
+        if index != self.current_vertex:
+            self.current_vertex = index
+            self._show()
+            self._context.tool_changed()
 
     # --- steps -------------------------------------------------------------------------------
     def insert_vertex(self, position: Point) -> None:
@@ -260,6 +265,11 @@ class TraceTool:
         except VomError as error:
             self._context.say(str(error))
         self._reset()
+
+    def forget(self) -> None:
+        """Leave the open trace to its draft: the project is being closed."""
+        if self._trace is not None:
+            self._reset()
 
     def _reset(self) -> None:
         self._trace, self._continued, self._steps = None, False, []

@@ -1,0 +1,39 @@
+"""Coordinate reference systems by name."""
+
+from __future__ import annotations
+
+from vomstudio.errors import InputError
+
+
+def parse_crs(text: str) -> tuple[str, float]:
+    """("EPSG:n", metres per unit) of a projected CRS typed by a person ("32633", "EPSG:32633",
+    WKT). Raises InputError where it is not one that a model's x, y, z can be in."""
+    from pyproj import CRS
+    from pyproj.exceptions import CRSError
+
+    plain = text.strip()
+    if plain.isdigit():
+        plain = f"EPSG:{plain}"
+    try:
+        crs = CRS.from_user_input(plain)
+    except CRSError as error:
+        raise InputError(
+            f"“{text.strip()}” is not a CRS that is known here; write a code such as EPSG:32633",
+            field="CRS",
+        ) from error
+    if not crs.is_projected:
+        raise InputError(
+            f"{crs.name} has no East and North in metres; choose a projected CRS such as a UTM "
+            "zone",
+            field="CRS",
+        )
+    code = crs.to_epsg()
+    name = f"EPSG:{code}" if code is not None else crs.to_wkt()
+    return name, float(crs.axis_info[0].unit_conversion_factor)
+
+
+def crs_name(code: str) -> str:
+    """What a CRS is called, such as "WGS 84 / UTM zone 33N"."""
+    from pyproj import CRS
+
+    return str(CRS.from_user_input(code).name)

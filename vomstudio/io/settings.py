@@ -1,0 +1,93 @@
+"""The user's settings: one typed TOML file in the configuration folder."""
+
+from __future__ import annotations
+
+import json
+import os
+import tomllib
+from dataclasses import asdict, dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from vomstudio.errors import TargetError
+from vomstudio.geology.quality import Thresholds
+from vomstudio.io.atomic import atomic_write
+
+_RECENT = 10
+
+
+@dataclass
+class Settings:
+    """notation: how planes are written in the window (see geology.notation).
+    window: geometry and panels as the window system keeps them, base64."""
+
+    notation: str = "dipdir/dip"
+    projection: str = "area"
+    turntable: bool = True
+    recent: list[str] = field(default_factory=list)
+    window: dict[str, str] = field(default_factory=dict)
+    thresholds: Thresholds = field(default_factory=Thresholds)
+
+    def add_recent(self, path: Path) -> None:
+        text = str(path)
+        self.recent = [text, *(p for p in self.recent if p != text)][:_RECENT]
+
+    def affecting_results(self) -> dict[str, Any]:
+        """What is written beside every edit of the journal."""
+        return {"thresholds": asdict(self.thresholds)}
+
+
+def settings_path() -> Path:
+    """`VOMSTUDIO_SETTINGS` names another file (tests, several set-ups side by side)."""
+    if chosen := os.environ.get("VOMSTUDIO_SETTINGS"):
+        return Path(chosen)
+    from platformdirs import user_config_path
+
+    return user_config_path("vomstudio", appauthor=False) / "settings.toml"
+
+
+def read_settings(path: Path | None = None) -> tuple[Settings, list[str]]:
+    """The settings, and a sentence for each one that could not be read and has its default."""
+    path = path or settings_path()
+    settings, problems = Settings(), []
+    try:
+        values = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return settings, []
+    except (OSError, ValueError) as error:
+        return settings, [f"{path}: the settings cannot be read ({error}); defaults are used"]
+    for known in fields(Settings):
+        if known.name not in values:
+            continue
+        default, value = getattr(settings, known.name), values[known.name]
+        try:
+            if known.name == "thresholds":
+                value = Thresholds(**{key: float(v) for key, v in value.items()})
+            elif not isinstance(value, type(default)):
+                raise TypeError(f"{type(default).__name__} expected")
+            setattr(settings, known.name, value)
+        except (TypeError, ValueError, AttributeError) as error:
+            problems.append(f"{path}: {known.name}: {error}; the default is used")
+    return settings, problems
+
+
+def write_settings(settings: Settings, path: Path | None = None) -> None:
+    """Raises TargetError."""
+    path = path or settings_path()
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise TargetError(f"the settings cannot be kept ({error.strerror})", file=path) from error
+    with atomic_write(path, force=True) as part:
+        Path(part).write_text(_toml(asdict(settings)), encoding="utf-8")
+
+
+def _toml(values: dict[str, Any]) -> str:
+    """Scalars, lists of strings and one level of tables: TOML's basic strings are JSON's."""
+    plain = {k: v for k, v in values.items() if not isinstance(v, dict)}
+    tables = {k: v for k, v in values.items() if isinstance(v, dict)}
+    lines = [f"{key} = {json.dumps(value)}" for key, value in plain.items()]
+    for name, table in tables.items():
+        lines += ["", f"[{name}]"]
+        lines += [f"{key} = {json.dumps(value)}" for key, value in table.items()]
+    return "\n".join(lines) + "\n"

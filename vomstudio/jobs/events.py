@@ -1,0 +1,64 @@
+"""What a worker tells its supervisor: one JSON object per line."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A stage begins; `total` counts its steps, None where they cannot be known."""
+
+    job: int
+    name: str
+    total: int | None
+
+
+@dataclass(frozen=True)
+class Step:
+    job: int
+    done: int
+
+
+@dataclass(frozen=True)
+class Done:
+    job: int
+    result: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Failed:
+    """`error` is `VomError.as_dict()`; `exit_code` tells bad input from our own fault."""
+
+    job: int
+    error: dict[str, Any]
+    exit_code: int
+
+    @property
+    def message(self) -> str:
+        place = self.error.get("file")
+        return f"{place}: {self.error['message']}" if place else str(self.error["message"])
+
+    @property
+    def cancelled(self) -> bool:
+        return self.error.get("code") == "cancelled"
+
+
+Event = Stage | Step | Done | Failed
+_KINDS: dict[str, type[Any]] = {cls.__name__: cls for cls in (Stage, Step, Done, Failed)}
+
+
+def to_line(event: Event) -> str:
+    return json.dumps({"event": type(event).__name__, **asdict(event)}, allow_nan=False) + "\n"
+
+
+def from_line(line: str) -> Event:
+    """Raises ValueError where the line is not an event."""
+    try:
+        values = json.loads(line)
+        event: Event = _KINDS[values.pop("event")](**values)
+    except (KeyError, TypeError, AttributeError) as error:
+        raise ValueError(f"not an event: {line[:80]!r}") from error
+    return event

@@ -1,0 +1,82 @@
+"""The worker process: tasks in, events out.
+
+Commands come as JSON lines on stdin, events leave as JSON lines on what was stdout. Libraries print
+to descriptor 1, so it is pointed at stderr first. End of file on stdin ends the process, so that
+none outlives a killed window.
+"""
+
+from __future__ import annotations
+
+import json
+import locale
+import os
+import queue
+import sys
+import threading
+import traceback
+from typing import Any, TextIO
+
+from vomstudio.errors import VomError, WorkerError
+from vomstudio.jobs.events import Done, Event, Failed, Stage, Step, to_line
+from vomstudio.jobs.tasks import TASKS
+from vomstudio.progress import CancelToken
+
+
+class _Reporter:
+    """A Progress that writes events."""
+
+    def __init__(self, job: int, token: CancelToken, send: Any) -> None:
+        self._job, self._token, self._send = job, token, send
+
+    def stage(self, name: str, total: int | None = None) -> None:
+        self._token.check()
+        self._send(Stage(self._job, name, total))
+
+    def step(self, done: int) -> None:
+        self._token.check()
+        self._send(Step(self._job, done))
+
+
+def main() -> int:
+    # A comma locale makes some native readers misread decimal points.
+    locale.setlocale(locale.LC_NUMERIC, "C")
+    out = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+    lock = threading.Lock()
+
+    def send(event: Event) -> None:
+        with lock:
+            out.write(to_line(event))
+            out.flush()
+
+    jobs: queue.SimpleQueue[tuple[int, str, dict[str, Any], CancelToken]] = queue.SimpleQueue()
+    threading.Thread(target=_listen, args=(sys.stdin, jobs), daemon=True).start()
+    while True:
+        job, name, args, token = jobs.get()
+        try:
+            token.check()
+            send(Done(job, TASKS[name](args, _Reporter(job, token, send))))
+        except VomError as error:
+            send(Failed(job, error.as_dict(), error.exit_code))
+        except MemoryError:
+            fault = WorkerError("there is not enough memory for this; close other programs")
+            send(Failed(job, fault.as_dict(), fault.exit_code))
+        except BrokenPipeError:
+            return 0
+        except Exception as error:  # noqa: BLE001  a worker answers for every job it was given
+            traceback.print_exc(file=sys.stderr)
+            fault = WorkerError(f"{name} failed: {type(error).__name__}: {error}")
+            send(Failed(job, fault.as_dict(), fault.exit_code))
+
+
+def _listen(stdin: TextIO, jobs: queue.SimpleQueue[Any]) -> None:
+    tokens: dict[int, CancelToken] = {}
+    for line in stdin:
+        command = json.loads(line)
+        if "cancel" in command:
+            if token := tokens.get(command["cancel"]):
+                token.cancel()
+            continue
+        token = tokens[command["job"]] = CancelToken()
+        jobs.put((command["job"], command["task"], command["args"], token))
+    os._exit(0)

@@ -1,0 +1,94 @@
+"""A plane with its errors and its verdict, as panels show it."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+
+from vomstudio.document.measurements import Measurement
+from vomstudio.ui import theme
+from vomstudio.ui.wording import degrees, length, number, plane_text
+
+_FIELDS = (
+    ("confidence", "95 % conf.", "Half-angles of the joint 95 % confidence region of the plane, "
+     "largest × smallest"),
+    ("split", "± dip / dir.", "The same confidence along and across the dip; the dip direction "
+     "is undefined near horizontal"),
+    ("angular", "Ang. error", "Hyperbolic angular error of the scatter (Quinn and Ehlmann 2019), "
+     "largest × smallest"),
+    ("indices", "M / K", "M = ln(l1/l3), good over 4; K = ln(l1/l2)/ln(l2/l3), good under 0.8"),
+    ("textbook", "Copl. / coll.", "Coplanarity 1/l3 and collinearity l1/l2 (textbook eq. 20, 21)"),
+    ("size", "Extent / RMS", "Longest axis of the trace, and the root mean square distance of its "
+     "points from the plane"),
+)  # fmt: skip
+
+
+class FitView(QWidget):
+    def __init__(self) -> None:
+        super().__init__()
+        self._badge = QLabel()
+        self._badge.setFixedSize(18, 18)
+        self._plane = QLabel("–")
+        font = self._plane.font()
+        font.setPointSizeF(font.pointSizeF() * 1.35)
+        font.setBold(True)
+        self._plane.setFont(font)
+        self._plane.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._word = QLabel()
+        head = QHBoxLayout()
+        head.addWidget(self._plane)
+        head.addStretch()
+        head.addWidget(self._badge)
+        head.addWidget(self._word)
+        grid = QGridLayout()
+        grid.setVerticalSpacing(1)
+        grid.setColumnStretch(1, 1)
+        self._values: dict[str, QLabel] = {}
+        for row, (name, title, tip) in enumerate(_FIELDS):
+            label, value = QLabel(title), QLabel("–")
+            label.setToolTip(tip)
+            value.setToolTip(tip)
+            label.setEnabled(False)
+            value.setAlignment(Qt.AlignmentFlag.AlignRight)
+            value.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+            grid.addWidget(label, row, 0)
+            grid.addWidget(value, row, 1)
+            self._values[name] = value
+        self._reasons = QLabel()
+        self._reasons.setWordWrap(True)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(3)
+        layout.addLayout(head)
+        layout.addLayout(grid)
+        layout.addWidget(self._reasons)
+
+    def show_measurement(
+        self, measured: Measurement | None, notation: str, *, local: bool
+    ) -> None:
+        fit = measured.fit if measured else None
+        verdict = measured.verdict if measured else None
+        self._plane.setText(plane_text(fit, notation))
+        self._plane.setToolTip("Local frame: the model is not registered" if local else "")
+        quality = verdict.quality if verdict else None
+        self._badge.setPixmap(theme.verdict_icon(quality).pixmap(18, 18))
+        self._word.setText(quality or "")
+        values = dict.fromkeys(self._values, "–")
+        if fit is not None:
+            values = {
+                "confidence": f"{degrees(fit.max_confidence95_deg)} × "
+                f"{degrees(fit.min_confidence95_deg)}",
+                "split": f"{degrees(fit.dip_error_deg)} / {degrees(fit.dip_direction_error_deg)}",
+                "angular": f"{degrees(fit.max_angular_error_deg)} × "
+                f"{degrees(fit.min_angular_error_deg)}",
+                "indices": f"{number(fit.M)} / {number(fit.K)}",
+                "textbook": f"{number(fit.coplanarity)} / {number(fit.collinearity)}",
+                "size": f"{length(fit.extent)} / {length(fit.rms)}   (n {fit.n})",
+            }
+        for name, text in values.items():
+            self._values[name].setText(text)
+        reasons = verdict.reasons if verdict else ()
+        if not reasons and measured is not None and measured.problem and len(measured.points) > 2:
+            reasons = (measured.problem,)
+        self._reasons.setText("\n".join(f"• {reason}" for reason in reasons))
+        self._reasons.setVisible(bool(reasons))

@@ -1,0 +1,92 @@
+"""Events of worker jobs, brought to the GUI thread."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from PySide6.QtCore import QObject, Qt, Signal
+
+from vomstudio.jobs.events import Done, Event, Failed, Stage, Step
+from vomstudio.jobs.supervisor import Worker
+
+
+@dataclass
+class Job:
+    """A running job as the window shows it."""
+
+    number: int
+    title: str
+    worker: Worker
+    on_done: Callable[[dict[str, Any]], None]
+    on_failed: Callable[[Failed], None]
+    quiet: bool = False
+    stage: str = ""
+    total: int | None = None
+    done: int = 0
+
+    def words(self) -> str:
+        if not self.stage:
+            return self.title
+        if self.total:
+            return f"{self.title}: {self.stage}, {self.done:,} of {self.total:,}"
+        return f"{self.title}: {self.stage}"
+
+
+class JobBridge(QObject):
+    """Two worker processes: one reads models, one writes derived files, so that neither waits."""
+
+    changed = Signal()
+    _arrived = Signal(object, object)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._workers = {"models": Worker(), "files": Worker()}
+        self.jobs: dict[tuple[str, int], Job] = {}
+        self._arrived.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
+
+    def submit(
+        self,
+        lane: str,
+        task: str,
+        args: Mapping[str, Any],
+        *,
+        title: str,
+        on_done: Callable[[dict[str, Any]], None],
+        on_failed: Callable[[Failed], None],
+        quiet: bool = False,
+    ) -> Job:
+        worker = self._workers[lane]
+        number = worker.submit(task, args, lambda event: self._arrived.emit(lane, event))
+        job = Job(number, title, worker, on_done, on_failed, quiet)
+        self.jobs[lane, number] = job
+        self.changed.emit()
+        return job
+
+    def cancel(self, job: Job) -> None:
+        job.worker.cancel(job.number)
+
+    def visible(self) -> list[Job]:
+        return [job for job in self.jobs.values() if not job.quiet]
+
+    def _deliver(self, lane: str, event: Event) -> None:
+        job = self.jobs.get((lane, event.job))
+        if job is None:
+            return
+        if isinstance(event, Stage):
+            job.stage, job.total, job.done = event.name, event.total, 0
+        elif isinstance(event, Step):
+            job.done = event.done
+        else:
+            del self.jobs[lane, event.job]
+            if isinstance(event, Done):
+                job.on_done(event.result)
+            else:
+                job.on_failed(event)
+        self.changed.emit()
+
+    def close(self) -> None:
+        self._arrived.disconnect(self._deliver)
+        for worker in self._workers.values():
+            worker.close()

@@ -1,0 +1,91 @@
+"""What the program has said, and the bar that says the newest of it above the viewport."""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QListWidget,
+    QListWidgetItem,
+    QPushButton,
+    QToolButton,
+    QWidget,
+)
+
+from vomstudio.ui import theme
+from vomstudio.ui.studio import Notice
+
+_ICONS = {"info": "information-outline", "warning": "alert-outline", "error": "alert-octagon-outline"}
+_COLORS = {"info": "#56b4e9", "warning": "#e69f00", "error": "#d55e00"}
+
+
+class MessagesPanel(QListWidget):
+    def __init__(self) -> None:
+        super().__init__()
+        self.setWordWrap(True)
+        self.setObjectName("messages")
+        self.setSelectionMode(QListWidget.SelectionMode.ExtendedSelection)
+
+    def add(self, notice: Notice) -> None:
+        item = QListWidgetItem(
+            theme.icon(_ICONS[notice.level]), f"{datetime.now():%H:%M:%S}  {notice.text}"
+        )
+        self.addItem(item)
+        self.scrollToItem(item)
+
+    def copy(self) -> None:
+        QGuiApplication.clipboard().setText("\n".join(i.text() for i in self.selectedItems()))
+
+
+class MessageBar(QFrame):
+    """One sentence above the viewport. Information goes by itself; what needs the user stays."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setObjectName("message_bar")
+        self.setFrameShape(QFrame.Shape.StyledPanel)
+        self._icon = QLabel()
+        self._text = QLabel()
+        self._text.setObjectName("message_text")
+        self._text.setWordWrap(True)
+        self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._buttons = QHBoxLayout()
+        close = QToolButton()
+        close.setIcon(theme.icon("close"))
+        close.setAutoRaise(True)
+        close.setToolTip(self.tr("Close this message"))
+        close.clicked.connect(self.hide)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(8, 3, 4, 3)
+        layout.addWidget(self._icon)
+        layout.addWidget(self._text, 1)
+        layout.addLayout(self._buttons)
+        layout.addWidget(close)
+        self.hide()
+
+    @property
+    def text(self) -> str:
+        return self._text.text()
+
+    def say(self, notice: Notice, *buttons: tuple[str, object]) -> None:
+        """`buttons` are (text, callable); a press also closes the bar."""
+        while (item := self._buttons.takeAt(0)) is not None:
+            item.widget().deleteLater()
+        for text, call in buttons:
+            button = QPushButton(text)
+            button.clicked.connect(self.hide)
+            button.clicked.connect(call)
+            self._buttons.addWidget(button)
+        self._icon.setPixmap(theme.icon(_ICONS[notice.level]).pixmap(18, 18))
+        self.setStyleSheet(
+            f"#message_bar {{ border-left: 5px solid {_COLORS[notice.level]}; }}"
+        )
+        self._text.setText(notice.text)
+        self.show()
+
+

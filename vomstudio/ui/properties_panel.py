@@ -1,0 +1,163 @@
+"""What is selected: its name, type and set to be changed, its plane and the reasons to be read."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QFormLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QScrollArea,
+    QStackedLayout,
+    QVBoxLayout,
+    QWidget,
+)
+
+from vomstudio.document import edits
+from vomstudio.document.records import FeatureType, Model, Trace
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.ui import theme
+from vomstudio.ui.fit_view import FitView
+from vomstudio.ui.studio import Studio
+from vomstudio.ui.wording import length
+
+
+class PropertiesPanel(QWidget):
+    def __init__(self, studio: Studio, declare: QAction) -> None:
+        super().__init__()
+        self._studio = studio
+        self._nothing = QLabel(self.tr("Select a plane in the outcrop, table, tree or net."))
+        self._nothing.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._nothing.setWordWrap(True)
+        self._nothing.setEnabled(False)
+        self._stack = QStackedLayout(self)
+        self._stack.addWidget(self._nothing)
+        self._stack.addWidget(_scrolled(self._make_trace()))
+        self._stack.addWidget(_scrolled(self._make_model(declare)))
+        studio.selection_changed.connect(self.refresh)
+        studio.edited.connect(self.refresh)
+        studio.project_opened.connect(self.refresh)
+        studio.settings_changed.connect(self.refresh)
+        studio.model_loaded.connect(self.refresh)
+
+    def _make_trace(self) -> QWidget:
+        page = QWidget()
+        self._name = QLineEdit()
+        self._name.editingFinished.connect(lambda: self._change(name=self._name.text().strip()))
+        self._type = QComboBox()
+        self._type.activated.connect(lambda _: self._change(type_id=self._type.currentData()))
+        self._set = QLineEdit()
+        self._set.editingFinished.connect(lambda: self._change(set_name=self._set.text().strip()))
+        self._overturned = QCheckBox(self.tr("overturned"))
+        self._overturned.clicked.connect(lambda on: self._change(overturned=bool(on)))
+        self._method = QComboBox()
+        self._method.addItem(self.tr("moment of inertia (PCA)"), "pca")
+        self._method.addItem(self.tr("planar regression of Z"), "regression")
+        self._method.activated.connect(lambda _: self._change(method=self._method.currentData()))
+        self._notes = QLineEdit()
+        self._notes.editingFinished.connect(lambda: self._change(notes=self._notes.text().strip()))
+        self._fit = FitView()
+        form = QFormLayout()
+        form.setContentsMargins(0, 0, 0, 0)
+        form.setVerticalSpacing(3)
+        form.addRow(self.tr("Name"), self._name)
+        form.addRow(self.tr("Type"), self._type)
+        form.addRow(self.tr("Set"), self._set)
+        form.addRow(self.tr("Bed"), self._overturned)
+        form.addRow(self.tr("Fit"), self._method)
+        form.addRow(self.tr("Notes"), self._notes)
+        layout = QVBoxLayout(page)
+        layout.setContentsMargins(6, 4, 6, 4)
+        layout.addWidget(self._fit)
+        layout.addLayout(form)
+        layout.addStretch()
+        return page
+
+    def _make_model(self, declare: QAction) -> QWidget:
+        page = QWidget()
+        self._model = QLabel()
+        self._model.setWordWrap(True)
+        self._model.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        button = QPushButton(self.tr("Declare frame…"))
+        button.clicked.connect(declare.trigger)
+        layout = QVBoxLayout(page)
+        layout.setContentsMargins(6, 4, 6, 4)
+        layout.addWidget(self._model)
+        layout.addWidget(button)
+        layout.addStretch()
+        return page
+
+    def _chosen(self) -> list[str]:
+        return [i for i in self._studio.selection.ids if isinstance(self._studio.records.get(i), Trace)]
+
+    def _change(self, **values: object) -> None:
+        ids = [
+            i
+            for i in self._chosen()
+            if any(getattr(self._studio.records[i], k) != v for k, v in values.items())
+        ]
+        if "name" in values:
+            ids = ids[-1:]
+        if ids:
+            self._studio.attempt(edits.set_attributes, ids, **values)
+
+    def refresh(self, *_: object) -> None:
+        current = self._studio.selection.current
+        record = self._studio.records.get(current) if current else None
+        if isinstance(record, Trace):
+            self._show_trace(record)
+            self._stack.setCurrentIndex(1)
+        elif isinstance(record, Model):
+            self._show_model(record)
+            self._stack.setCurrentIndex(2)
+        else:
+            self._stack.setCurrentIndex(0)
+
+    def _show_trace(self, trace: Trace) -> None:
+        measured = self._studio.measured([trace.id])[trace.id]
+        self._fit.show_measurement(
+            measured, self._studio.settings.notation, local=not self._studio.north_known()
+        )
+        with QSignalBlocker(self._type):
+            self._type.clear()
+            for kind in self._studio.session.of(FeatureType):
+                self._type.addItem(theme.swatch(kind.color), kind.name, kind.id)
+            self._type.setCurrentIndex(self._type.findData(trace.type_id))
+        self._name.setText(trace.name)
+        self._set.setText(trace.set_name)
+        self._notes.setText(trace.notes)
+        self._overturned.setChecked(trace.overturned)
+        self._method.setCurrentIndex(self._method.findData(trace.method))
+
+    def _show_model(self, model: Model) -> None:
+        lines = [f"<b>{model.name}</b>", model.path]
+        opened = self._studio.models.get(model.id)
+        if opened is None:
+            lines.append("The file is not open.")
+        elif isinstance(opened.data, Mesh):
+            textures = sum(m.texture is not None for m in opened.data.materials)
+            lines.append(
+                f"Mesh: {len(opened.data.faces):,} triangles, {len(opened.data.vertices):,} "
+                f"vertices, {textures} texture{'s' if textures != 1 else ''}"
+            )
+        else:
+            lines.append(f"Point cloud: {len(opened.data.points):,} points")
+        if opened is not None and opened.resolution:
+            lines.append(f"Resolution: {length(opened.resolution * model.frame.unit_m)}")
+        lines.append(f"Frame: {model.frame.name()}")
+        if opened is not None:
+            lines += list(opened.warnings)
+        self._model.setText("<br>".join(lines))
+
+
+def _scrolled(page: QWidget) -> QScrollArea:
+    area = QScrollArea()
+    area.setWidget(page)
+    area.setWidgetResizable(True)
+    area.setFrameShape(QScrollArea.Shape.NoFrame)
+    area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    return area

@@ -1,0 +1,461 @@
+"""The open project as the window works with it: session, models, tool, jobs. No widgets."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from vomstudio.document import edits
+from vomstudio.document.edit import Edit
+from vomstudio.document.measurements import Measurement, Measurements, measure
+from vomstudio.document.records import Frame, Model, Record, Trace
+from vomstudio.document.selection import Selection
+from vomstudio.document.session import Session
+from vomstudio.errors import VomError
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.surface import Surface, VertexSurface
+from vomstudio.io import model_cache
+from vomstudio.io.project import Project, create_untitled, is_project, unfinished_untitled
+from vomstudio.io.settings import Settings, write_settings
+from vomstudio.jobs.events import Failed
+from vomstudio.tools.trace import TraceTool
+from vomstudio.tools.types import PointerEvent, Preview
+from vomstudio.ui.job_bridge import Job, JobBridge
+from vomstudio.ui.wording import plane_text
+
+_LAYERS_IDLE_MS = 2000
+
+
+@dataclass(eq=False)
+class OpenModel:
+    """The data of a model that has been read."""
+
+    data: Mesh | PointCloud
+    surface: VertexSurface
+    warnings: tuple[str, ...]
+    resolution: float | None
+
+
+@dataclass(frozen=True)
+class Notice:
+    """What happened to the user's thing. level: "info", "warning" or "error"."""
+
+    text: str
+    level: str = "info"
+
+
+class Studio(QObject):
+    """Views connect to these signals, never to a session: another project may take its place."""
+
+    project_opened = Signal()
+    edited = Signal(object)  # Edit
+    history_changed = Signal()
+    selection_changed = Signal(object)  # tuple of ids
+    model_loaded = Signal(str)
+    frame_wanted = Signal(str)
+    tool_changed_signal = Signal()
+    active_tool_changed = Signal(str)
+    preview = Signal(object)  # Preview | None
+    notice = Signal(object)  # Notice
+    settings_changed = Signal()
+    visibility_changed = Signal(object)  # tuple of ids
+    layers_written = Signal(str)
+    recovery_found = Signal(object)  # list of folders
+
+    def __init__(self, settings: Settings) -> None:
+        super().__init__()
+        self.settings = settings
+        self.jobs = JobBridge()
+        self.selection = Selection()
+        self.selection.changed.connect(self.selection_changed.emit)
+        self.measurements = Measurements(settings.thresholds)
+        self.models: dict[str, OpenModel] = {}
+        self.hidden: set[str] = set()
+        self.tool_name = "navigate"
+        self.next_type_id = "bedding"
+        self.next_set = ""
+        self.project: Project = None  # type: ignore[assignment]
+        self._loading: dict[str, Job] = {}
+        self._layers_timer = QTimer(self)
+        self._layers_timer.setSingleShot(True)
+        self._layers_timer.setInterval(_LAYERS_IDLE_MS)
+        self._layers_timer.timeout.connect(self.write_layers)
+        self.trace_tool = TraceTool(self)
+
+    # --- project -----------------------------------------------------------------------------
+    @property
+    def session(self) -> Session:
+        return self.project.session
+
+    @property
+    def records(self) -> Mapping[str, Record]:
+        return self.session.records
+
+    def new_project(self) -> None:
+        self._adopt(create_untitled(self.settings.affecting_results))
+
+    def open_project(self, folder: Path) -> None:
+        """Raises VomError with the present project untouched."""
+        if self.project is not None and folder.resolve() == self.project.folder.resolve():
+            return
+        self._adopt(Project.open(folder, settings=self.settings.affecting_results))
+        if not self.project.untitled:
+            self.remember(self.project.folder)
+
+    def offer_recovery(self) -> None:
+        """Tell of untitled projects that a crash has left behind."""
+        found = [f for f in unfinished_untitled() if f != self.project.folder]
+        if found:
+            self.recovery_found.emit(found)
+
+    def _adopt(self, project: Project) -> None:
+        if self.project is not None:
+            self._leave()
+        self.project = project
+        self.session.changed.connect(self._on_edit)
+        self.session.history_changed.connect(lambda _: self.history_changed.emit())
+        self.hidden = set(project.journal.view("hidden", []))
+        self.selection.set(())
+        self.project_opened.emit()
+        self.history_changed.emit()
+        for problem in self.session.problems:
+            self.warn(f"A part of the project could not be read and was left out: {problem}")
+        for model in self.session.of(Model):
+            self._load(model)
+        if self.session.recovered:
+            self.warn(
+                "Work that had not been saved is back. Save it, or take it back with Undo."
+            )
+        draft = self.session.draft
+        if draft is not None:
+            self.activate("trace")
+            if self.trace_tool.restore(draft.state):
+                count = len(self.trace_tool.vertices)
+                self.info(f"An unfinished trace with {count} points is back: go on picking.")
+
+    def _leave(self) -> None:
+        for job in self._loading.values():
+            self.jobs.cancel(job)
+        self._loading.clear()
+        self._layers_timer.stop()
+        self.trace_tool.forget()
+        self.models.clear()
+        self.measurements = Measurements(self.settings.thresholds)
+        self.project.close()
+
+    def close(self) -> None:
+        """The window goes: give everything back."""
+        self._leave()
+        self.jobs.close()
+
+    def save(self) -> None:
+        self.session.save()
+        self.write_layers()
+        self.info(f"Saved {self.project.name}.")
+
+    def save_as(self, folder: Path) -> None:
+        self.project.save_as(folder)
+        self.remember(folder)
+        self.project_opened.emit()
+        self.history_changed.emit()
+        self.write_layers()
+        self.info(f"Saved as {folder}.")
+
+    @property
+    def worth_asking(self) -> bool:
+        """Closing now would put work aside that the user may want to keep."""
+        if not self.session.dirty and not self.trace_tool.open:
+            return False
+        return bool(self.session.of(Trace)) or self.trace_tool.open or not self.project.untitled
+
+    def remember(self, path: Path) -> None:
+        self.settings.add_recent(path.resolve())
+        self.keep_settings()
+
+    def keep_settings(self) -> None:
+        try:
+            write_settings(self.settings)
+        except VomError as error:
+            self.warn(str(error))
+        self.settings_changed.emit()
+
+    # --- edits -------------------------------------------------------------------------------
+    def apply(self, edit: Edit) -> bool:
+        """False, with the reason said, where it cannot be done."""
+        try:
+            self.session.apply(edit)
+        except VomError as error:
+            self.fail(error)
+            return False
+        return True
+
+    def attempt(self, make: Any, *args: Any, **values: Any) -> bool:
+        """Make an edit of `document.edits` and apply it."""
+        try:
+            return self.apply(make(self.records, *args, **values))
+        except VomError as error:
+            self.fail(error)
+            return False
+
+    def undo(self) -> None:
+        if not self.trace_tool.undo():
+            self._step(self.session.undo)
+
+    def redo(self) -> None:
+        self._step(self.session.redo)
+
+    def _step(self, do: Any) -> None:
+        try:
+            do()
+        except VomError as error:
+            self.fail(error)
+
+    def _on_edit(self, edit: Edit) -> None:
+        for id_, record in edit.after.items():
+            if isinstance(record, Model) and id_ not in self.models:
+                self._load(record)
+        self.measurements.forget_all_but(self.records)
+        self.selection.keep(self.records)
+        self.edited.emit(edit)
+        if not self.project.untitled:
+            self._layers_timer.start()
+
+    def affected(self, edit: Edit) -> list[str]:
+        """The traces that look different after an edit: its own, and those of its models and
+        feature types. Deleted ones are among them."""
+        ids = set(edit.ids)
+        own = [i for i in edit.ids if isinstance(edit.before[i] or edit.after[i], Trace)]
+        others = [
+            trace.id
+            for trace in self.session.of(Trace)
+            if trace.id not in ids and (trace.model_id in ids or trace.type_id in ids)
+        ]
+        return own + others
+
+    def delete_selected(self) -> None:
+        ids = [i for i in self.selection.ids if isinstance(self.records.get(i), Trace)]
+        if ids:
+            self.attempt(edits.delete, ids)
+
+    # --- models ------------------------------------------------------------------------------
+    def open_path(self, path: Path) -> None:
+        """A project folder or a model file; the reason is said where it is neither."""
+        path = path.expanduser()
+        if not path.exists():
+            self.warn(f"{path}: there is no such file or folder.", "error")
+        elif is_project(path) or (path.is_dir() and path.suffix == ".vom"):
+            try:
+                self.open_project(path)
+            except VomError as error:
+                self.fail(error)
+        else:
+            self.open_model(path)
+
+    def open_model(self, path: Path) -> None:
+        path = path.resolve()
+        if str(path) in self._loading:
+            return
+
+        def done(result: dict[str, Any]) -> None:
+            self._loading.pop(str(path), None)
+            self._add_loaded(path, result)
+
+        self._submit_load(path, str(path), done)
+
+    def _load(self, model: Model) -> None:
+        """Read the data of a model of the project."""
+        path = self.project.find_model(model)
+        if path is None:
+            self.warn(
+                f"The model {model.name} is not where it was ({model.path}). Its features are "
+                "here; use Model > Locate to say where the file is now."
+            )
+            return
+
+        def done(result: dict[str, Any]) -> None:
+            self._loading.pop(model.id, None)
+            if model.id not in self.records:
+                return
+            if result["content_hash"] != model.content_hash:
+                self.warn(
+                    f"{path} has changed since {model.name} was measured on it. The features stay "
+                    "as they are; open the file as a new model to measure on it."
+                )
+                return
+            self._attach(model.id, path, result)
+
+        self._submit_load(path, model.id, done)
+
+    def _submit_load(self, path: Path, key: str, done: Any) -> None:
+        def failed(event: Failed) -> None:
+            self._loading.pop(key, None)
+            if not event.cancelled:
+                self.warn(event.message, "error")
+
+        self._loading[key] = self.jobs.submit(
+            "models",
+            "load_model",
+            {"path": str(path), "cache": str(self.project.cache)},
+            title=f"Opening {path.name}",
+            on_done=done,
+            on_failed=failed,
+        )
+
+    def locate_model(self, model_id: str, path: Path) -> None:
+        """The user says where a model's file is now."""
+
+        def done(result: dict[str, Any]) -> None:
+            self._loading.pop(model_id, None)
+            stored = self.project.model_path(path)
+            if self.attempt(edits.relocate_model, model_id, stored, result["content_hash"]):
+                self._attach(model_id, path, result)
+
+        self._submit_load(path, model_id, done)
+
+    def _add_loaded(self, path: Path, result: dict[str, Any]) -> None:
+        same = [m for m in self.session.of(Model) if m.content_hash == result["content_hash"]]
+        if same:
+            if same[0].id not in self.models:
+                self._attach(same[0].id, path, result)
+            self.info(f"{path.name} is open already.")
+            return
+        frame = Frame("crs", result["crs"]) if result["crs"] else Frame()
+        model = Model(
+            id=edits.new_id("model"),
+            name=path.stem,
+            path=self.project.model_path(path),
+            kind=result["kind"],
+            content_hash=result["content_hash"],
+            frame=frame,
+            to_world=frame.to_world(),
+        )
+        self._attach(model.id, path, result, quiet=True)
+        if not self.attempt(edits.add_model, model):
+            self.models.pop(model.id, None)
+            return
+        self.remember(path)
+        self.model_loaded.emit(model.id)
+        if frame.kind == "undeclared":
+            self.frame_wanted.emit(model.id)
+
+    def _attach(
+        self, model_id: str, path: Path, result: dict[str, Any], *, quiet: bool = False
+    ) -> None:
+        loaded = model_cache.open_if_sound(Path(result["folder"]), path)
+        if loaded is None:
+            self.warn(f"{path}: the model's cache cannot be read; open the model again.", "error")
+            return
+        data = loaded.data
+        surface = VertexSurface(data.vertices if isinstance(data, Mesh) else data.points)
+        threading.Thread(target=surface.build, daemon=True).start()
+        warnings = tuple(result["warnings"])
+        self.models[model_id] = OpenModel(data, surface, warnings, result["resolution"])
+        for warning in warnings:
+            self.warn(f"{path.name}: {warning}")
+        if not quiet:
+            self.model_loaded.emit(model_id)
+
+    def visible(self, id_: str) -> bool:
+        return id_ not in self.hidden
+
+    def set_visible(self, ids: Iterable[str], visible: bool) -> None:
+        ids = tuple(ids)
+        self.hidden = self.hidden - set(ids) if visible else self.hidden | set(ids)
+        self.project.journal.set_view("hidden", sorted(self.hidden))
+        self.visibility_changed.emit(ids)
+
+    # --- derived -----------------------------------------------------------------------------
+    def measured(self, ids: Iterable[str]) -> dict[str, Measurement]:
+        return self.measurements.of(self.records, ids)
+
+    def north_known(self) -> bool:
+        """Every model of the project knows its north."""
+        models = self.session.of(Model)
+        return bool(models) and all(m.frame.has_north for m in models)
+
+    def frame_name(self) -> str:
+        names = list(dict.fromkeys(m.frame.name() for m in self.session.of(Model)))
+        return " / ".join(names)
+
+    def write_layers(self) -> None:
+        """Bring project.gpkg up to date, in another process; an untitled project has none."""
+        self._layers_timer.stop()
+        if self.project.untitled or not self.session.of(Trace):
+            return
+        folder = self.project.folder
+
+        def failed(event: Failed) -> None:
+            self.layers_written.emit("")
+            self.warn(f"The GIS layers are not up to date: {event.message}")
+            self._layers_timer.start(30_000)
+
+        self.jobs.submit(
+            "files",
+            "write_layers",
+            {"folder": str(folder)},
+            title="Writing GIS layers",
+            on_done=lambda _: self.layers_written.emit(str(folder / "project.gpkg")),
+            on_failed=failed,
+            quiet=True,
+        )
+
+    # --- tools -------------------------------------------------------------------------------
+    def activate(self, name: str) -> None:
+        if name == self.tool_name:
+            return
+        if self.tool_name == "trace" and self.trace_tool.open:
+            self.info("The open trace waits: finish it with Enter or cancel it with Esc.")
+        self.tool_name = name
+        self.active_tool_changed.emit(name)
+
+    def pointer(self, event: PointerEvent) -> None:
+        if self.tool_name == "trace":
+            self.trace_tool.pointer(event)
+
+    def set_next(self, type_id: str, set_name: str) -> None:
+        """Feature type and set for what is made next, the open trace included."""
+        self.next_type_id, self.next_set = type_id, set_name
+        self.trace_tool.set_type(type_id, set_name)
+
+    # --- ToolContext -------------------------------------------------------------------------
+    def surface(self, model_id: str) -> Surface | None:
+        found = self.models.get(model_id)
+        return found.surface if found else None
+
+    def measure(self, trace: Trace) -> Measurement:
+        model = self.records.get(trace.model_id)
+        return measure(
+            [(trace, model if isinstance(model, Model) else None)], self.settings.thresholds
+        )[0]
+
+    def format_plane(self, measurement: Measurement) -> str:
+        return plane_text(measurement.fit, self.settings.notation, local=not self.north_known())
+
+    def show(self, preview: Preview | None) -> None:
+        self.preview.emit(preview)
+
+    def say(self, message: str) -> None:
+        self.notice.emit(Notice(message, "warning"))
+
+    def tool_changed(self) -> None:
+        self.tool_changed_signal.emit()
+        self.history_changed.emit()
+
+    def created(self, feature_id: str) -> None:
+        self.selection.set((feature_id,))
+
+    # --- words -------------------------------------------------------------------------------
+    def info(self, text: str) -> None:
+        self.notice.emit(Notice(text))
+
+    def warn(self, text: str, level: str = "warning") -> None:
+        self.notice.emit(Notice(text, level))
+
+    def fail(self, error: VomError) -> None:
+        self.notice.emit(Notice(str(error), "error"))

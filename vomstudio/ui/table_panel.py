@@ -1,0 +1,396 @@
+"""The orientation table: every plane with its errors and its verdict, sorted and filtered."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from PySide6.QtCore import (
+    QAbstractTableModel,
+    QItemSelection,
+    QItemSelectionModel,
+    QModelIndex,
+    QPersistentModelIndex,
+    QSortFilterProxyModel,
+    Qt,
+)
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHBoxLayout,
+    QHeaderView,
+    QLabel,
+    QLineEdit,
+    QTableView,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from vomstudio.document import edits
+from vomstudio.document.edit import Edit
+from vomstudio.document.measurements import Measurement
+from vomstudio.document.records import FeatureType, Trace
+from vomstudio.ui import theme
+from vomstudio.ui.studio import Studio
+from vomstudio.ui.wording import degrees, length, number, plane_text
+
+_Index = QModelIndex | QPersistentModelIndex
+_SORT = Qt.ItemDataRole.UserRole
+_QUALITY_ORDER = {"good": 0, "doubtful": 1, "poor": 2, None: 3}
+
+
+@dataclass(frozen=True)
+class Column:
+    """text: what is shown; value: what is sorted by; field: the attribute that can be typed."""
+
+    title: str
+    tip: str
+    text: Callable[[Row], str]
+    value: Callable[[Row], Any]
+    field: str | None = None
+    left: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    trace: Trace
+    kind: FeatureType | None
+    measured: Measurement
+    notation: str
+
+    def fit(self, name: str) -> Any:
+        return None if self.measured.fit is None else getattr(self.measured.fit, name)
+
+    @property
+    def quality(self) -> str | None:
+        return self.measured.verdict.quality if self.measured.verdict else None
+
+    @property
+    def reasons(self) -> str:
+        if self.measured.verdict is None:
+            return self.measured.problem or ""
+        return "; ".join(self.measured.verdict.reasons)
+
+    @property
+    def ratio(self) -> float | None:
+        extent, resolution = self.fit("extent"), self.measured.resolution_m
+        return extent / resolution if extent and resolution else None
+
+
+def _fit(title: str, name: str, tip: str, words: Callable[[Any], str]) -> Column:
+    return Column(title, tip, lambda r: words(r.fit(name)), lambda r: r.fit(name))
+
+
+COLUMNS: tuple[Column, ...] = (
+    Column("Name", "Name", lambda r: r.trace.name, lambda r: r.trace.name, "name", True),
+    Column(
+        "Type",
+        "Feature type",
+        lambda r: r.kind.name if r.kind else "",
+        lambda r: r.kind.name if r.kind else "",
+        None,
+        True,
+    ),
+    Column("Set", "Set", lambda r: r.trace.set_name, lambda r: r.trace.set_name, "set_name", True),
+    Column(
+        "Plane",
+        "Best-fit plane, in the notation chosen under View > Notation",
+        lambda r: plane_text(r.measured.fit, r.notation),
+        lambda r: r.fit("dip_direction_deg"),
+    ),
+    Column(
+        "Quality",
+        "Verdict on the plane, with its reasons",
+        lambda r: r.quality or "no plane",
+        lambda r: _QUALITY_ORDER[r.quality],
+        None,
+        True,
+    ),
+    _fit(
+        "95 % max",
+        "max_confidence95_deg",
+        "Largest tilt inside the joint 95 % confidence region of the plane",
+        degrees,
+    ),
+    _fit("95 % min", "min_confidence95_deg", "The same, in the best known direction", degrees),
+    _fit("± dip", "dip_error_deg", "95 % error of the dip", degrees),
+    _fit(
+        "± dip dir.",
+        "dip_direction_error_deg",
+        "95 % error of the dip direction; undefined near horizontal",
+        degrees,
+    ),
+    _fit("M", "M", "ln(l1/l3): over 4 is well defined", number),
+    _fit("K", "K", "ln(l1/l2)/ln(l2/l3): under 0.8 is not a line", number),
+    _fit("Coplan.", "coplanarity", "Coplanarity index 1/l3 (textbook eq. 20)", number),
+    _fit("Collin.", "collinearity", "Collinearity index l1/l2 (textbook eq. 21)", number),
+    _fit("n", "n", "Number of points", lambda v: "–" if v is None else str(v)),
+    _fit("Extent", "extent", "Longest axis of the trace", length),
+    Column(
+        "Ext./res.",
+        "Extent over the model's resolution: 100 is wanted",
+        lambda r: number(r.ratio, 2),
+        lambda r: r.ratio,
+    ),
+    _fit("RMS", "rms", "Root mean square distance from the plane", length),
+    Column("Reasons", "Why the verdict is what it is", lambda r: r.reasons, lambda r: r.reasons,
+           None, True),
+    Column("Notes", "Notes", lambda r: r.trace.notes, lambda r: r.trace.notes, "notes", True),
+)  # fmt: skip
+
+
+class OrientationModel(QAbstractTableModel):
+    def __init__(self, studio: Studio) -> None:
+        super().__init__()
+        self._studio = studio
+        self._rows: list[Row] = []
+        self._places: dict[str, int] = {}
+
+    def reset(self) -> None:
+        self.beginResetModel()
+        traces = self._studio.session.of(Trace)
+        measured = self._studio.measured(trace.id for trace in traces)
+        self._rows = [self._row(trace, measured[trace.id]) for trace in traces]
+        self._places = {row.trace.id: i for i, row in enumerate(self._rows)}
+        self.endResetModel()
+
+    def update(self, ids: list[str]) -> None:
+        """Some traces are new, other, or gone."""
+        if any(self._studio.records.get(i) is None for i in ids):
+            self.reset()
+            return
+        measured = self._studio.measured(ids)
+        for id_ in ids:
+            trace = self._studio.records[id_]
+            assert isinstance(trace, Trace)
+            row = self._row(trace, measured[id_])
+            place = self._places.get(id_)
+            if place is None:
+                place = len(self._rows)
+                self.beginInsertRows(QModelIndex(), place, place)
+                self._rows.append(row)
+                self._places[id_] = place
+                self.endInsertRows()
+            else:
+                self._rows[place] = row
+                self.dataChanged.emit(self.index(place, 0), self.index(place, len(COLUMNS) - 1))
+
+    def _row(self, trace: Trace, measured: Measurement) -> Row:
+        kind = self._studio.records.get(trace.type_id)
+        return Row(
+            trace,
+            kind if isinstance(kind, FeatureType) else None,
+            measured,
+            self._studio.settings.notation,
+        )
+
+    def id_at(self, row: int) -> str:
+        return self._rows[row].trace.id
+
+    def place(self, id_: str) -> int | None:
+        return self._places.get(id_)
+
+    # --- Qt's names ---------------------------------------------------------------------------
+    def rowCount(self, parent: _Index = QModelIndex()) -> int:  # noqa: N802, B008
+        return 0 if parent.isValid() else len(self._rows)
+
+    def columnCount(self, parent: _Index = QModelIndex()) -> int:  # noqa: N802, B008
+        return 0 if parent.isValid() else len(COLUMNS)
+
+    def headerData(  # noqa: N802
+        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
+    ) -> Any:
+        if orientation == Qt.Orientation.Horizontal:
+            if role == Qt.ItemDataRole.DisplayRole:
+                return COLUMNS[section].title
+            if role == Qt.ItemDataRole.ToolTipRole:
+                return COLUMNS[section].tip
+        return None
+
+    def data(self, index: _Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        row, column = self._rows[index.row()], COLUMNS[index.column()]
+        if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.EditRole):
+            return column.text(row)
+        if role == _SORT:
+            return column.value(row)
+        if role == Qt.ItemDataRole.DecorationRole:
+            if column.title == "Quality":
+                return theme.verdict_icon(row.quality)
+            if column.title == "Type" and row.kind:
+                return theme.swatch(row.kind.color)
+        if role == Qt.ItemDataRole.TextAlignmentRole and not column.left:
+            return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+        if role == Qt.ItemDataRole.ToolTipRole:
+            return row.reasons or column.tip
+        return None
+
+    def flags(self, index: _Index) -> Qt.ItemFlag:
+        flags = super().flags(index)
+        if COLUMNS[index.column()].field:
+            flags |= Qt.ItemFlag.ItemIsEditable
+        return flags
+
+    def setData(  # noqa: N802
+        self, index: _Index, value: Any, role: int = Qt.ItemDataRole.EditRole
+    ) -> bool:
+        field = COLUMNS[index.column()].field
+        row = self._rows[index.row()]
+        if field is None or value == getattr(row.trace, field):
+            return False
+        return self._studio.attempt(edits.set_attributes, [row.trace.id], **{field: value.strip()})
+
+
+class _Sorted(QSortFilterProxyModel):
+    words: tuple[str, ...] = ()
+
+    def set_words(self, text: str) -> None:
+        """Rows stay that have each of these words in some column."""
+        self.words = tuple(text.casefold().split())
+        self.invalidate()
+
+    def lessThan(self, left: _Index, right: _Index) -> bool:  # noqa: N802
+        a, b = left.data(_SORT), right.data(_SORT)
+        # What is undefined stands last in ascending order.
+        if a is None or b is None:
+            return b is None and a is not None
+        return bool(a < b)
+
+    def filterAcceptsRow(self, row: int, parent: _Index) -> bool:  # noqa: N802
+        if not self.words:
+            return True
+        model = self.sourceModel()
+        text = " ".join(
+            str(model.index(row, c, parent).data()) for c in range(len(COLUMNS))
+        ).casefold()
+        return all(word in text for word in self.words)
+
+
+class TablePanel(QWidget):
+    def __init__(self, studio: Studio, export: QAction) -> None:
+        super().__init__()
+        self._studio = studio
+        self._showing = False
+        self.model = OrientationModel(studio)
+        self._sorted = _Sorted()
+        self._sorted.setSourceModel(self.model)
+        self.view = QTableView()
+        self.view.setObjectName("orientation_table")
+        self.view.setModel(self._sorted)
+        self.view.setSortingEnabled(True)
+        self.view.sortByColumn(0, Qt.SortOrder.AscendingOrder)
+        self.view.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.view.setAlternatingRowColors(True)
+        self.view.setWordWrap(False)
+        self.view.verticalHeader().hide()
+        self.view.verticalHeader().setDefaultSectionSize(24)
+        self.view.horizontalHeader().setHighlightSections(False)
+        self.view.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
+        self.view.selectionModel().selectionChanged.connect(self._selected)
+        self._filter = QLineEdit()
+        self._filter.setPlaceholderText(self.tr("Filter: words of any column"))
+        self._filter.setClearButtonEnabled(True)
+        self._filter.setMaximumWidth(320)
+        self._filter.textChanged.connect(self._filtered)
+        self._count = QLabel()
+        button = QToolButton()
+        button.setDefaultAction(export)
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self._empty = QLabel(
+            self.tr("Planes appear here. Choose Trace (T) and click along a bed on the outcrop.")
+        )
+        self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._empty.setEnabled(False)
+        top = QHBoxLayout()
+        top.setContentsMargins(4, 2, 4, 0)
+        top.addWidget(self._filter)
+        top.addWidget(self._count)
+        top.addStretch()
+        top.addWidget(button)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(2)
+        layout.addLayout(top)
+        layout.addWidget(self._empty, 1)
+        layout.addWidget(self.view, 1)
+        self._sorted.rowsInserted.connect(self._counted)
+        self._sorted.rowsRemoved.connect(self._counted)
+        self._sorted.modelReset.connect(self._counted)
+        studio.project_opened.connect(self.rebuild)
+        studio.settings_changed.connect(self.rebuild)
+        studio.edited.connect(self._edited)
+        studio.selection_changed.connect(self._show_selection)
+
+    def rebuild(self) -> None:
+        self.model.reset()
+        self._counted()
+        self._fit_columns()
+        self._show_selection(self._studio.selection.ids)
+
+    def _filtered(self, text: str) -> None:
+        self._sorted.set_words(text)
+        self._counted()
+
+    def _edited(self, edit: Edit) -> None:
+        ids = self._studio.affected(edit)
+        if not ids:
+            return
+        first = self.model.rowCount() == 0
+        self.model.update(ids)
+        self._counted()
+        if first:
+            self._fit_columns()
+        self._show_selection(self._studio.selection.ids)
+
+    def _fit_columns(self) -> None:
+        self.view.resizeColumnsToContents()
+        for i, column in enumerate(COLUMNS):
+            if column.title in ("Name", "Set", "Notes", "Quality"):
+                self.view.setColumnWidth(i, max(90, self.view.columnWidth(i)))
+            self.view.setColumnWidth(i, min(420, self.view.columnWidth(i)))
+
+    def _counted(self) -> None:
+        total, shown = self.model.rowCount(), self._sorted.rowCount()
+        self._count.setText(
+            f"{total} plane{'s' if total != 1 else ''}"
+            if shown == total
+            else f"{shown} of {total} planes"
+        )
+        self._empty.setVisible(total == 0)
+        self.view.setVisible(total > 0)
+
+    def _selected(self) -> None:
+        if self._showing:
+            return
+        rows = self.view.selectionModel().selectedRows()
+        ids = [self.model.id_at(self._sorted.mapToSource(i).row()) for i in rows]
+        current = self._sorted.mapToSource(self.view.currentIndex())
+        if current.isValid() and (last := self.model.id_at(current.row())) in ids:
+            ids = [i for i in ids if i != last] + [last]
+        self._studio.selection.set(ids)
+
+    def _show_selection(self, ids: tuple[str, ...]) -> None:
+        chosen = QItemSelection()
+        last = QModelIndex()
+        for id_ in ids:
+            place = self.model.place(id_)
+            index = (
+                QModelIndex()
+                if place is None
+                else self._sorted.mapFromSource(self.model.index(place, 0))
+            )
+            if index.isValid():
+                chosen.select(index, index)
+                last = index
+        selection = self.view.selectionModel()
+        self._showing = True
+        selection.select(
+            chosen,
+            QItemSelectionModel.SelectionFlag.ClearAndSelect
+            | QItemSelectionModel.SelectionFlag.Rows,
+        )
+        if last.isValid():
+            selection.setCurrentIndex(last, QItemSelectionModel.SelectionFlag.NoUpdate)
+            self.view.scrollTo(last)
+        self._showing = False

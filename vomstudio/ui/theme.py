@@ -1,0 +1,61 @@
+"""Icons, badges and sizes that every panel shares."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QPointF, QSize, Qt
+from PySide6.QtGui import QColor, QFont, QIcon, QPainter, QPalette, QPen, QPixmap, QPolygonF
+from PySide6.QtWidgets import QApplication
+
+# Colour-blind safe, and each with a shape and a word of its own.
+VERDICT_COLORS = {"good": "#009e73", "doubtful": "#e69f00", "poor": "#d55e00"}
+
+
+def icon(name: str) -> QIcon:
+    """A Material Design icon in the palette's text colour."""
+    import qtawesome
+
+    palette = QApplication.palette()
+    return qtawesome.icon(
+        f"mdi6.{name}",
+        color=palette.color(QPalette.ColorRole.ButtonText),
+        color_disabled=palette.color(QPalette.ColorGroup.Disabled, QPalette.ColorRole.ButtonText),
+    )
+
+
+def verdict_icon(verdict: str | None) -> QIcon:
+    """Green circle, amber triangle, red square; empty where nothing is judged."""
+    pixmap = QPixmap(QSize(32, 32))
+    pixmap.fill(Qt.GlobalColor.transparent)
+    if verdict in VERDICT_COLORS:
+        painter = QPainter(pixmap)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setBrush(QColor(VERDICT_COLORS[verdict]))
+        painter.setPen(QPen(QColor(0, 0, 0, 120), 1.5))
+        if verdict == "good":
+            painter.drawEllipse(QPointF(16, 16), 11, 11)
+        elif verdict == "doubtful":
+            painter.drawPolygon(QPolygonF([QPointF(16, 4), QPointF(29, 27), QPointF(3, 27)]))
+        else:
+            painter.drawRect(6, 6, 20, 20)
+        painter.end()
+    return QIcon(pixmap)
+
+
+def swatch(color: str) -> QIcon:
+    """A small disc in a feature type's colour."""
+    pixmap = QPixmap(QSize(32, 32))
+    pixmap.fill(Qt.GlobalColor.transparent)
+    painter = QPainter(pixmap)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setBrush(QColor(color))
+    painter.setPen(QPen(QColor(0, 0, 0, 140), 1.5))
+    painter.drawEllipse(QPointF(16, 16), 11, 11)
+    painter.end()
+    return QIcon(pixmap)
+
+
+def at_least_nine_points(application: QApplication) -> None:
+    font: QFont = application.font()
+    if font.pointSizeF() < 9.0:
+        font.setPointSizeF(9.0)
+        application.setFont(font)

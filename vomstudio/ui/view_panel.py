@@ -1,0 +1,178 @@
+"""The orthographic view direction: typed, along beta, along or facing a plane."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QFormLayout,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from vomstudio.document.records import Trace
+from vomstudio.errors import VomError
+from vomstudio.geology.folds import FoldAxis, fold_axis
+from vomstudio.geology.notation import format_line, parse_line
+from vomstudio.geology.orientation import Line, Plane
+from vomstudio.ui.studio import Studio
+from vomstudio.ui.wording import degrees
+
+
+class ViewPanel(QWidget):
+    """`look` turns the view: look(trend_deg, plunge_deg), orthographic."""
+
+    def __init__(self, studio: Studio, look: Callable[[float, float], None]) -> None:
+        super().__init__()
+        self._studio = studio
+        self._look = look
+        self._direction = Line(0.0, 0.0)
+        self.now = QLabel("–")
+        font = self.now.font()
+        font.setPointSizeF(font.pointSizeF() * 1.2)
+        font.setBold(True)
+        self.now.setFont(font)
+        self.typed = QLineEdit()
+        self.typed.setObjectName("view_direction")
+        self.typed.setPlaceholderText(self.tr("trend/plunge, such as 125/26"))
+        self.typed.returnPressed.connect(self._typed)
+        go = QPushButton(self.tr("Look"))
+        go.clicked.connect(self._typed)
+        row = QHBoxLayout()
+        row.addWidget(self.typed, 1)
+        row.addWidget(go)
+        form = QFormLayout()
+        form.setContentsMargins(0, 0, 0, 0)
+        form.addRow(self.tr("Looking"), self.now)
+        form.addRow(self.tr("Look to"), row)
+
+        self._buttons: dict[str, QPushButton] = {}
+        grid = QGridLayout()
+        grid.setSpacing(4)
+        for i, (name, text, call) in enumerate(
+            (
+                ("beta", self.tr("Along beta"), self._along_beta),
+                ("facing", self.tr("Facing the plane"), self._facing),
+                ("strike", self.tr("Along strike"), self._along_strike),
+                ("dip", self.tr("Down dip"), self._down_dip),
+                ("flip", self.tr("From the other side"), self._flip),
+            )
+        ):
+            button = QPushButton(text)
+            button.clicked.connect(call)
+            self._buttons[name] = button
+            grid.addWidget(button, i // 2, i % 2)
+        self.only_selected = QCheckBox(self.tr("beta of the selected bedding planes only"))
+        self.only_selected.toggled.connect(self.refresh)
+        self._verdict = QLabel()
+        self._verdict.setWordWrap(True)
+        self._verdict.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(6, 6, 6, 6)
+        layout.addLayout(form)
+        layout.addLayout(grid)
+        layout.addWidget(self.only_selected)
+        layout.addWidget(self._verdict)
+        layout.addStretch()
+        studio.project_opened.connect(self.refresh)
+        studio.edited.connect(self.refresh)
+        studio.selection_changed.connect(self.refresh)
+
+    def show_direction(self, trend_deg: float, plunge_deg: float, orthographic: bool) -> None:
+        self._direction = Line(trend_deg % 360.0, plunge_deg)
+        mode = self.tr("orthographic") if orthographic else self.tr("perspective")
+        self.now.setText(f"{format_line(self._direction, 0)}  ({mode})")
+
+    # --- directions --------------------------------------------------------------------------
+    def _typed(self) -> None:
+        try:
+            line = parse_line(self.typed.text())
+        except VomError as error:
+            self._studio.warn(str(error))
+            return
+        self._turn(line)
+
+    def _along_beta(self) -> None:
+        axis = self._axis()
+        if isinstance(axis, FoldAxis):
+            self._turn(axis.beta)
+
+    def _facing(self) -> None:
+        plane = self._plane()
+        if plane is not None:
+            # Against the upward normal; a vertical plane is looked at toward its dip direction
+            # plus 180 degrees (CLI.md, ortho --plane).
+            self._turn(Line((plane.dip_direction_deg + 180.0) % 360.0, 90.0 - plane.dip_deg))
+
+    def _along_strike(self) -> None:
+        plane = self._plane()
+        if plane is not None:
+            self._turn(Line(plane.strike_rhr_deg, 0.0))
+
+    def _down_dip(self) -> None:
+        plane = self._plane()
+        if plane is not None:
+            self._turn(Line(plane.dip_direction_deg, plane.dip_deg))
+
+    def _flip(self) -> None:
+        self._turn(Line((self._direction.trend_deg + 180.0) % 360.0, -self._direction.plunge_deg))
+
+    def _turn(self, line: Line) -> None:
+        self._look(line.trend_deg, line.plunge_deg)
+
+    # --- what they are taken from ------------------------------------------------------------
+    def _plane(self) -> Plane | None:
+        current = self._studio.selection.current
+        if current is None or not isinstance(self._studio.records.get(current), Trace):
+            return None
+        fit = self._studio.measured([current])[current].fit
+        return None if fit is None else Plane(fit.dip_direction_deg, fit.dip_deg)
+
+    def bedding(self) -> list[str]:
+        """Bedding only: kinds are never pooled silently."""
+        chosen = set(self._studio.selection.ids)
+        return [
+            t.id
+            for t in self._studio.session.of(Trace)
+            if t.type_id == "bedding" and (not self.only_selected.isChecked() or t.id in chosen)
+        ]
+
+    def _axis(self) -> FoldAxis | str:
+        """The fold axis of the bedding, or why there is none."""
+        fits = [m.fit for m in self._studio.measured(self.bedding()).values() if m.fit is not None]
+        if len(fits) < 2:
+            which = "selected " if self.only_selected.isChecked() else ""
+            return f"beta needs 2 or more {which}bedding planes; there are {len(fits)}"
+        try:
+            return fold_axis([f.dip_direction_deg for f in fits], [f.dip_deg for f in fits])
+        except VomError as error:
+            return str(error)
+
+    def refresh(self, *_: object) -> None:
+        axis, plane = self._axis(), self._plane()
+        _enable(self._buttons["beta"], None if isinstance(axis, FoldAxis) else axis)
+        why = None if plane is not None else self.tr("select a plane first")
+        for name in ("facing", "strike", "dip"):
+            _enable(self._buttons[name], why)
+        if isinstance(axis, FoldAxis):
+            count = len(self.bedding())
+            words = (
+                f"<b>beta {format_line(axis.beta, 0)}</b> of {count} bedding planes, 95 %: "
+                f"{degrees(axis.max_confidence95_deg)} × {degrees(axis.min_confidence95_deg)}<br>"
+                f"Verdict: {axis.verdict} (valid: {axis.valid})<br>"
+            )
+            self._verdict.setText(words + "<br>".join(axis.reasons))
+        else:
+            self._verdict.setText(axis[:1].upper() + axis[1:] + ".")
+
+
+def _enable(button: QPushButton, why_not: str | None) -> None:
+    button.setEnabled(why_not is None)
+    button.setToolTip("" if why_not is None else f"Not now: {why_not}")

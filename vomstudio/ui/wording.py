@@ -1,0 +1,42 @@
+"""Numbers in words: the same notation, units and digits everywhere in the window."""
+
+from __future__ import annotations
+
+from vomstudio.geology.notation import format_plane
+from vomstudio.geology.orientation import Plane
+from vomstudio.geometry.planes import PlaneFit
+
+
+def plane_text(fit: PlaneFit | None, notation: str, *, local: bool = False) -> str:
+    """A plane, with a decimal only where its error is under a degree."""
+    if fit is None:
+        return "–"
+    error = fit.max_confidence95_deg
+    decimals = 1 if error is not None and error < 1.0 else 0
+    text = format_plane(Plane(fit.dip_direction_deg, fit.dip_deg), notation, decimals)
+    return f"{text} (local frame)" if local else text
+
+
+def degrees(value: float | None) -> str:
+    """An error: two digits that mean something."""
+    if value is None:
+        return "–"
+    return f"{value:.1f}°" if value < 10 else f"{value:.0f}°"
+
+
+def number(value: float | None, digits: int = 3) -> str:
+    """A ratio or an index, to so many significant digits."""
+    if value is None:
+        return "–"
+    return f"{value:.{digits}g}" if abs(value) < 1e5 else f"{value:.2e}"
+
+
+def length(value_m: float | None) -> str:
+    """A length in the unit that suits it."""
+    if value_m is None:
+        return "–"
+    if value_m < 0.01:
+        return f"{value_m * 1000:.2g} mm"
+    if value_m < 1.0:
+        return f"{value_m * 100:.2g} cm"
+    return f"{value_m:.3g} m" if value_m < 1000 else f"{value_m / 1000:.3g} km"
