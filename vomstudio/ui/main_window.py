@@ -1,0 +1,674 @@
+"""The main window: docks and menus only. What they do is in the studio and the panels."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import QByteArray, Qt, QTimer
+from PySide6.QtGui import (
+    QAction,
+    QCloseEvent,
+    QDragEnterEvent,
+    QDropEvent,
+    QGuiApplication,
+    QKeyEvent,
+)
+from PySide6.QtWidgets import (
+    QDockWidget,
+    QFileDialog,
+    QLabel,
+    QMainWindow,
+    QMenu,
+    QMessageBox,
+    QProgressBar,
+    QPushButton,
+    QToolBar,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from vomstudio import __version__
+from vomstudio.document import edits
+from vomstudio.document.records import Model, Record, Trace
+from vomstudio.errors import VomError
+from vomstudio.io.project import SUFFIX
+from vomstudio.io.settings import Settings
+from vomstudio.tools.types import Pointer, PointerEvent
+from vomstudio.ui import theme
+from vomstudio.ui.actions import Actions
+from vomstudio.ui.commands import commands
+from vomstudio.ui.messages_panel import MessageBar, MessagesPanel
+from vomstudio.ui.project_tree import ProjectTree
+from vomstudio.ui.properties_panel import PropertiesPanel
+from vomstudio.ui.start_page import StartPage
+from vomstudio.ui.studio import Notice, Studio
+from vomstudio.ui.table_panel import TablePanel
+from vomstudio.ui.trace_panel import TracePanel
+from vomstudio.ui.view_panel import ViewPanel
+
+_LAYOUT_VERSION = 1
+_MENUS = (
+    ("&File", ("new", "open", "open_project", "*recent", "|", "save", "save_as", "|",
+               "export_csv", "export_gpkg", "|", "quit")),
+    ("&Edit", ("undo", "redo", "|", "delete", "rename", "|", "select_all", "|", "find_command")),
+    ("&View", ("home", "frame_selection", "orthographic", "|", "view_top", "view_north",
+               "view_east", "view_south", "view_west", "view_bottom", "|", "*notation",
+               "turntable", "|", "only_outcrop", "*docks")),
+    ("&Model", ("declare_frame", "locate", "remove_model")),
+    ("&Interpret", ("navigate", "trace", "|", "finish_trace", "cancel_trace", "continue_trace",
+                    "delete_vertex")),
+    ("&Analyse", ("along_beta", "face_plane", "|", "show_stereonet")),
+    ("&Help", ("shortcuts", "about")),
+)  # fmt: skip
+
+
+class MainWindow(QMainWindow):
+    def __init__(self, settings: Settings) -> None:
+        super().__init__()
+        self.setWindowTitle("VOM Studio")
+        self.setAcceptDrops(True)
+        self.setDockNestingEnabled(True)
+        self.resize(1400, 900)
+        self.studio = Studio(settings)
+        self.viewport: QWidget | None = None
+        self.actions_table = Actions(self)
+        for command in commands(self):
+            self.actions_table.add(command)
+        self.studio.new_project()
+        self._make_centre()
+        self._make_docks()
+        self._make_menus()
+        self._make_toolbar()
+        self._make_status()
+        self._connect()
+        self._restore_layout()
+        self.studio.project_opened.emit()
+        self.actions_table.refresh()
+
+    # --- parts -------------------------------------------------------------------------------
+    def _make_centre(self) -> None:
+        self.message_bar = MessageBar()
+        self.start_page = StartPage(self.studio, self.actions_table.all)
+        centre = QWidget()
+        self._centre = QVBoxLayout(centre)
+        self._centre.setContentsMargins(0, 0, 0, 0)
+        self._centre.setSpacing(0)
+        self._centre.addWidget(self.message_bar)
+        self._centre.addWidget(self.start_page, 1)
+        self.setCentralWidget(centre)
+
+    def _make_docks(self) -> None:
+        actions = self.actions_table.all
+        self.docks: dict[str, QDockWidget] = {}
+        self.tree = ProjectTree(self.studio, self._record_actions)
+        self.trace_panel = TracePanel(self.studio, actions)
+        self.view_panel = ViewPanel(self.studio, self.look)
+        self.properties = PropertiesPanel(self.studio, actions["declare_frame"])
+        self.table = TablePanel(self.studio, actions["export_csv"])
+        self.messages = MessagesPanel()
+        # The net needs matplotlib: its place is kept until the window is on the screen.
+        self._net_place = QWidget()
+        left, right = Qt.DockWidgetArea.LeftDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea
+        bottom = Qt.DockWidgetArea.BottomDockWidgetArea
+        self._dock("project", self.tr("Project"), self.tree, left)
+        self._dock("trace", self.tr("Trace"), self.trace_panel, left)
+        self._dock("stereonet", self.tr("Stereonet"), self._net_place, right)
+        self._dock("view", self.tr("View direction"), self.view_panel, right)
+        self._dock("properties", self.tr("Properties"), self.properties, right)
+        self._dock("table", self.tr("Orientations"), self.table, bottom)
+        self._dock("messages", self.tr("Messages"), self.messages, bottom)
+        self.tabifyDockWidget(self.docks["stereonet"], self.docks["view"])
+        self.tabifyDockWidget(self.docks["table"], self.docks["messages"])
+        self.docks["stereonet"].raise_()
+        self.docks["table"].raise_()
+        for corner, area in (
+            (Qt.Corner.BottomLeftCorner, left),
+            (Qt.Corner.BottomRightCorner, right),
+        ):
+            self.setCorner(corner, area)
+        self._default_sizes()
+
+    def _dock(self, name: str, title: str, widget: QWidget, area: Qt.DockWidgetArea) -> None:
+        dock = QDockWidget(title, self)
+        dock.setObjectName(name)
+        dock.setWidget(widget)
+        self.addDockWidget(area, dock)
+        self.docks[name] = dock
+
+    def _default_sizes(self) -> None:
+        docks = self.docks
+        width, height = Qt.Orientation.Horizontal, Qt.Orientation.Vertical
+        self.resizeDocks([docks["project"], docks["stereonet"]], [260, 330], width)
+        self.resizeDocks([docks["project"], docks["trace"]], [330, 440], height)
+        self.resizeDocks([docks["stereonet"], docks["properties"]], [400, 370], height)
+        self.resizeDocks([docks["table"]], [190], height)
+
+    def _make_menus(self) -> None:
+        self._menus: dict[str, QMenu] = {}
+        for title, names in _MENUS:
+            menu = self.menuBar().addMenu(self.tr(title))
+            menu.setToolTipsVisible(True)
+            for name in names:
+                if name == "|":
+                    menu.addSeparator()
+                elif name.startswith("*"):
+                    self._submenu(menu, name[1:])
+                else:
+                    menu.addAction(self.actions_table.all[name])
+        find = QPushButton(theme.icon("magnify"), self.tr("Find a command  Ctrl+K"))
+        find.setFlat(True)
+        find.clicked.connect(self.actions_table.all["find_command"].trigger)
+        self.menuBar().setCornerWidget(find)
+
+    def _submenu(self, menu: QMenu, name: str) -> None:
+        if name == "recent":
+            recent = menu.addMenu(self.tr("Open &recent"))
+            recent.aboutToShow.connect(lambda: self._fill_recent(recent))
+        elif name == "notation":
+            notation = menu.addMenu(self.tr("&Notation"))
+            for each in ("notation_dipdir", "notation_strike", "notation_quadrant"):
+                notation.addAction(self.actions_table.all[each])
+        else:
+            docks = menu.addMenu(self.tr("&Panels"))
+            for dock in self.docks.values():
+                docks.addAction(dock.toggleViewAction())
+
+    def _fill_recent(self, menu: QMenu) -> None:
+        menu.clear()
+        for text in self.studio.settings.recent:
+            action = menu.addAction(text)
+            action.setEnabled(Path(text).exists())
+            action.triggered.connect(lambda _=False, p=text: self.open_path(Path(p)))
+        if menu.isEmpty():
+            menu.addAction(self.tr("Nothing yet")).setEnabled(False)
+
+    def _make_toolbar(self) -> None:
+        bar = QToolBar(self.tr("Tools"))
+        bar.setObjectName("toolbar")
+        bar.setMovable(False)
+        names = ("open", "save", "|", "navigate", "trace", "|", "undo", "redo", "|",
+                 "home", "frame_selection", "orthographic", "*views")  # fmt: skip
+        for name in names:
+            if name == "|":
+                bar.addSeparator()
+            elif name == "*views":
+                button = QToolButton()
+                button.setText(self.tr("Views"))
+                button.setIcon(theme.icon("compass-outline"))
+                button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+                button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+                menu = QMenu(button)
+                for each in ("top", "north", "east", "south", "west", "bottom"):
+                    menu.addAction(self.actions_table.all[f"view_{each}"])
+                button.setMenu(menu)
+                bar.addWidget(button)
+            else:
+                bar.addAction(self.actions_table.all[name])
+                widget = bar.widgetForAction(self.actions_table.all[name])
+                if isinstance(widget, QToolButton):
+                    widget.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.addToolBar(bar)
+
+    def _make_status(self) -> None:
+        status = self.statusBar()
+        self._hint = QLabel()
+        self._position = QLabel()
+        self._frame_badge = QToolButton()
+        self._frame_badge.setObjectName("frame_badge")
+        self._frame_badge.setAutoRaise(True)
+        self._frame_badge.clicked.connect(self.actions_table.all["declare_frame"].trigger)
+        self._selected = QLabel()
+        self._layers = QLabel()
+        self._job = QLabel()
+        self._bar = QProgressBar()
+        self._bar.setFixedWidth(110)
+        self._stop = QToolButton()
+        self._stop.setText(self.tr("Stop"))
+        self._stop.clicked.connect(self._stop_job)
+        status.addWidget(self._hint, 1)
+        for widget in (self._position, self._frame_badge, self._selected, self._layers,
+                       self._job, self._bar, self._stop):  # fmt: skip
+            status.addPermanentWidget(widget)
+        self._show_jobs()
+
+    def _connect(self) -> None:
+        studio = self.studio
+        studio.notice.connect(self._notice)
+        studio.history_changed.connect(self._refresh)
+        studio.selection_changed.connect(self._refresh)
+        studio.project_opened.connect(self._refresh)
+        studio.model_loaded.connect(self._refresh)
+        studio.edited.connect(self._refresh)
+        studio.active_tool_changed.connect(self._tool_changed)
+        studio.tool_changed_signal.connect(self._refresh)
+        studio.frame_wanted.connect(self.declare_frame)
+        studio.recovery_found.connect(self._offer_recovery)
+        studio.layers_written.connect(self._layers_written)
+        self._jobs_timer = QTimer(self)
+        self._jobs_timer.setSingleShot(True)
+        # Slow things show themselves after 0.2 s.
+        self._jobs_timer.setInterval(200)
+        self._jobs_timer.timeout.connect(self._show_jobs)
+        studio.jobs.changed.connect(self._jobs_changed)
+
+    # --- birth -------------------------------------------------------------------------------
+    def begin(self, paths: list[Path]) -> None:
+        """The window is on the screen: bring the viewport, then the paths of the command line."""
+        from vomstudio.rendering.viewport import Viewport
+        from vomstudio.ui.scene_presenter import ScenePresenter
+
+        self.viewport = viewport = Viewport(self)
+        viewport.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        viewport.setMinimumSize(200, 150)
+        self.actions_table.give_keys_to(viewport)
+        self._centre.replaceWidget(self.start_page, viewport)
+        self.start_page.setParent(viewport)
+        self.start_page.place_over(viewport)
+        self._presenter = ScenePresenter(self.studio, viewport)
+        self._presenter.rebuild()
+        viewport.pointer.connect(self._pointer)
+        viewport.camera_changed.connect(self._camera_changed)
+        viewport.problem.connect(self.studio.warn)
+        viewport.setFocus()
+        self._camera_timer = QTimer(self)
+        self._camera_timer.setSingleShot(True)
+        self._camera_timer.setInterval(500)
+        self._camera_timer.timeout.connect(self._keep_camera)
+        self._camera_changed()
+        for path in paths:
+            self.open_path(path)
+        self.studio.offer_recovery()
+        QTimer.singleShot(50, self._bring_net)
+        self._refresh()
+
+    def _bring_net(self) -> None:
+        from vomstudio.ui.stereonet_panel import StereonetPanel
+
+        self.net = StereonetPanel(self.studio)
+        self.docks["stereonet"].setWidget(self.net)
+        self._net_place.deleteLater()
+        self.studio.jobs.submit(
+            "models",
+            "warm",
+            {},
+            title="Getting ready",
+            on_done=lambda _: None,
+            on_failed=lambda _: None,
+            quiet=True,
+        )
+
+    # --- files -------------------------------------------------------------------------------
+    def open_path(self, path: Path) -> None:
+        from vomstudio.io.project import is_project
+
+        if is_project(path) and not self.ask_to_keep():
+            return
+        self.studio.open_path(path)
+
+    def choose_model(self) -> None:
+        from vomstudio.io.registry import readers
+
+        endings = sorted({e for reader in readers() for e in reader.extensions})
+        patterns = " ".join(f"*{e} *{e.upper()}" for e in endings)
+        names, _ = QFileDialog.getOpenFileNames(
+            self, self.tr("Open a model"), self._folder(), f"Models ({patterns});;All files (*)"
+        )
+        for name in names:
+            self.open_path(Path(name))
+
+    def choose_project(self) -> None:
+        name = QFileDialog.getExistingDirectory(
+            self, self.tr("Open a project (a folder NAME.vom)"), self._folder()
+        )
+        if name:
+            self.open_path(Path(name))
+
+    def _folder(self) -> str:
+        recent = self.studio.settings.recent
+        return str(Path(recent[0]).parent) if recent else str(Path.home())
+
+    def new_project(self) -> None:
+        if self.ask_to_keep():
+            self.studio.new_project()
+
+    def save(self) -> bool:
+        if self.studio.project.untitled:
+            return self.save_as()
+        return self._try(self.studio.save)
+
+    def save_as(self) -> bool:
+        name, _ = QFileDialog.getSaveFileName(
+            self,
+            self.tr("Save the project as"),
+            str(Path(self._folder()) / f"outcrop{SUFFIX}"),
+            f"VOM Studio project (*{SUFFIX})",
+        )
+        if not name:
+            return False
+        folder = Path(name if name.endswith(SUFFIX) else name + SUFFIX)
+        return self._try(lambda: self.studio.save_as(folder))
+
+    def export(self, format_: str) -> None:
+        pattern = {"csv": "Orientation table (*.csv)", "gpkg": "GeoPackage (*.gpkg)"}[format_]
+        stem = "orientations" if self.studio.project.untitled else self.studio.project.name
+        name, _ = QFileDialog.getSaveFileName(
+            self, self.tr("Export"), str(Path(self._folder()) / f"{stem}.{format_}"), pattern
+        )
+        if name:
+            path = Path(name if name.endswith(f".{format_}") else f"{name}.{format_}")
+            self.export_to(format_, path)
+
+    def export_to(self, format_: str, path: Path) -> None:
+        from vomstudio.io.export import export_records
+
+        def write() -> None:
+            export_records(self.studio.records, format_, path, force=True,
+                           thresholds=self.studio.settings.thresholds)  # fmt: skip
+            self.studio.info(f"Written: {path}")
+
+        self._try(write)
+
+    def _try(self, do: Callable[[], None]) -> bool:
+        try:
+            do()
+        except VomError as error:
+            self.studio.fail(error)
+            return False
+        return True
+
+    def ask_to_keep(self) -> bool:
+        """Before the project is left: save, leave without saving, or stay (False)."""
+        studio = self.studio
+        if studio.worth_asking:
+            box = QMessageBox(self)
+            box.setIcon(QMessageBox.Icon.Question)
+            box.setText(self.tr("Save the changes to {0}?").format(self._project_name()))
+            box.setInformativeText(
+                self.tr("What is not saved now is kept in the project's history and can be "
+                        "brought back with Undo.")
+            )  # fmt: skip
+            box.setStandardButtons(
+                QMessageBox.StandardButton.Save
+                | QMessageBox.StandardButton.Discard
+                | QMessageBox.StandardButton.Cancel
+            )
+            answer = box.exec()
+            if answer == QMessageBox.StandardButton.Cancel:
+                return False
+            if answer == QMessageBox.StandardButton.Save:
+                return self.save()
+        if studio.session.dirty:
+            return self._try(studio.session.discard_unsaved)
+        return True
+
+    def _offer_recovery(self, folders: list[Path]) -> None:
+        newest = folders[0]
+        self.message_bar.say(
+            Notice("Work that was not saved before the program ended last time was found.", "warning"),
+            (self.tr("Bring it back"), lambda: self.open_path(newest)),
+        )
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:  # noqa: N802
+        if any(url.isLocalFile() for url in event.mimeData().urls()):
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:  # noqa: N802
+        for url in event.mimeData().urls():
+            if url.isLocalFile():
+                self.open_path(Path(url.toLocalFile()))
+        event.acceptProposedAction()
+
+    # --- models ------------------------------------------------------------------------------
+    def current_model(self) -> Model | None:
+        """The selected model, or the only one, or the one of the selected feature."""
+        records, models = self.studio.records, self.studio.session.of(Model)
+        for id_ in reversed(self.studio.selection.ids):
+            record = records.get(id_)
+            if isinstance(record, Trace):
+                record = records.get(record.model_id)
+            if isinstance(record, Model):
+                return record
+        undeclared = [m for m in models if m.frame.kind == "undeclared"]
+        if len(undeclared) == 1:
+            return undeclared[0]
+        return models[-1] if models else None
+
+    def declare_frame(self, model_id: str | None = None) -> None:
+        from vomstudio.ui.frame_dialog import FrameDialog
+
+        model = self.studio.records.get(model_id) if model_id else self.current_model()
+        if not isinstance(model, Model):
+            return
+        dialog = FrameDialog(self, model, self.studio.models.get(model.id))
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.accepted.connect(
+            lambda: self.studio.attempt(edits.declare_frame, model.id, dialog.frame)
+        )
+        dialog.open()
+
+    def locate_model(self) -> None:
+        model = self.current_model()
+        if model is None:
+            return
+        name, _ = QFileDialog.getOpenFileName(
+            self, self.tr("Where is {0}?").format(model.name), self._folder()
+        )
+        if name:
+            self.studio.locate_model(model.id, Path(name))
+
+    def remove_model(self) -> None:
+        model = self.current_model()
+        if model is not None:
+            self.studio.attempt(edits.remove_model, model.id)
+
+    def _record_actions(self, record: Record) -> list[QAction]:
+        table = self.actions_table
+        table.refresh()
+        names = (
+            ("declare_frame", "locate", "remove_model")
+            if isinstance(record, Model)
+            else ("frame_selection", "continue_trace", "face_plane", "rename", "delete")
+            if isinstance(record, Trace)
+            else ()
+        )
+        return [table.all[name] for name in names]
+
+    # --- view --------------------------------------------------------------------------------
+    def look(self, trend_deg: float, plunge_deg: float) -> None:
+        if self.viewport is not None:
+            self.viewport.set_orthographic(True)
+            self.viewport.look_along(trend_deg, plunge_deg)
+
+    def frame_selection(self) -> None:
+        import numpy as np
+
+        points = [m.points for m in self.studio.measured(self.studio.selection.ids).values()]
+        if self.viewport is not None and points:
+            self.viewport.frame(np.concatenate(points))
+
+    def show_only_outcrop(self) -> None:
+        """Hide every panel, or bring back those that were there."""
+        if hasattr(self, "_hidden_docks"):
+            for dock in self._hidden_docks:
+                dock.show()
+            del self._hidden_docks
+        else:
+            self._hidden_docks = [d for d in self.docks.values() if d.isVisible() or
+                                  self.tabifiedDockWidgets(d) and not d.isHidden()]  # fmt: skip
+            for dock in self._hidden_docks:
+                dock.hide()
+
+    def _pointer(self, event: PointerEvent) -> None:
+        if event.kind is not Pointer.MOVE:
+            return
+        if event.hit is None:
+            self._position.setText("")
+            return
+        from vomstudio.geometry import transform
+
+        model = self.studio.records.get(event.hit.model_id)
+        if isinstance(model, Model):
+            east, north, up = transform.apply(model.to_world, [event.hit.position])[0]
+            names = ("E", "N", "Z") if model.frame.has_north else ("x", "y", "z")
+            self._position.setText(
+                "  ".join(
+                    f"{name} {value:,.3f}".replace(",", "\N{NARROW NO-BREAK SPACE}")
+                    for name, value in zip(names, (east, north, up), strict=True)
+                )
+                + " m"
+            )
+
+    def _camera_changed(self) -> None:
+        if self.viewport is not None:
+            self.view_panel.show_direction(
+                *self.viewport.view_direction(), self.viewport.orthographic
+            )
+            self._camera_timer.start()
+            self.actions_table.refresh()
+
+    def _keep_camera(self) -> None:
+        if self.viewport is not None and self.studio.session.of(Model):
+            self.studio.project.journal.set_view("camera", self.viewport.camera_state())
+
+    # --- state -------------------------------------------------------------------------------
+    def _notice(self, notice: Notice) -> None:
+        self.messages.add(notice)
+        if notice.level == "info":
+            self.statusBar().showMessage(notice.text, 6000)
+        else:
+            self.message_bar.say(notice)
+
+    def _project_name(self) -> str:
+        project = self.studio.project
+        return self.tr("untitled") if project.untitled else project.name
+
+    def _tool_changed(self, name: str) -> None:
+        if name == "trace":
+            self.docks["trace"].show()
+            self.docks["trace"].raise_()
+        if self.viewport is not None:
+            cursor = Qt.CursorShape.CrossCursor if name == "trace" else Qt.CursorShape.ArrowCursor
+            self.viewport.setCursor(cursor)
+        self._refresh()
+
+    def _refresh(self, *_: object) -> None:
+        studio = self.studio
+        self.actions_table.refresh()
+        star = "*" if studio.session.dirty else ""
+        self.setWindowTitle(f"{self._project_name()}{star} – VOM Studio")
+        if studio.tool_name == "trace":
+            self._hint.setText(studio.trace_tool.hint())
+        else:
+            self._hint.setText(
+                self.tr("Navigate: drag to orbit, wheel to zoom, Shift+drag to pan; "
+                        "click a plane to select it")
+            )  # fmt: skip
+        count = len(studio.selection.ids)
+        self._selected.setText(f"{count} selected" if count else "")
+        models = studio.session.of(Model)
+        self.start_page.setVisible(not models and not studio.jobs.visible())
+        self._frame_badge.setVisible(bool(models))
+        if models:
+            known = studio.north_known()
+            self._frame_badge.setText(
+                studio.frame_name() if known else self.tr("⚠ local frame: not registered")
+            )
+            self._frame_badge.setToolTip(
+                self.tr("The frame of the numbers shown. Click to change it.")
+                if known
+                else self.tr("Angles are not geographic yet. Click to declare the model's frame.")
+            )
+            self._frame_badge.setStyleSheet(
+                "" if known else "background: #e69f00; color: black; padding: 1px 6px;"
+            )
+
+    def _jobs_changed(self) -> None:
+        if not self.studio.jobs.visible():
+            self._jobs_timer.stop()
+            self._show_jobs()
+        elif not self._jobs_timer.isActive():
+            self._jobs_timer.start()
+
+    def _show_jobs(self) -> None:
+        jobs = self.studio.jobs.visible()
+        for widget in (self._job, self._bar, self._stop):
+            widget.setVisible(bool(jobs))
+        if jobs:
+            job = jobs[0]
+            self._job.setText(job.words())
+            self._bar.setRange(0, job.total or 0)
+            self._bar.setValue(job.done)
+        self.start_page.setVisible(not self.studio.session.of(Model) and not jobs)
+
+    def _stop_job(self) -> None:
+        for job in self.studio.jobs.visible()[:1]:
+            self.studio.jobs.cancel(job)
+
+    def _layers_written(self, path: str) -> None:
+        from datetime import datetime
+
+        if path:
+            self._layers_time = datetime.now()
+            self._layers.setText("")
+            self._layers.setToolTip(path)
+        else:
+            when = getattr(self, "_layers_time", None)
+            self._layers.setText(
+                f"GIS layers are from {when:%H:%M}" if when else "GIS layers are not written yet"
+            )
+
+    # --- keys, layout, end -------------------------------------------------------------------
+    def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802
+        if event.key() == Qt.Key.Key_Escape and self.studio.trace_tool.open:
+            self.studio.trace_tool.cancel()
+            return
+        super().keyPressEvent(event)
+
+    def _restore_layout(self) -> None:
+        kept = self.studio.settings.window
+        if "geometry" in kept:
+            self.restoreGeometry(_bytes(kept["geometry"]))
+            # A screen that is gone must not take the window with it.
+            if not any(
+                screen.geometry().intersects(self.frameGeometry())
+                for screen in QGuiApplication.screens()
+            ):
+                self.move(40, 40)
+        if "docks" in kept:
+            self.restoreState(_bytes(kept["docks"]), _LAYOUT_VERSION)
+
+    def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802
+        if not self.ask_to_keep():
+            event.ignore()
+            return
+        if hasattr(self, "_hidden_docks"):
+            self.show_only_outcrop()
+        self.studio.settings.window = {
+            "geometry": _text(self.saveGeometry()),
+            "docks": _text(self.saveState(_LAYOUT_VERSION)),
+        }
+        self.studio.keep_settings()
+        self._keep_camera()
+        if self.viewport is not None:
+            self.viewport.close()
+        self.studio.close()
+        event.accept()
+
+    def about(self) -> None:
+        QMessageBox.about(
+            self,
+            "VOM Studio",
+            f"<b>VOM Studio {__version__}</b><br>Virtual outcrop models of geological structures: "
+            "measurements with their errors.<br>BSD-3-Clause.",
+        )
+
+
+def _text(data: QByteArray) -> str:
+    return base64.b64encode(data.data()).decode("ascii")
+
+
+def _bytes(text: str) -> QByteArray:
+    return QByteArray(base64.b64decode(text))

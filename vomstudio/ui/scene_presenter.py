@@ -1,0 +1,142 @@
+"""Records as the viewport draws them, and the viewport's clicks as selection."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from vomstudio.document.edit import Edit
+from vomstudio.document.records import FeatureType, Model, Trace
+from vomstudio.geometry import transform
+from vomstudio.geometry.discs import disc
+from vomstudio.rendering.drawing import FeatureDrawing
+from vomstudio.rendering.viewport import Viewport
+from vomstudio.tools.types import Button, Pointer, PointerEvent, Preview
+from vomstudio.ui.studio import Studio
+from vomstudio.ui.wording import plane_text
+
+
+class ScenePresenter:
+    def __init__(self, studio: Studio, viewport: Viewport) -> None:
+        self._studio = studio
+        self._viewport = viewport
+        self._shown: set[str] = set()
+        self._features: set[str] = set()
+        studio.project_opened.connect(self.rebuild)
+        studio.edited.connect(self._edited)
+        studio.model_loaded.connect(self._model_loaded)
+        studio.visibility_changed.connect(self._visibility)
+        studio.selection_changed.connect(viewport.set_selected)
+        studio.preview.connect(self._preview)
+        studio.settings_changed.connect(self._all_features)
+        viewport.pointer.connect(self._pointer)
+
+    def rebuild(self) -> None:
+        for model_id in self._shown:
+            self._viewport.remove_model(model_id)
+        self._shown.clear()
+        self._viewport.set_features(dict.fromkeys(self._features))
+        self._features.clear()
+        for model_id in self._studio.models:
+            self._model_loaded(model_id)
+        self._all_features()
+        self._frame()
+
+    # --- models ------------------------------------------------------------------------------
+    def _model_loaded(self, model_id: str) -> None:
+        record = self._studio.records.get(model_id)
+        opened = self._studio.models.get(model_id)
+        if not isinstance(record, Model) or opened is None or model_id in self._shown:
+            return
+        first = not self._shown
+        self._viewport.add_model(
+            model_id, opened.data, transform.matrix(record.to_world), frame_camera=first
+        )
+        self._viewport.set_model_visible(model_id, self._model_visible(model_id))
+        self._shown.add(model_id)
+        camera = self._studio.project.journal.view("camera")
+        if first and camera is not None:
+            self._viewport.set_camera_state(camera)
+        self._frame()
+
+    def _model_visible(self, model_id: str) -> bool:
+        return self._studio.visible(model_id) and self._studio.visible("models")
+
+    def _frame(self) -> None:
+        self._viewport.set_frame(
+            north_known=self._studio.north_known(), label=self._studio.frame_name()
+        )
+
+    # --- features ----------------------------------------------------------------------------
+    def _edited(self, edit: Edit) -> None:
+        for id_, record in edit.after.items():
+            if isinstance(edit.before[id_], Model) and record is None:
+                self._viewport.remove_model(id_)
+                self._shown.discard(id_)
+            elif isinstance(record, Model):
+                if id_ in self._shown:
+                    self._viewport.set_model_to_world(id_, transform.matrix(record.to_world))
+                    self._frame()
+                else:
+                    self._model_loaded(id_)
+        self._draw(self._studio.affected(edit))
+
+    def _all_features(self) -> None:
+        self._draw(trace.id for trace in self._studio.session.of(Trace))
+
+    def _draw(self, ids: Iterable[str]) -> None:
+        ids = list(ids)
+        measured = self._studio.measured(ids)
+        changes: dict[str, FeatureDrawing | None] = {}
+        for id_ in ids:
+            trace = self._studio.records.get(id_)
+            if not isinstance(trace, Trace):
+                changes[id_] = None
+                self._features.discard(id_)
+                continue
+            kind = self._studio.records.get(trace.type_id)
+            fit = measured[id_].fit
+            points = measured[id_].points
+            label = trace.name
+            if fit is not None:
+                label += f"  {plane_text(fit, self._studio.settings.notation)}"
+            changes[id_] = FeatureDrawing(
+                id=id_,
+                line=points,
+                disc=None
+                if fit is None or fit.extent is None
+                else disc(fit.centroid, fit.normal, 0.5 * fit.extent),
+                color=_rgb(kind.color if isinstance(kind, FeatureType) else "#ffffff"),
+                label=label,
+                anchor=points[len(points) // 2],
+                visible=self._studio.visible(id_) and self._studio.visible(trace.type_id),
+            )
+            self._features.add(id_)
+        if changes:
+            self._viewport.set_features(changes)
+
+    def _visibility(self, ids: tuple[str, ...]) -> None:
+        for model_id in self._shown:
+            self._viewport.set_model_visible(model_id, self._model_visible(model_id))
+        if any(isinstance(self._studio.records.get(i), FeatureType) for i in ids):
+            self._all_features()
+        else:
+            self._draw(i for i in ids if isinstance(self._studio.records.get(i), Trace))
+
+    # --- tool and pointer --------------------------------------------------------------------
+    def _preview(self, preview: Preview | None) -> None:
+        self._viewport.set_preview(preview)
+
+    def _pointer(self, event: PointerEvent) -> None:
+        if self._studio.tool_name != "navigate":
+            self._studio.pointer(event)
+        elif event.kind is Pointer.CLICK and event.button is Button.LEFT:
+            found = self._viewport.pick_feature(event.x, event.y)
+            if found is not None and event.ctrl:
+                self._studio.selection.toggle(found)
+            elif not event.ctrl:
+                self._studio.selection.set([] if found is None else [found])
+
+
+def _rgb(color: str) -> tuple[float, float, float]:
+    red, green, blue = (int(color[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    return red, green, blue

@@ -1,0 +1,49 @@
+"""The window's birth: window first, viewport after, everything heavy once it is on the screen."""
+
+from __future__ import annotations
+
+import locale
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+
+def run_window(paths: Sequence[str]) -> int:
+    os.environ.setdefault("QT_API", "pyside6")
+    from PySide6.QtCore import QTimer
+    from PySide6.QtGui import QSurfaceFormat
+    from PySide6.QtWidgets import QApplication
+
+    surface = QSurfaceFormat()
+    surface.setRenderableType(QSurfaceFormat.RenderableType.OpenGL)
+    surface.setVersion(3, 2)
+    surface.setProfile(QSurfaceFormat.OpenGLContextProfile.CoreProfile)
+    surface.setDepthBufferSize(24)
+    QSurfaceFormat.setDefaultFormat(surface)
+    application = QApplication([sys.argv[0]])
+    # QApplication takes the user's locale; under a comma locale native readers misread decimals.
+    locale.setlocale(locale.LC_NUMERIC, "C")
+    application.setApplicationName("VOM Studio")
+    application.setDesktopFileName("vomstudio")
+
+    from vomstudio.io.settings import read_settings
+    from vomstudio.ui import theme
+    from vomstudio.ui.main_window import MainWindow
+
+    theme.at_least_nine_points(application)
+    settings, problems = read_settings()
+    window = MainWindow(settings)
+    window.show()
+    for problem in problems:
+        window.studio.warn(problem)
+    QTimer.singleShot(0, lambda: window.begin([Path(p) for p in paths]))
+    # Ctrl+C in the terminal closes like the window's own button; the timer lets Python hear it.
+    signal.signal(signal.SIGINT, lambda *_: window.close())
+    listener = QTimer()
+    listener.start(500)
+    listener.timeout.connect(lambda: None)
+    code = application.exec()
+    listener.stop()
+    return code
