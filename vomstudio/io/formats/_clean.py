@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -54,7 +55,7 @@ def some(n: int, what: str) -> str:
     return f"{n:,} {what if n == 1 else plural}"
 
 
-def scale_colors(colors: npt.NDArray[np.generic]) -> npt.NDArray[np.uint8]:
+def scale_colors(colors: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
     """(n, 3) uint8 from bytes, 16-bit values, or floats in 0..1 or 0..255. NaN becomes white."""
     if colors.dtype == np.uint8:
         return np.ascontiguousarray(colors, dtype=np.uint8)
@@ -75,7 +76,7 @@ def drop_unsound(mesh: Mesh, said: list[str], path: Path) -> Mesh | PointCloud:
     Faces must lie within the vertices. Appends to `said`. Raises InputError if nothing is left.
     """
     vertices, faces = mesh.vertices, mesh.faces
-    finite = np.isfinite(vertices).all(axis=1)
+    finite = np.logical_and.reduce(np.isfinite(vertices), axis=1)
     offsets, uv, colors, fields = mesh.material_offsets, mesh.uv, mesh.colors, dict(mesh.fields)
     n_bad = int(len(finite) - np.count_nonzero(finite))
     if n_bad:
@@ -104,7 +105,7 @@ def drop_unsound(mesh: Mesh, said: list[str], path: Path) -> Mesh | PointCloud:
 
 def drop_unsound_points(cloud: PointCloud, said: list[str], path: Path) -> PointCloud:
     """Without points that are no numbers. Raises InputError if none is left."""
-    finite = np.isfinite(cloud.points).all(axis=1)
+    finite = np.logical_and.reduce(np.isfinite(cloud.points), axis=1)
     n_bad = int(len(finite) - np.count_nonzero(finite))
     if n_bad == 0 and len(finite):
         return cloud

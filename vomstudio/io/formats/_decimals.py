@@ -1,12 +1,12 @@
 """Decimal text to float64, correctly rounded, in compiled code.
 
 Two exact shortcuts, else the token is left to Python's float():
-- Clinger 1990 (*PLDI*, "How to read floating point numbers accurately"): a mantissa of at most 2**53
-  and a power of ten of at most 22 are both exact doubles, so one multiplication or division rounds
-  once;
-- mantissas of up to 18 digits divided by at most 10**22: the quotient in double-double (Dekker 1971,
-  *Numerische Mathematik* 18, 224), taken only when every value within its error bound rounds to the
-  same double.
+- Clinger 1990 (*PLDI*, "How to read floating point numbers accurately"): a mantissa of at most
+  2**53 and a power of ten of at most 22 are both exact doubles, so one multiplication or division
+  rounds once;
+- mantissas of up to 18 digits divided by at most 10**22: the quotient in double-double (Dekker
+  1971, *Numerische Mathematik* 18, 224), taken only when every value within its error bound rounds
+  to the same double.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def _quotient(mantissa, power):  # type: ignore[no-untyped-def]
 
 @kernel("Tuple((float64, int64, int64))(uint8[::1], int64, int64)")
 def number(data, start, end):  # type: ignore[no-untyped-def]
-    """The token that starts at `start` and ends at a blank or `end`: value, READY or LEFT_OVER, end.
+    """The token from `start` to a blank or `end`: its value, READY or LEFT_OVER, and its end.
 
     LEFT_OVER tokens are for Python: long, extreme, nan, inf or not a number at all.
     """

@@ -7,6 +7,7 @@ arrays, several blocks at once. Both must agree on what a line is.
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from vomstudio.io.formats._decimals import LEFT_OVER, is_space, number
 from vomstudio.io.formats._jit import kernel
@@ -168,7 +169,7 @@ def parse(  # type: ignore[no-untyped-def]
     i = start
     while i < end:
         kind, i = _classify(data, i, end)
-        if kind == _VERTEX or kind == _UV:
+        if kind in (_VERTEX, _UV):
             most = 8 if kind == _VERTEX else 2
             n = 0
             while n < most:
@@ -228,10 +229,7 @@ def parse(  # type: ignore[no-untyped-def]
             line = i
             n = 0
             bad = False
-            first_v = np.int64(-1)
-            first_u = np.int64(-1)
-            last_v = np.int64(-1)
-            last_u = np.int64(-1)
+            first_v = first_u = last_v = last_u = np.int64(-1)
             t0 = t
             while True:
                 while is_space(data[i]):
@@ -249,43 +247,32 @@ def parse(  # type: ignore[no-untyped-def]
                     sound = False
                     while data[i] != 10 and not is_space(data[i]):
                         i += 1
-                if a > 0:
-                    a -= 1
-                elif a < 0:
-                    a += v
-                else:
-                    a = -1
-                if not sound or a < 0 or a >= n_vertices:
-                    a = -1
+                # 1 is the first row, -1 the last one so far, 0 nothing.
+                row = np.int64(a - 1 if a > 0 else (a + v if a < 0 else -1))
+                if not sound or row < 0 or row >= n_vertices:
+                    row = np.int64(-1)
                     bad = True
-                if has_b:
-                    if b > 0:
-                        b -= 1
-                    elif b < 0:
-                        b += u
-                    else:
-                        b = -1
-                    if b < 0 or b >= n_uvs:
-                        b = -1
+                uv_row = np.int64((b - 1 if b > 0 else (b + u if b < 0 else -1)) if has_b else -1)
+                if uv_row < 0 or uv_row >= n_uvs:
+                    uv_row = np.int64(-1)
+                    if has_b:
                         if report[R_BAD_UVS] == 0:
                             report[R_FIRST_BAD_UV] = line
                         report[R_BAD_UVS] += 1
-                else:
-                    b = -1
                 if n == 0:
-                    first_v = a
-                    first_u = b
+                    first_v = row
+                    first_u = uv_row
                 elif n >= 2:
                     corners[t, 0] = first_v
                     corners[t, 1] = last_v
-                    corners[t, 2] = a
+                    corners[t, 2] = row
                     if want_uv:
                         uv_corners[t, 0] = first_u
                         uv_corners[t, 1] = last_u
-                        uv_corners[t, 2] = b
+                        uv_corners[t, 2] = uv_row
                     t += 1
-                last_v = a
-                last_u = b
+                last_v = row
+                last_u = uv_row
                 n += 1
             if n > 3:
                 polygons[p, 0] = t0
@@ -310,23 +297,15 @@ def parse(  # type: ignore[no-untyped-def]
         i += 1
 
 
-@kernel("Tuple((int64, int32[::1], int32[::1]))(int32[:,::1], int32[:,::1], int64, int32[:,::1])")
-def split_vertices(corners, uv_corners, n_vertices, out):  # type: ignore[no-untyped-def]
-    """One vertex for each pair of position and texture coordinate.
-
-    A position keeps its row for its first texture coordinate; further ones get new rows at the end.
-    Returns the number of rows, and the position and the texture coordinate of each row (-1 none);
-    `out` (m, 3) receives the corners in new rows.
-    """
-    room = n_vertices + n_vertices // 2 + 1024
-    source = np.empty(room, np.int32)
-    texture = np.empty(room, np.int32)
-    following = np.empty(room, np.int32)
-    for i in range(n_vertices):
+@kernel(
+    "int64(int32[:,::1], int32[:,::1], int64, int32[::1], int32[::1], int32[::1], int32[:,::1])"
+)
+def split_rows(corners, uv_corners, n, source, texture, following, out):  # type: ignore[no-untyped-def]
+    """`split_vertices` on arrays that have room; `following` chains the rows of one position."""
+    for i in range(n):
         source[i] = i
         texture[i] = -2
         following[i] = -1
-    n = n_vertices
     for i in range(corners.shape[0]):
         for k in range(3):
             v = corners[i, k]
@@ -335,26 +314,40 @@ def split_vertices(corners, uv_corners, n_vertices, out):  # type: ignore[no-unt
                 texture[v] = u
                 out[i, k] = v
                 continue
-            row = v
+            row = np.int64(v)
             while texture[row] != u and following[row] >= 0:
-                row = following[row]
+                row = np.int64(following[row])
             if texture[row] != u:
-                if n == room:
-                    room = room * 2
-                    wider = np.empty(room, np.int32)
-                    wider[:n] = source
-                    source = wider
-                    wider = np.empty(room, np.int32)
-                    wider[:n] = texture
-                    texture = wider
-                    wider = np.empty(room, np.int32)
-                    wider[:n] = following
-                    following = wider
                 source[n] = v
                 texture[n] = u
                 following[n] = -1
                 following[row] = n
-                row = n
+                row = np.int64(n)
                 n += 1
             out[i, k] = row
-    return n, source[:n].copy(), texture[:n].copy()
+    return n
+
+
+def split_vertices(
+    corners: npt.NDArray[np.int32], uv_corners: npt.NDArray[np.int32], n_vertices: int
+) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int32], npt.NDArray[np.int32]]:
+    """One vertex for each pair of position and texture coordinate that a corner (m, 3) names.
+
+    A position keeps its row for its first texture coordinate; further ones get new rows at the end.
+    Returns the corners in new rows, and the position and the texture coordinate (-1 none) of each
+    row.
+    """
+    # As many as there could be; memory that is not written to is not taken.
+    room = n_vertices + corners.size
+    source, texture, following = (np.empty(room, np.int32) for _ in range(3))
+    out = np.empty(corners.shape, np.int32)
+    n = split_rows(
+        np.ascontiguousarray(corners),
+        np.ascontiguousarray(uv_corners),
+        n_vertices,
+        source,
+        texture,
+        following,
+        out,
+    )
+    return out, source[:n], np.where(texture[:n] < 0, np.int32(-1), texture[:n])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from vomstudio.io.formats._jit import kernel
 
@@ -22,14 +23,40 @@ def _turn(points, a, b, c, nx, ny, nz):  # type: ignore[no-untyped-def]
     return (uy * vz - uz * vy) * nx + (uz * vx - ux * vz) * ny + (ux * vy - uy * vx) * nz
 
 
-@kernel("int64(float64[:,::1], int32[:,::1], int32[:,::1], int64[:,::1])")
-def cut_concave(vertices, corners, uv_corners, polygons):  # type: ignore[no-untyped-def]
+def cut_concave(
+    vertices: npt.NDArray[np.float64],
+    corners: npt.NDArray[np.int32],
+    uv_corners: npt.NDArray[np.int32],
+    polygons: npt.NDArray[np.int64],
+) -> int:
     """Ear clipping (Meisters 1975, *Am. Math. Monthly* 82, 648) of the concave polygons, in place.
 
     vertices (n, 3); corners, uv_corners (m, 3), the second possibly without rows; polygons (p, 2):
     first triangle of the fan, number of corners. Polygons with an unsound corner (-1) are left, so
     are those that no ear can be found in (crossing themselves). Returns how many were cut again.
     """
+    return int(
+        _cut(
+            vertices,
+            corners,
+            uv_corners,
+            polygons,
+            np.empty((MAX_RING, 3)),
+            np.empty((3, MAX_RING), np.int64),
+            np.empty((MAX_RING, 3), np.int64),
+        )
+    )
+
+
+@kernel(
+    "int64(float64[:,::1], int32[:,::1], int32[:,::1], int64[:,::1], float64[:,::1],"
+    " int64[:,::1], int64[:,::1])"
+)
+def _cut(vertices, corners, uv_corners, polygons, points, rings, ears):  # type: ignore[no-untyped-def]
+    """`cut_concave`, with working space for one polygon."""
+    ring = rings[0]
+    uv_ring = rings[1]
+    index = rings[2]
     want_uv = uv_corners.shape[0] > 0
     changed = 0
     for q in range(polygons.shape[0]):
@@ -37,8 +64,6 @@ def cut_concave(vertices, corners, uv_corners, polygons):  # type: ignore[no-unt
         n = polygons[q, 1]
         if n > MAX_RING:
             continue
-        ring = np.empty(n, np.int32)
-        uv_ring = np.full(n, -1, np.int32)
         ring[0] = corners[t0, 0]
         ring[1] = corners[t0, 1]
         for k in range(n - 2):
@@ -54,7 +79,6 @@ def cut_concave(vertices, corners, uv_corners, polygons):  # type: ignore[no-unt
                 sound = False
         if not sound:
             continue
-        points = np.empty((n, 3))
         for k in range(n):
             for c in range(3):
                 points[k, c] = vertices[ring[k], c] - vertices[ring[0], c]
@@ -71,10 +95,10 @@ def cut_concave(vertices, corners, uv_corners, polygons):  # type: ignore[no-unt
                 fan_is_sound = False
         if fan_is_sound:
             continue
-        index = np.arange(n)
+        for k in range(n):
+            index[k] = k
         left = n
         made = 0
-        ears = np.empty((n - 2, 3), np.int64)
         k = 0
         tried = 0
         while left > 3 and tried < left:
@@ -85,7 +109,7 @@ def cut_concave(vertices, corners, uv_corners, polygons):  # type: ignore[no-unt
             if ear:
                 for j in range(left):
                     o = index[j]
-                    if o == a or o == b or o == c:
+                    if o in (a, b, c):
                         continue
                     if (
                         _turn(points, a, b, o, nx, ny, nz) >= 0

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import bisect
+import itertools
 import os
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -54,7 +56,8 @@ def matches(path: Path, head: bytes) -> bool:
 
 def warm_up() -> None:
     """Compile what reading needs and leave it in numba's cache, so that no user waits for it."""
-    from vomstudio.io.formats import _obj_kernels, _polygons  # noqa: F401  importing compiles
+    # Importing compiles.
+    from vomstudio.io.formats import _obj_kernels, _ply_kernels, _polygons  # noqa: F401
 
 
 def read(path: Path, progress: Progress) -> LoadedModel:
@@ -141,7 +144,7 @@ class _Reading:
                     break
                 stop += 65536
             edges.append(min(stop, size))
-        return list(zip(edges[:-1], edges[1:], strict=True))
+        return list(itertools.pairwise(edges))
 
     def _parse(self) -> None:
         from vomstudio.io.formats import _obj_kernels as k
@@ -212,7 +215,7 @@ class _Reading:
         if self.n_odd:
             self.said.append(f"{some(self.n_odd, 'line')} not understood and left out.")
 
-    def _wait(self, jobs: list, before: int) -> None:  # type: ignore[type-arg]
+    def _wait(self, jobs: list[Future[None]], before: int) -> None:
         try:
             for i, job in enumerate(jobs):
                 job.result()
@@ -236,7 +239,7 @@ class _Reading:
         from vomstudio.io.formats import _obj_kernels as k
         from vomstudio.io.formats._decimals import python_number
 
-        targets = {
+        targets: dict[int, npt.NDArray[Any]] = {
             k.TO_VERTEX: self.vertices.reshape(-1),
             k.TO_UV: self.uvs.reshape(-1),
             k.TO_COLOR: self.colors.reshape(-1),
@@ -271,9 +274,10 @@ class _Reading:
 
     def _mesh(self) -> Mesh | PointCloud:
         from vomstudio.io.formats import _obj_kernels as k
-        from vomstudio.io.formats._polygons import cut_concave
 
         if len(self.polygons):
+            from vomstudio.io.formats._polygons import cut_concave
+
             cut_concave(self.vertices, self.corners, self.uv_corners, self.polygons)
         names, starts, libraries = self._words()
         materials = self._materials(names, libraries)
@@ -296,11 +300,7 @@ class _Reading:
             if len(self.uvs) == len(vertices) and np.array_equal(faces, uv_faces):
                 uv = self.uvs.astype(np.float32)
             else:
-                rows = np.empty_like(faces)
-                _, source, texture = k.split_vertices(
-                    np.ascontiguousarray(faces), np.ascontiguousarray(uv_faces), len(vertices), rows
-                )
-                faces = rows
+                faces, source, texture = k.split_vertices(faces, uv_faces, len(vertices))
                 if len(source) > len(vertices):
                     vertices = vertices[source]
                     colors = None if colors is None else colors[source]
@@ -372,14 +372,12 @@ class _Reading:
             )
         by_case = {name.casefold(): material for name, material in found.items()}
         result = []
-        missing = []
+        missing: list[str] = []
         for name in names:
-            material = found.get(name) or by_case.get(name.casefold())
-            if material is None:
-                if name and libraries:
-                    missing.append(name)
-                material = Material(name)
-            result.append(Material(name, material.texture, material.diffuse))
+            like = found.get(name) or by_case.get(name.casefold())
+            if like is None and name and libraries:
+                missing.append(name)
+            result.append(Material(name, like.texture, like.diffuse) if like else Material(name))
         if missing:
             listed = ", ".join(f"'{n}'" for n in missing[:LISTED])
             more = f" and {len(missing) - LISTED} more" if len(missing) > LISTED else ""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -110,8 +111,8 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     )
     del buffer
     data = _assemble(header, tables, path, said)
-    kind = "cloud" if isinstance(data, PointCloud) else "mesh"
-    return LoadedModel(data, kind, None, tuple(said), path)  # type: ignore[arg-type]
+    kind: Literal["mesh", "cloud"] = "cloud" if isinstance(data, PointCloud) else "mesh"
+    return LoadedModel(data, kind, None, tuple(said), path)
 
 
 def read_header(buffer: bytearray, path: Path) -> Header:
@@ -223,7 +224,7 @@ def _binary_table(
             parts.append((p.name, (order + p.type, (guess[p.name],))))
         else:
             parts.append((p.name, order + p.type))
-    record = np.dtype(parts)  # type: ignore[arg-type]
+    record = np.dtype(parts)
     fitting = min(n, (len(buffer) - at) // record.itemsize)
     array = np.frombuffer(buffer, record, fitting, at)
     if any(np.any(array[f"n {p.name}"] != guess[p.name]) for p in lists):
@@ -475,7 +476,6 @@ def _mesh(
     header: Header, face: Table, bare: Mesh, path: Path, said: list[str]
 ) -> Mesh | PointCloud:
     """Faces, their own texture coordinates and textures, onto bare vertices."""
-    from vomstudio.io.formats import _obj_kernels, _polygons
     from vomstudio.io.formats import _ply_kernels as k
 
     vertices, uv, colors, fields = bare.vertices, bare.uv, bare.colors, dict(bare.fields)
@@ -486,7 +486,7 @@ def _mesh(
     else:
         counts, raw = face.lists[key]
         if raw.dtype.kind == "f":
-            raw = np.nan_to_num(raw, nan=-1.0)  # type: ignore[assignment]
+            raw = np.nan_to_num(raw, nan=-1.0)
             raw = np.where(np.abs(raw) < 2.0**62, raw, -1)
         indices = raw.astype(np.int64)
     uv_counts, uv_values = face.lists.get("texcoord", (np.zeros(0, np.int64), np.zeros(0)))
@@ -517,6 +517,8 @@ def _mesh(
     faces, face_of = corners[:n], face_of[:n]
     uv_corners = uv_corners[:n]
     if p:
+        from vomstudio.io.formats import _polygons
+
         _polygons.cut_concave(vertices, faces, uv_corners, polygons[:p])
     materials: tuple[Material, ...] = ()
     offsets = np.zeros(1, np.int64)
@@ -541,6 +543,8 @@ def _mesh(
             uv_corners = uv_corners[order] if has_wedges else uv_corners
         offsets = np.searchsorted(ids, np.arange(len(materials) + 1)).astype(np.int64)
     if has_wedges and len(faces):
+        from vomstudio.io.formats import _obj_kernels
+
         # Each face has its own copies: equal values are one.
         pairs = uv_values[: len(uv_values) // 2 * 2].astype(np.float32).reshape(-1, 2)
         keys, same = np.unique(
@@ -549,11 +553,7 @@ def _mesh(
         worn = uv_corners >= 0
         uv_corners[worn] = same[uv_corners[worn]]
         pairs = keys.view(np.float32).reshape(-1, 2)
-        rows = np.empty_like(faces)
-        _, source, texture = _obj_kernels.split_vertices(
-            np.ascontiguousarray(faces), np.ascontiguousarray(uv_corners), len(vertices), rows
-        )
-        faces = rows
+        faces, source, texture = _obj_kernels.split_vertices(faces, uv_corners, len(vertices))
         if len(source) > len(vertices):
             vertices = vertices[source]
             colors = None if colors is None else colors[source]
