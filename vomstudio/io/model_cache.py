@@ -1,0 +1,268 @@
+"""Models as folders of .npy files: how arrays cross from a worker process to the window.
+
+The folder is written beside its place and renamed, so that it is whole or absent. It may be deleted
+at any time, and is never trusted: what does not agree with itself or its source is read anew.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError, TargetError
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Material, Mesh
+from vomstudio.io.models import file_hash, read_model
+from vomstudio.io.registry import LoadedModel
+from vomstudio.progress import Progress
+
+VERSION = 1
+META = "meta.json"
+
+
+def save(loaded: LoadedModel, folder: Path) -> None:
+    """Write `loaded` as `folder`, replacing what is there. Raises TargetError."""
+    folder = Path(folder)
+    data = loaded.data
+    arrays: dict[str, npt.NDArray[Any]] = {}
+    materials: list[dict[str, object]] = []
+    if isinstance(data, Mesh):
+        arrays = {
+            "vertices": data.vertices,
+            "faces": data.faces,
+            "material_offsets": data.material_offsets,
+        }
+        if data.uv is not None:
+            arrays["uv"] = data.uv
+        materials = [
+            {
+                "name": m.name,
+                "texture": None if m.texture is None else os.fspath(m.texture),
+                "diffuse": m.diffuse,
+            }
+            for m in data.materials
+        ]
+    else:
+        arrays = {"points": data.points}
+        if data.normals is not None:
+            arrays["normals"] = data.normals
+    if data.colors is not None:
+        arrays["colors"] = data.colors
+    fields = list(data.fields)
+    for i, name in enumerate(fields):
+        arrays[f"field_{i}"] = data.fields[name]
+    meta: dict[str, object] = {
+        "version": VERSION,
+        "kind": loaded.kind,
+        "crs": loaded.crs,
+        "warnings": list(loaded.warnings),
+        "path": os.fspath(Path(loaded.path).absolute()),
+        "content_hash": loaded.content_hash,
+        "materials": materials,
+        "fields": fields,
+        "arrays": {n: {"shape": list(a.shape), "dtype": a.dtype.str} for n, a in arrays.items()},
+        **_stamp(loaded.path),
+    }
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        draft = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
+    except OSError as error:
+        raise TargetError(
+            f"The cache cannot be written ({error.strerror}); free its disk or move the project.",
+            file=folder,
+        ) from error
+    try:
+        for name, array in arrays.items():
+            with open(draft / f"{name}.npy", "wb") as file:
+                np.save(file, np.ascontiguousarray(array), allow_pickle=False)
+        (draft / META).write_text(json.dumps(meta), encoding="utf-8")
+        _put_in_place(draft, folder)
+    except OSError as error:
+        raise TargetError(
+            f"The cache cannot be written ({error.strerror}); free its disk or move the project.",
+            file=folder,
+        ) from error
+    finally:
+        shutil.rmtree(draft, ignore_errors=True)
+
+
+def _put_in_place(draft: Path, folder: Path) -> None:
+    """Rename over an old folder; a reader that has mapped the old one keeps its files on POSIX."""
+    if folder.exists():
+        old = Path(tempfile.mkdtemp(prefix=f".{folder.name}.old.", dir=folder.parent))
+        os.rename(folder, old / "old")
+        try:
+            os.rename(draft, folder)
+        finally:
+            shutil.rmtree(old, ignore_errors=True)
+    else:
+        os.rename(draft, folder)
+
+
+def _stamp(path: Path) -> dict[str, object]:
+    try:
+        info = os.stat(path)
+    except OSError:
+        return {"size": None, "mtime_ns": None}
+    return {"size": info.st_size, "mtime_ns": info.st_mtime_ns}
+
+
+def open_cached(folder: Path) -> LoadedModel:
+    """The model in a cache folder, its arrays mapped read-only.
+
+    Shapes, types, file sizes and face indices are checked; images that have gone are dropped with a
+    warning. Raises InputError where the folder cannot be used: read the model's own file then.
+    """
+    folder = Path(folder)
+    meta = _read_meta(folder)
+    try:
+        return _open(folder, meta)
+    except InputError:
+        raise
+    except (OSError, ValueError, TypeError, KeyError, AttributeError, IndexError) as error:
+        raise _damaged(folder, str(error)) from error
+
+
+def load(path: Path, folder: Path, progress: Progress | None = None) -> LoadedModel:
+    """The model of `path` from the cache in `folder`, which is made anew where it does not fit.
+
+    It fits if the file has the size and time it had, or else the same sha256. What comes back is
+    always mapped, unless the cache cannot be written. Raises as `read_model`.
+    """
+    path = Path(path)
+    try:
+        meta = _read_meta(folder)
+        same = meta.get("path") == os.fspath(path.absolute()) and _stamp(path) == {
+            "size": meta.get("size"),
+            "mtime_ns": meta.get("mtime_ns"),
+        }
+        if same or (path.is_file() and meta.get("content_hash") == file_hash(path)):
+            cached = open_cached(folder)
+            if os.fspath(cached.path) == os.fspath(path.absolute()):
+                return cached
+    except InputError:
+        pass
+    loaded = read_model(path, progress)
+    try:
+        save(loaded, folder)
+        return open_cached(folder)
+    except (TargetError, InputError):
+        return loaded
+
+
+def _damaged(folder: Path, why: str) -> InputError:
+    return InputError(f"The cache is damaged ({why}); open the model's own file.", file=folder)
+
+
+def _read_meta(folder: Path) -> dict[str, Any]:
+    try:
+        meta = json.loads((Path(folder) / META).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise _damaged(folder, f"{META}: {error.strerror}") from error
+    except (ValueError, RecursionError) as error:
+        raise _damaged(folder, f"{META} is no JSON") from error
+    if not isinstance(meta, dict) or meta.get("version") != VERSION:
+        raise _damaged(folder, "of another version")
+    return meta
+
+
+def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
+    arrays: dict[str, npt.NDArray[Any]] = {}
+    for name, promise in meta["arrays"].items():
+        if not name.replace("_", "").isalnum():
+            raise _damaged(folder, "strange names")
+        file = folder / f"{name}.npy"
+        shape, kind = tuple(promise["shape"]), np.dtype(promise["dtype"])
+        if kind.hasobject:
+            raise _damaged(folder, f"{file.name} holds objects")
+        if 0 in shape:
+            array = np.load(file, allow_pickle=False)
+        else:
+            # numpy's own check is only that the file is not too short.
+            array = np.load(file, mmap_mode="r", allow_pickle=False)
+        if array.shape != shape or array.dtype != kind or not array.flags.c_contiguous:
+            raise _damaged(folder, f"{file.name} is not what {META} says")
+        if file.stat().st_size - array.nbytes not in range(64, 65536):
+            raise _damaged(folder, f"{file.name} has another size")
+        arrays[name] = array
+    warnings = [str(w) for w in meta["warnings"]]
+    fields = {str(name): arrays[f"field_{i}"] for i, name in enumerate(meta["fields"])}
+    data: Mesh | PointCloud
+    if meta["kind"] == "mesh":
+        data = _mesh(folder, meta, arrays, fields, warnings)
+        n = len(data.vertices)
+    elif meta["kind"] == "cloud":
+        points = _checked(folder, arrays, "points", np.float64, 3)
+        n = len(points)
+        normals = (
+            _checked(folder, arrays, "normals", np.float32, 3) if "normals" in arrays else None
+        )
+        colors = _checked(folder, arrays, "colors", np.uint8, 3) if "colors" in arrays else None
+        data = PointCloud(points, colors, normals, fields)
+    else:
+        raise _damaged(folder, "neither mesh nor cloud")
+    per_row = [
+        a for k, a in arrays.items() if k in ("colors", "uv", "normals") or k[:6] == "field_"
+    ]
+    if n == 0 or any(len(a) != n for a in per_row):
+        raise _damaged(folder, "arrays of different lengths")
+    crs = meta["crs"]
+    if crs is not None and not isinstance(crs, str):
+        raise _damaged(folder, "strange reference system")
+    return LoadedModel(
+        data, meta["kind"], crs, tuple(warnings), Path(meta["path"]), str(meta["content_hash"])
+    )
+
+
+def _checked(
+    folder: Path, arrays: dict[str, npt.NDArray[Any]], name: str, kind: type, width: int
+) -> npt.NDArray[Any]:
+    array = arrays[name]
+    if array.ndim != 2 or array.shape[1] != width or array.dtype != kind:
+        raise _damaged(folder, f"{name}.npy has a strange shape or type")
+    return array
+
+
+def _mesh(
+    folder: Path,
+    meta: dict[str, Any],
+    arrays: dict[str, npt.NDArray[Any]],
+    fields: dict[str, npt.NDArray[Any]],
+    warnings: list[str],
+) -> Mesh:
+    vertices = _checked(folder, arrays, "vertices", np.float64, 3)
+    faces = _checked(folder, arrays, "faces", np.int32, 3)
+    if len(faces) and (int(faces.min()) < 0 or int(faces.max()) >= len(vertices)):
+        raise _damaged(folder, "faces beyond the vertices")
+    offsets = arrays["material_offsets"]
+    materials = []
+    for record in meta["materials"]:
+        texture = None if record["texture"] is None else Path(record["texture"])
+        if texture is not None and not texture.is_file():
+            warnings.append(
+                f"Texture of material '{record['name']}': '{texture.name}' was not found."
+            )
+            texture = None
+        diffuse = record["diffuse"]
+        if diffuse is not None:
+            r, g, b = (float(x) for x in diffuse)
+            diffuse = (r, g, b)
+        materials.append(Material(str(record["name"]), texture, diffuse))
+    if (
+        offsets.dtype != np.int64
+        or offsets.shape != (len(materials) + 1,)
+        or offsets[0] != 0
+        or (materials and offsets[-1] != len(faces))
+        or np.any(np.diff(offsets) < 0)
+    ):
+        raise _damaged(folder, "materials that do not fit the faces")
+    uv = _checked(folder, arrays, "uv", np.float32, 2) if "uv" in arrays else None
+    colors = _checked(folder, arrays, "colors", np.uint8, 3) if "colors" in arrays else None
+    return Mesh(vertices, faces, tuple(materials), offsets, uv, colors, fields)
