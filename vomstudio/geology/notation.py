@@ -1,0 +1,412 @@
+"""Reading and writing orientations in the notations of field books.
+
+Planes are printed in one of `NOTATIONS`:
+    "dipdir/dip"   132/41        dip direction and dip
+    "strike/dip"   042/41 RHR    strike by the right-hand rule, and dip
+    "quadrant"     N42E 41SE     strike counted from North, dip and the quadrant it dips to
+and read from those and their usual relatives: other separators (132-41, 132 41, 132°/41°), the
+left-hand rule (222/41 LHR: the plane dips to the left), either end of the strike with the side the
+plane dips to (042/41 SE, 222/41 SE), N 42° E, 41° SE; S42W/41SE; E-W 30N; strike 042 dip 41 SE;
+dip first with an arrow (41 → 132). Lines are trend/plunge (130/25, N50W 25) or plunge first with
+an arrow (25 → 130). Decimal commas and minutes (7°30') are forgiven. What can be read in two ways,
+or not at all, raises InputError with the reason: nothing is guessed.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from vomstudio.errors import InputError
+from vomstudio.geology.orientation import Line, Plane, wrap360
+
+NOTATIONS = ("dipdir/dip", "strike/dip", "quadrant")
+"""What planes can be printed in."""
+
+PAIR_MEANINGS = (*NOTATIONS, "strike/dip lhr")
+"""What `parse_plane` can be told that two bare numbers mean."""
+
+_WINDS = {
+    "N": 0.0, "NNE": 22.5, "NE": 45.0, "ENE": 67.5, "E": 90.0, "ESE": 112.5, "SE": 135.0,
+    "SSE": 157.5, "S": 180.0, "SSW": 202.5, "SW": 225.0, "WSW": 247.5, "W": 270.0,
+    "WNW": 292.5, "NW": 315.0, "NNW": 337.5,
+}  # fmt: skip
+_SIDES = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
+_LABELS = {
+    "STRIKE": "strike", "STR": "strike", "DIP": "dip", "DIPDIR": "dipdir", "DD": "dipdir",
+    "DIPDIRECTION": "dipdir", "TREND": "trend", "AZIMUTH": "azimuth", "PLUNGE": "plunge",
+}  # fmt: skip
+_RULES = {"RHR": "RHR", "RH": "RHR", "LHR": "LHR", "LH": "LHR"}
+_ARROWS = {"->", "→", "=>", "⇒", "TO", "TOWARD", "TOWARDS"}
+_FILLERS = {"AT", "AND", "DEG", "DEGREES", "DEGREE"}
+
+_SAME = str.maketrans(
+    {"º": "°", "˚": "°", "∘": "°", "′": "'", "’": "'", "`": "'", "″": '"', "”": '"',
+     "–": "-", "—": "-", "−": "-", "‐": "-", "‑": "-", "\u00a0": " ", "\u202f": " ",
+     "(": " ", ")": " ", "[": " ", "]": " "}
+)  # fmt: skip
+
+_TOKEN = re.compile(
+    r"(?P<number>(?:\d+(?:[.,]\d+)?|[.]\d+))(?P<degree>\s*°)?"
+    r"(?:\s*(?P<minutes>\d+(?:[.,]\d+)?)\s*')?(?:\s*(?P<seconds>\d+(?:[.,]\d+)?)\s*\")?"
+    r"|(?P<arrow>->|→|=>|⇒)|(?P<word>[A-Z]+)|(?P<mark>[/;,:|\\_-])|(?P<other>\S)"
+)
+
+SIDE_REACH_DEG = {1: 80.0, 2: 55.0, 3: 45.0}
+"""How far a dip direction may lie from the side it is said to dip to, by the letters of the side:
+SE is a quadrant (45 to both sides, and 10 for a rounded strike), E is a half that must not be
+mistaken for the strike itself."""
+
+
+@dataclass(frozen=True)
+class _Token:
+    """kind: number, bearing (text such as N42E, value its azimuth), wind, label, rule, arrow."""
+
+    kind: str
+    text: str
+    value: float = 0.0
+    comma: tuple[float, float] | None = None
+    """The two numbers that the comma in a number may also separate."""
+    signed: bool = False
+    """A minus stood before it that may be a sign."""
+
+
+# Reading -------------------------------------------------------------------------------------
+
+
+def parse_plane(text: str, notation: str | None = None) -> Plane:
+    """The plane that a text names.
+
+    notation: what two bare numbers mean, one of `PAIR_MEANINGS`; None is "dipdir/dip". What the
+    text says itself (RHR, LHR, a quadrant, a label, an arrow) goes before it. Raises InputError.
+    """
+    meaning = "dipdir/dip" if notation is None else notation
+    if meaning not in PAIR_MEANINGS:
+        raise ValueError(f"unknown notation {notation!r}; use one of {PAIR_MEANINGS}")
+    if text.strip().lower() == "horizontal":
+        return Plane(0.0, 0.0)
+    tokens = _tokens(text)
+    labels = {t.text for t in tokens if t.kind == "label"}
+    if labels:
+        if labels == {"strike", "dip"}:
+            tokens, meaning = _unlabel(text, tokens, "strike", "dip"), "strike/dip"
+        elif labels == {"dipdir", "dip"}:
+            tokens, meaning = _unlabel(text, tokens, "dipdir", "dip"), "dipdir/dip"
+        else:
+            raise _unclear(text, "a plane has a strike or a dip direction, and a dip")
+    kinds = _kinds(tokens)
+    if kinds == ["number"] or kinds in (["number", "wind"], ["number", "rule"]):
+        tokens = _split_comma(text, tokens, "a dip")
+        kinds = _kinds(tokens)
+    if any(t.signed for t in tokens[:1]):
+        raise _unclear(text, "an azimuth runs from 0 to 360 without a sign")
+
+    match kinds:
+        case ["number", "number"]:
+            azimuth, dip = tokens
+            if meaning == "quadrant":
+                raise _unclear(text, "the quadrant it dips to is missing, as in N42E 41SE")
+            return _plane_from(text, azimuth, dip, meaning)
+        case ["number", "number", "rule"]:
+            azimuth, dip, rule = tokens
+            hand = "strike/dip" if rule.text == "RHR" else "strike/dip lhr"
+            return _plane_from(text, azimuth, dip, hand)
+        case ["bearing", "number", "rule"]:
+            strike, dip, rule = tokens
+            hand = "strike/dip" if rule.text == "RHR" else "strike/dip lhr"
+            return _plane_from(text, strike, dip, hand)
+        case ["number" | "bearing" | "wind", "number", "wind"]:
+            strike, dip, side = tokens
+            if meaning == "dipdir/dip" and "dipdir" in labels:
+                raise _unclear(text, "a dip direction needs no quadrant")
+            return _plane_to_side(text, strike, dip, side)
+        case ["number" | "bearing" | "wind", "wind", "number"]:
+            strike, side, dip = tokens
+            return _plane_to_side(text, strike, dip, side)
+        case ["number", "arrow", "number" | "bearing" | "wind"]:
+            dip, _, azimuth = tokens
+            return Plane(_azimuth(text, azimuth), _steepness(text, dip, "dip", azimuth))
+        case ["bearing" | "wind", "number"]:
+            strike, dip = tokens
+            if "dipdir" in labels:
+                return Plane(_azimuth(text, strike), _steepness(text, dip, "dip"))
+            value = _steepness(text, dip, "dip")
+            if value in (0.0, 90.0):  # the only planes that dip to neither side
+                return Plane.from_strike(_azimuth(text, strike), value)
+            raise _unclear(text, "the quadrant it dips to is missing, as in N42E 41SE")
+        case ["number"] | ["bearing"]:
+            raise _unclear(text, "only one angle; a plane needs two, as in 132/41")
+    raise _unclear(text, "write a plane as 132/41, 042/41 RHR, 042/41 SE or N42E 41SE")
+
+
+def parse_line(text: str) -> Line:
+    """The line that a text names; a negative plunge (130/-25) is a directed line that points up.
+    Raises InputError."""
+    if text.strip().lower() == "vertical":
+        return Line(0.0, 90.0)
+    tokens = _tokens(text)
+    labels = {t.text for t in tokens if t.kind == "label"}
+    if labels:
+        first = "azimuth" if "azimuth" in labels else "trend"
+        if labels != {first, "plunge"}:
+            raise _unclear(text, "a line has a trend and a plunge")
+        tokens = _unlabel(text, tokens, first, "plunge")
+    if _kinds(tokens) == ["number"]:
+        tokens = _split_comma(text, tokens, "a plunge")
+    if any(t.signed for t in tokens[:1]) and "arrow" not in _kinds(tokens):
+        raise _unclear(text, "an azimuth runs from 0 to 360 without a sign")
+    match _kinds(tokens):
+        case ["number" | "bearing" | "wind", "number"]:
+            trend, plunge = tokens
+            return Line(_azimuth(text, trend), _steepness(text, plunge, "plunge"))
+        case ["number", "arrow", "number" | "bearing" | "wind"]:
+            plunge, _, trend = tokens
+            return Line(_azimuth(text, trend), _steepness(text, plunge, "plunge", trend))
+        case ["number", "bearing"]:
+            plunge, trend = tokens
+            return Line(_azimuth(text, trend), _steepness(text, plunge, "plunge"))
+        case ["number"] | ["bearing"]:
+            raise _unclear(text, "only one angle; a line needs two, as in 130/25")
+    raise _unclear(text, "write a line as 130/25 (trend/plunge), 25 → 130 or N50W 25")
+
+
+def _unclear(text: str, why: str) -> InputError:
+    return InputError(f"“{' '.join(text.split())}” cannot be read: {why}.")
+
+
+def _kinds(tokens: list[_Token]) -> list[str]:
+    return [t.kind for t in tokens]
+
+
+def _tokens(text: str) -> list[_Token]:
+    """Numbers, bearings, winds, labels, rules and arrows; separators are used up on the way."""
+    if not text.strip():
+        raise InputError("The orientation is empty; write it as 132/41.")
+    raw: list[_Token] = []
+    after_mark = True
+    clean = text.translate(_SAME).upper()
+    for match in _TOKEN.finditer(clean):
+        kind = str(match.lastgroup)
+        found = match.group(0)
+        if match.group("number") is not None:
+            token = _number(match)
+            if raw and raw[-1].kind == "mark" and raw[-1].text == "-":
+                minus = match.start() > 0 and clean[match.start() - 1] == "-"
+                before = clean[: match.start() - 1] if minus else ""
+                if minus and after_mark:
+                    raw.pop()
+                    token = _Token("number", "-" + token.text, -token.value, signed=True)
+                elif minus and before.endswith(" "):
+                    token = _Token(
+                        "number", token.text, token.value, comma=token.comma, signed=True
+                    )
+            raw.append(token)
+            after_mark = False
+            continue
+        if kind == "word":
+            raw.extend(_word(text, found))
+            after_mark = False
+        elif kind == "arrow":
+            raw.append(_Token("arrow", found))
+            after_mark = True
+        elif kind == "mark":
+            if found != "-":
+                after_mark = True
+            raw.append(_Token("mark", found))
+        else:
+            raise _unclear(text, f"“{found}” has no meaning here")
+    return _bearings(text, raw)
+
+
+def _number(match: re.Match[str]) -> _Token:
+    digits = match.group("number")
+    value = float(digits.replace(",", "."))
+    for name, share in (("minutes", 60.0), ("seconds", 3600.0)):
+        if match.group(name) is not None:
+            value += float(match.group(name).replace(",", ".")) / share
+    comma: tuple[float, float] | None = None
+    if "," in digits and not match.group("degree"):
+        left, right = digits.split(",")
+        comma = (float(left), float(right))
+    return _Token("number", digits, value, comma)
+
+
+def _word(text: str, word: str) -> list[_Token]:
+    if word in _WINDS:
+        return [_Token("wind", word, _WINDS[word])]
+    if word in ("NS", "SN"):
+        return [_Token("bearing", "N-S", 0.0)]
+    if word in ("EW", "WE"):
+        return [_Token("bearing", "E-W", 90.0)]
+    if word in _RULES:
+        return [_Token("rule", _RULES[word])]
+    if word in _ARROWS:
+        return [_Token("arrow", word)]
+    if word in _FILLERS:
+        return []
+    if word in ("DIR", "DIRECTION"):
+        return [_Token("label", "DIRECTION")]
+    if word in _LABELS:
+        return [_Token("label", _LABELS[word])]
+    raise _unclear(text, f"“{word}” is no compass point, rule or name of an angle")
+
+
+def _bearings(text: str, raw: list[_Token]) -> list[_Token]:
+    """Joins N 42 E to a bearing, NE - SW to a strike, dip direction to a label; drops marks."""
+    out: list[_Token] = []
+    i = 0
+    while i < len(raw):
+        t = raw[i]
+        two, three = raw[i : i + 2], raw[i : i + 3]
+        if t.kind == "label" and len(two) == 2 and two[1].text == "DIRECTION":
+            out.append(_Token("label", "dipdir"))
+            i += 2
+        elif (
+            _kinds(three) == ["wind", "mark", "wind"]
+            and three[1].text == "-"
+            and abs(three[0].value - three[2].value) == 180.0
+        ):
+            out.append(_Token("bearing", f"{t.text}-{three[2].text}", min(t.value, three[2].value)))
+            i += 3
+        elif (
+            _kinds(three) == ["wind", "number", "wind"]
+            and t.text in ("N", "S")
+            and three[2].text in ("E", "W")
+        ):
+            angle = three[1].value
+            name = f"{t.text}{three[1].text}{three[2].text}"
+            if not 0.0 <= angle <= 90.0:
+                raise _unclear(text, f"in {name} the angle must be from 0 to 90")
+            clockwise = (t.text == "N") == (three[2].text == "E")
+            start = 0.0 if t.text == "N" else 180.0
+            out.append(_Token("bearing", name, wrap360(start + (angle if clockwise else -angle))))
+            i += 3
+        elif t.kind == "mark":
+            i += 1
+        elif t.text == "DIRECTION":
+            raise _unclear(text, "“direction” of what? Write dip direction 132, dip 41")
+        else:
+            out.append(t)
+            i += 1
+    return out
+
+
+def _unlabel(text: str, tokens: list[_Token], first: str, second: str) -> list[_Token]:
+    """The values of two labelled angles in the order (first, second), then what is left."""
+    values: dict[str, _Token] = {}
+    rest: list[_Token] = []
+    label: str | None = None
+    for token in tokens:
+        if token.kind == "label":
+            if label is not None or token.text in values:
+                raise _unclear(text, f"no number follows “{label or token.text}”")
+            label = token.text
+        elif label is not None and token.kind in ("number", "bearing", "wind"):
+            values[label] = token
+            label = None
+        else:
+            rest.append(token)
+    if label is not None or set(values) != {first, second}:
+        raise _unclear(text, f"a {first} and a {second} are needed")
+    return [values[first], values[second], *rest]
+
+
+def _split_comma(text: str, tokens: list[_Token], missing: str) -> list[_Token]:
+    """One number 132,41 where two are needed: then the comma parts them."""
+    comma = tokens[0].comma
+    if comma is None:
+        return tokens
+    return [
+        _Token("number", f"{comma[0]:g}", comma[0]),
+        _Token("number", tokens[0].text.split(",")[1], comma[1]),
+        *tokens[1:],
+    ]
+
+
+def _azimuth(text: str, token: _Token) -> float:
+    if not 0.0 <= token.value <= 360.0:
+        raise _unclear(text, f"an azimuth of {token.value:g} is not within 0 to 360")
+    return token.value
+
+
+def _steepness(text: str, token: _Token, name: str, azimuth: _Token | None = None) -> float:
+    """A dip or plunge; `azimuth` where it was given after an arrow."""
+    value = token.value
+    if token.signed and value > 0:
+        raise _unclear(text, f"is the minus a sign? Write 130/-25, or 130/25 for {name} 25")
+    if name == "dip" and value < 0:
+        raise _unclear(text, "a dip is from 0 to 90 and has no sign")
+    if abs(value) > 90.0:
+        hint = ""
+        if azimuth is not None:
+            hint = f"; before the arrow stands the {name}, as in 41 → 132"
+        elif name == "dip":
+            hint = "; the azimuth goes first, and an overturned bed is flagged beside its plane"
+        raise _unclear(text, f"a {name} of {value:g} is over 90{hint}")
+    return value
+
+
+def _plane_from(text: str, azimuth: _Token, dip: _Token, meaning: str) -> Plane:
+    first = _azimuth(text, azimuth)
+    # For planes a minus before the dip can only be a separator: 132 -41.
+    free = _Token("number", dip.text, dip.value) if dip.value >= 0 else dip
+    steep = _steepness(text, free, "dip")
+    if meaning == "dipdir/dip":
+        return Plane(first, steep)
+    return Plane.from_strike(first if meaning == "strike/dip" else first + 180.0, steep)
+
+
+def _plane_to_side(text: str, strike: _Token, dip: _Token, side: _Token) -> Plane:
+    azimuth = _azimuth(text, strike)
+    steep = _steepness(text, dip, "dip")
+    off = (side.value - azimuth - 90.0 + 180.0) % 360.0 - 180.0
+    if steep > 0.0 and min(abs(off), 180.0 - abs(off)) > SIDE_REACH_DEG[len(side.text)]:
+        raise _unclear(
+            text,
+            f"a plane that strikes {strike.text} does not dip to {side.text}; "
+            "a dip direction is written without a side, as in 132/41",
+        )
+    return Plane(azimuth + 90.0 if abs(off) < 90.0 else azimuth - 90.0, steep)
+
+
+# Writing -------------------------------------------------------------------------------------
+
+
+def format_azimuth(azimuth_deg: float, decimals: int = 0) -> str:
+    """Three digits before the point; what rounds to 360 is 000."""
+    text = _padded(wrap360(azimuth_deg), decimals, 3)
+    return _padded(0.0, decimals, 3) if text.startswith("360") else text
+
+
+def format_plane(
+    plane: Plane, notation: str = "dipdir/dip", decimals: int = 0, *, bare: bool = False
+) -> str:
+    """A plane in one of `NOTATIONS`, always with the same number of digits.
+
+    bare: leave out the "RHR" behind strike/dip, where a column's header says it already.
+    """
+    dip = _padded(plane.dip_deg, decimals, 2)
+    if notation == "dipdir/dip":
+        return f"{format_azimuth(plane.dip_direction_deg, decimals)}/{dip}"
+    if notation == "strike/dip":
+        pair = f"{format_azimuth(plane.strike_rhr_deg, decimals)}/{dip}"
+        return pair if bare else f"{pair} RHR"
+    if notation == "quadrant":
+        strike = float(format_azimuth(plane.strike_rhr_deg, decimals))
+        side = _SIDES[round((strike + 90.0) / 45.0) % 8]
+        axis = strike % 180.0
+        east = axis <= 90.0
+        angle = _padded(axis if east else 180.0 - axis, decimals, 2)
+        return f"N{angle}{'E' if east else 'W'} {dip}{side}"
+    raise ValueError(f"unknown notation {notation!r}; use one of {NOTATIONS}")
+
+
+def format_line(line: Line, decimals: int = 0) -> str:
+    """trend/plunge, always with the same number of digits (and a minus where it points up)."""
+    return f"{format_azimuth(line.trend_deg, decimals)}/{_padded(line.plunge_deg, decimals, 2)}"
+
+
+def _padded(value: float, decimals: int, digits: int) -> str:
+    width = digits + (decimals + 1 if decimals else 0)
+    text = f"{abs(value):0{width}.{decimals}f}"
+    return f"-{text}" if value < 0 and float(text) != 0.0 else text

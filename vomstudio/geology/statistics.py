@@ -1,0 +1,216 @@
+"""Statistics of sets of orientations.
+
+Axial data (poles, lineations, fold axes: a vector and its opposite are the same thing) are
+described by the orientation tensor (1/n) sum x x^T with eigenvalues S1 >= S2 >= S3, sum 1
+(Scheidegger 1965; Woodcock 1977, GSA Bulletin 88, 1231-1236); directed data by Fisher's (1953)
+resultant. Axial data are never averaged by summing vectors as they come.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError
+from vomstudio.geology.orientation import Array, Line
+
+ZERO_EIGENVALUE = 1e-20
+"""S3 below this is a set that lies exactly in a plane: orientations equal to 1e-10 rad."""
+
+UNIFORMITY_LEVEL = 0.05
+
+
+def unit_vectors(vectors: npt.ArrayLike) -> Array:
+    """(n, 3) unit vectors. Raises GeometryError for an empty set, zero or non-finite vectors."""
+    v = np.atleast_2d(np.asarray(vectors, dtype=np.float64))
+    if v.ndim != 2 or v.shape[1] != 3 or len(v) == 0:
+        raise GeometryError("No orientations: a set needs at least one.")
+    length = np.linalg.norm(v, axis=1)
+    bad = ~np.isfinite(length) | (length == 0)
+    if bad.any():
+        raise GeometryError(
+            f"Orientation {int(np.argmax(bad)) + 1} of {len(v)} is not a direction; leave it out."
+        )
+    return v / length[:, None]
+
+
+def orientation_tensor(vectors: npt.ArrayLike) -> tuple[Array, Array]:
+    """Eigenvalues (3,) S1 >= S2 >= S3 with sum 1, and axes (3, 3): row i is the unit eigenvector
+    of S(i+1), pointing down (toward the trend in [0, 180) where horizontal).
+
+    Computed by singular values of the vectors, which keep the digits that squaring loses: S3 of a
+    set that lies in a plane comes out as 1e-32 rather than 1e-17.
+    """
+    v = unit_vectors(vectors)
+    rows = v if len(v) >= 3 else np.vstack([v, np.zeros((3 - len(v), 3))])
+    _, singular, axes = np.linalg.svd(rows, full_matrices=False)
+    values = singular**2
+    values = values / values.sum()
+    down = np.array([Line.from_vector(axis).vector() for axis in axes])
+    signs = np.sign(np.sum(down * axes, axis=1))
+    return values, axes * signs[:, None]
+
+
+def woodcock(eigenvalues: npt.ArrayLike) -> tuple[float | None, float | None]:
+    """Woodcock's (1977) shape K = ln(S1/S2) / ln(S2/S3) and strength C = ln(S1/S3).
+
+    K is None where S2 = S3; C is None (infinite) where S3 = 0, and K is then its limit 0.
+    """
+    s1, s2, s3 = (float(s) for s in np.asarray(eigenvalues, dtype=np.float64))
+    if s3 < ZERO_EIGENVALUE:
+        return (0.0 if s2 >= ZERO_EIGENVALUE else None), None
+    flat = math.log(s2 / s3)
+    shape = math.log(s1 / s2) / flat if flat > 1e-9 else None
+    return shape, math.log(s1 / s3)
+
+
+def vollmer(eigenvalues: npt.ArrayLike) -> tuple[float, float, float]:
+    """Point, girdle and random indexes P = S1 - S2, G = 2 (S2 - S3), R = 3 S3, sum 1 (Vollmer
+    1990, GSA Bulletin 102, 786-791)."""
+    s1, s2, s3 = (float(s) for s in np.asarray(eigenvalues, dtype=np.float64))
+    return s1 - s2, 2.0 * (s2 - s3), 3.0 * s3
+
+
+def axial_mean(vectors: npt.ArrayLike) -> Line:
+    """Mean of axial data: the tensor's first axis. Raises GeometryError where S1 = S2, which
+    leaves no preferred axis."""
+    values, axes = orientation_tensor(vectors)
+    if values[0] - values[1] < 1e-12:
+        raise GeometryError("The orientations have no mean: they spread evenly over a plane.")
+    return Line.from_vector(axes[0])
+
+
+def flip_to(vectors: npt.ArrayLike, axis: npt.ArrayLike) -> Array:
+    """(n, 3) the same axes, each pointing into the hemisphere of `axis`."""
+    v = unit_vectors(vectors)
+    return np.where((v @ np.asarray(axis, dtype=np.float64) < 0)[:, None], -v, v)
+
+
+@dataclass(frozen=True)
+class Fisher:
+    """Fisher's (1953) statistics of n directions.
+
+    R: length of the resultant. kappa = (n - 1) / (n - R), None where all directions are the same
+    (infinite). alpha95_deg: half-angle of the cone that holds the true mean with 95 %
+    (joint, exact: cos a = 1 - ((n - R) / R) (20^(1 / (n - 1)) - 1)), None where no cone does.
+    """
+
+    mean: Line
+    n: int
+    R: float
+    kappa: float | None
+    alpha95_deg: float | None
+
+
+def fisher(vectors: npt.ArrayLike, directed: bool) -> Fisher:
+    """Fisher's statistics of unit vectors (n, 3); axial data are first flipped into the hemisphere
+    of the tensor's first axis. Whether axial data are clustered enough for that is
+    `no_fisher_reason`'s question. Raises GeometryError where the resultant vanishes."""
+    v = unit_vectors(vectors)
+    if not directed:
+        v = flip_to(v, orientation_tensor(v)[1][0])
+    n = len(v)
+    total = v.sum(axis=0)
+    resultant = float(np.linalg.norm(total))
+    if resultant < 1e-9 * n:
+        raise GeometryError("The directions cancel out: they have no mean.")
+    mean = total / resultant
+    # n - R without cancellation: each term is 1 - cos of the angle to the mean.
+    lack = 0.5 * float(np.sum((v - mean) ** 2))
+    same = lack < n * ZERO_EIGENVALUE
+    kappa = None if n < 2 or same else (n - 1) / lack
+    alpha: float | None = None
+    if n >= 2:
+        versine = lack / resultant * math.expm1(math.log(20.0) / (n - 1))
+        if versine <= 2.0:
+            # cos a = 1 - versine, in the form that keeps small angles exact
+            alpha = math.degrees(2.0 * math.asin(math.sqrt(versine / 2.0)))
+    return Fisher(Line.from_vector(mean, directed=directed), n, resultant, kappa, alpha)
+
+
+def no_fisher_reason(vectors: npt.ArrayLike, directed: bool) -> str | None:
+    """Why Fisher's statistics would mislead for this set, or None where they are sound.
+
+    Fewer than 3; axial data that a uniform scatter would explain (Bingham's test
+    (15/2) n sum (Si - 1/3)^2 against chi-square with 5 degrees of freedom, 5 %: Mardia & Jupp
+    2000, sect. 10.7); axial data that form a girdle rather than a cluster, that is Woodcock's
+    K < 1 (1977, fig. 1: K = 1 parts the two), for which flipping and averaging has no meaning.
+    """
+    v = unit_vectors(vectors)
+    n = len(v)
+    if n < 3:
+        return f"n = {n}: a Fisher mean needs at least 3"
+    if directed:
+        if float(np.linalg.norm(v.sum(axis=0))) < 1e-9 * n:
+            return "the directions cancel out: there is no mean"
+        return None
+    values, _ = orientation_tensor(v)
+    statistic = 7.5 * n * float(np.sum((values - 1.0 / 3.0) ** 2))
+    p_value = chi_square_5_tail(statistic)
+    if p_value > UNIFORMITY_LEVEL:
+        return (
+            f"no preferred orientation: a uniform scatter is not excluded "
+            f"(Bingham's test, p = {p_value:.2g})"
+        )
+    shape, _ = woodcock(values)
+    if shape is not None and shape < 1.0:
+        return (
+            f"girdle, not a cluster: Woodcock K = {shape:.2f} < 1; "
+            "the tensor's axes describe the set"
+        )
+    return None
+
+
+def chi_square_5_tail(x: float) -> float:
+    """P(chi-square with 5 degrees of freedom > x), in closed form."""
+    if x <= 0:
+        return 1.0
+    return math.erfc(math.sqrt(x / 2)) + math.sqrt(2 * x / math.pi) * math.exp(-x / 2) * (1 + x / 3)
+
+
+def set_statistics(
+    vectors: npt.ArrayLike, of: str = "poles", directed: bool = False
+) -> dict[str, object]:
+    """What `stats` promises of one set, ready for JSON (None, never NaN).
+
+    vectors: (n, 3), poles of planes (of="poles") or lines (of="lines"); `fisher_reason` says why
+    `fisher` is None, or what is missing in it. Raises GeometryError for an empty set.
+    """
+    if of not in ("poles", "lines"):
+        raise ValueError(of)
+    v = unit_vectors(vectors)
+    values, axes = orientation_tensor(v)
+    shape, strength = woodcock(values)
+    point, girdle, random = vollmer(values)
+    reason = no_fisher_reason(v, directed)
+    found: dict[str, object] | None = None
+    if reason is None:
+        f = fisher(v, directed)
+        found = {
+            "trend_deg": f.mean.trend_deg,
+            "plunge_deg": f.mean.plunge_deg,
+            "kappa": f.kappa,
+            "alpha95_deg": f.alpha95_deg,
+            "R": f.R,
+        }
+        if f.kappa is None:
+            reason = "all orientations are the same: kappa is infinite"
+        elif f.alpha95_deg is None:
+            reason = "too scattered: no cone holds the mean with 95 %"
+    lines = [Line.from_vector(axis) for axis in axes]
+    return {
+        "n": len(v),
+        "of": of,
+        "axial": not directed,
+        "fisher": found,
+        "fisher_reason": reason,
+        "tensor": {
+            "eigenvalues": [float(s) for s in values],
+            "axes": [{"trend_deg": a.trend_deg, "plunge_deg": a.plunge_deg} for a in lines],
+        },
+        "woodcock": {"K": shape, "C": strength},
+        "vollmer": {"P": point, "G": girdle, "R": random},
+    }

@@ -1,0 +1,200 @@
+"""Stereographic nets as arrays: projections, great and small circles, confidence ellipses.
+
+Lower hemisphere on the unit circle, x to the East, y to the North: a vertical line is the centre,
+a horizontal one lies on the primitive circle (radius 1). "area" is Lambert's equal-area (Schmidt)
+projection, "angle" the stereographic, equal-angle (Wulff) one. No drawing here, and no input is
+ever written to.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError
+from vomstudio.geology.orientation import Array, Line, Plane, sin_cos_deg
+
+PROJECTIONS = ("area", "angle")
+
+
+def _check(projection: str) -> None:
+    if projection not in PROJECTIONS:
+        raise ValueError(f"unknown projection {projection!r}; use one of {PROJECTIONS}")
+
+
+def project(vectors: npt.ArrayLike, projection: str = "area", *, flip: bool = True) -> Array:
+    """Net positions (n, 2) of vectors (n, 3) of any length but zero (those give NaN).
+
+    flip: vectors that point up are taken as axes and shown by their lower end. Without it they
+    are projected beyond the primitive circle (straight up: NaN for "angle", a circle of radius
+    sqrt(2) for "area"), which is what curves that cross it need.
+    """
+    _check(projection)
+    v = np.atleast_2d(np.asarray(vectors, dtype=np.float64))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        v = v / np.linalg.norm(v, axis=-1, keepdims=True)
+        if flip:
+            v = np.where(v[..., 2:] > 0, -v, v)
+        x, y, down = v[..., 0], v[..., 1], -v[..., 2]
+        # radius sqrt(2) sin(t/2) for "area", tan(t/2) for "angle", t counted from straight down
+        scale = 1.0 / (np.sqrt(1.0 + down) if projection == "area" else 1.0 + down)
+        return np.stack([x * scale, y * scale], axis=-1) + 0.0
+
+
+def unproject(points: npt.ArrayLike, projection: str = "area") -> Array:
+    """Unit vectors (n, 3), pointing down, of net positions (n, 2); positions outside the
+    primitive circle give NaN."""
+    _check(projection)
+    p = np.atleast_2d(np.asarray(points, dtype=np.float64))
+    r2 = np.sum(p**2, axis=-1)
+    inside = r2 <= 1.0 + 1e-12
+    r2 = np.where(inside, np.minimum(r2, 1.0), np.nan)
+    if projection == "area":
+        scale, down = np.sqrt(2.0 - r2), 1.0 - r2
+    else:
+        scale, down = 2.0 / (1.0 + r2), (1.0 - r2) / (1.0 + r2)
+    return np.stack([p[..., 0] * scale, p[..., 1] * scale, 0.0 - down], axis=-1)
+
+
+def line_at(x: float, y: float, projection: str = "area") -> Line | None:
+    """The line under a position of the net, or None outside it."""
+    vector = unproject([[x, y]], projection)[0]
+    return None if not np.isfinite(vector).all() else Line.from_vector(vector)
+
+
+def great_circles(
+    dip_direction_deg: npt.ArrayLike,
+    dip_deg: npt.ArrayLike,
+    projection: str = "area",
+    n: int = 91,
+) -> Array:
+    """Lower-hemisphere arcs (m, n, 2) of m planes, from the strike over the dip to the far end of
+    the strike: the arc of a vertical plane is a diameter, of a horizontal one half the primitive
+    circle (`great_circle` closes that)."""
+    azimuth = np.atleast_1d(np.asarray(dip_direction_deg, dtype=np.float64))
+    dip = np.atleast_1d(np.asarray(dip_deg, dtype=np.float64))
+    sin_a, cos_a = sin_cos_deg(azimuth)
+    sin_d, cos_d = sin_cos_deg(dip)
+    strike = np.stack([-cos_a, sin_a, np.zeros_like(sin_a)], axis=-1)
+    down = np.stack([sin_a * cos_d, cos_a * cos_d, 0.0 - sin_d], axis=-1)
+    sin_r, cos_r = sin_cos_deg(np.linspace(0.0, 180.0, n))
+    arcs = strike[:, None, :] * cos_r[None, :, None] + down[:, None, :] * sin_r[None, :, None]
+    # The ends are horizontal but for rounding, which must not flip them to the other end.
+    return project(arcs, projection, flip=False)
+
+
+def great_circle(plane: Plane, projection: str = "area", n: int = 91) -> Array:
+    """Arc (n, 2) of one plane; the whole primitive circle for a horizontal one."""
+    if plane.undefined:
+        sin_a, cos_a = sin_cos_deg(np.linspace(0.0, 360.0, n))
+        return np.stack([sin_a, cos_a], axis=-1)
+    return great_circles(plane.dip_direction_deg, plane.dip_deg, projection, n)[0]
+
+
+def small_circle(
+    axis: Line, half_angle_deg: float, projection: str = "area", n: int = 181
+) -> list[Array]:
+    """The cone about an axis as polylines (k, 2), split where it crosses the primitive circle, the
+    part of it that points up shown by its lower end."""
+    if not 0.0 < half_angle_deg <= 90.0:
+        raise GeometryError("The half-angle of a cone must be over 0 and at most 90 degrees.")
+    first, second = _frame(axis.vector())
+    return cone_curve(axis.vector(), first, second, half_angle_deg, half_angle_deg, projection, n)
+
+
+def confidence_ellipse(
+    axis: npt.ArrayLike,
+    major: npt.ArrayLike,
+    max_angle_deg: float,
+    min_angle_deg: float,
+    projection: str = "area",
+    n: int = 181,
+) -> list[Array]:
+    """Elliptical cone of confidence about an axis (3,) (a plane's pole, a fold axis): half-angle
+    max_angle_deg toward `major` (3,), min_angle_deg across, as polylines split at the primitive
+    circle. `major` need not be exactly perpendicular to the axis."""
+    a = np.asarray(axis, dtype=np.float64)
+    a = a / np.linalg.norm(a)
+    first = np.asarray(major, dtype=np.float64)
+    first = first - a * (first @ a)
+    length = float(np.linalg.norm(first))
+    if not math.isfinite(length) or length < 1e-9:
+        raise GeometryError("The direction of an ellipse must lie across its axis.")
+    first = first / length
+    return cone_curve(a, first, np.cross(a, first), max_angle_deg, min_angle_deg, projection, n)
+
+
+def pole_ellipse(
+    plane: Plane,
+    max_angle_deg: float,
+    min_angle_deg: float,
+    rake_deg: float,
+    projection: str = "area",
+    n: int = 181,
+) -> list[Array]:
+    """Confidence ellipse of a plane's pole from the figures of a fit: semi-axes and the rake (0 to
+    180, from the strike) of the direction in which the plane tilts most."""
+    sin_r, cos_r = sin_cos_deg(rake_deg)
+    major = cos_r * plane.strike_vector() + sin_r * plane.dip_vector()
+    return confidence_ellipse(-plane.normal(), major, max_angle_deg, min_angle_deg, projection, n)
+
+
+def cone_curve(
+    axis: Array,
+    first: Array,
+    second: Array,
+    first_angle_deg: float,
+    second_angle_deg: float,
+    projection: str,
+    n: int,
+) -> list[Array]:
+    """Closed elliptical cone about an orthonormal frame (axis, first, second), as polylines.
+
+    The ellipse is one of directions on the sphere: at the position angle t the half-angle is the
+    radius of an ellipse with those semi-axes, so that no half-angle ever exceeds the larger one.
+    """
+    sin_t, cos_t = sin_cos_deg(np.linspace(0.0, 360.0, n))
+    with np.errstate(divide="ignore"):
+        a, b = max(first_angle_deg, 1e-12), max(second_angle_deg, 1e-12)
+        radius = 1.0 / np.sqrt((cos_t / a) ** 2 + (sin_t / b) ** 2)
+    sin_r, cos_r = sin_cos_deg(radius)
+    curve = (
+        cos_r[:, None] * axis + (sin_r * cos_t)[:, None] * first + (sin_r * sin_t)[:, None] * second
+    )
+    return split_at_primitive(curve, projection)
+
+
+def split_at_primitive(curve: npt.ArrayLike, projection: str = "area") -> list[Array]:
+    """Polylines (k, 2) of a curve (n, 3) on the sphere: the parts that point up are shown by their
+    lower end, and each part ends exactly on the primitive circle where the curve crosses it."""
+    c = np.asarray(curve, dtype=np.float64)
+    up = c[:, 2] > 1e-12
+    parts: list[Array] = []
+    start: list[Array] = []
+    for i in range(len(c)):
+        if i and up[i] != up[i - 1]:
+            weight = c[i - 1, 2] / (c[i - 1, 2] - c[i, 2])
+            crossing = c[i - 1] + weight * (c[i] - c[i - 1])
+            crossing[2] = 0.0
+            crossing = crossing / np.linalg.norm(crossing)
+            start.append(-crossing if up[i - 1] else crossing)
+            parts.append(np.array(start))
+            start = [-crossing if up[i] else crossing]
+        start.append(-c[i] if up[i] else c[i])
+    parts.append(np.array(start))
+    closed = len(parts) > 1 and np.allclose(c[0], c[-1], atol=1e-9)
+    if closed:
+        # The curve began inside a part: its last piece runs on into the first.
+        parts[0] = np.vstack([parts.pop()[:-1], parts[0]])
+    return [project(part, projection, flip=False) for part in parts if len(part) > 1]
+
+
+def _frame(axis: Array) -> tuple[Array, Array]:
+    """Two unit vectors that complete a unit axis to an orthonormal frame."""
+    helper = np.zeros(3)
+    helper[int(np.argmin(np.abs(axis)))] = 1.0
+    first = np.cross(axis, helper)
+    first = first / np.linalg.norm(first)
+    return first, np.cross(axis, first)
