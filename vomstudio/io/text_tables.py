@@ -303,9 +303,10 @@ _COORDINATES: dict[str, set[str]] = {
     | {"zcoord", "zcoordinate", "coordz", "pointz"},
 }
 _GROUPS = frozenset(
-    "trace traceid tracename group groupid plane planeid feature featureid object objectid fid id "
-    "name label set bed bedding surface segment polyline line lineid patch facet fracture fault "
-    "part cluster class".split()
+    {"trace", "traceid", "tracename", "group", "groupid", "plane", "planeid", "feature"}
+    | {"featureid", "object", "objectid", "fid", "id", "name", "label", "set", "bed", "bedding"}
+    | {"surface", "segment", "polyline", "line", "lineid", "patch", "facet", "fracture", "fault"}
+    | {"part", "cluster", "class"}
 )
 
 
