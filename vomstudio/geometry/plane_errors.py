@@ -1,0 +1,130 @@
+"""How well a fitted plane's orientation is known: the two figures of the conventions.
+
+All functions are batched over m planes and work with the normalised eigenvalues l1 >= l2 >= l3 of
+the points' covariance. Angles are half-angles of an ellipse of normals around the fitted one: the
+axis `max` lies in the direction of e2 (the plane tilts about e1), `min` in the direction of e1.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geometry import roughness
+from vomstudio.geometry.vectors import strike_and_dip_lines
+
+Floats = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+
+LEVEL = 0.05
+
+
+def joint_quantile(dof: Floats) -> Floats:
+    """2 F / dof, with F the 95 % quantile of Fisher's law with 2 and `dof` degrees of freedom.
+
+    With two degrees in the numerator the law has a closed form: P(F > f) = (1 + 2 f / dof)^(-dof/2).
+    """
+    with np.errstate(over="ignore"):
+        return np.expm1(-2.0 / dof * np.log(LEVEL))
+
+
+def hyperbolic(n: npt.NDArray[np.int64], values: Floats) -> tuple[Floats, Floats, Bools]:
+    """Largest and smallest angular error after Quinn & Ehlmann (2019), degrees, and an overflow flag.
+
+    n (m,) points per plane, at least 4; values (m, 3) eigenvalues of the covariance, in any unit.
+    Where the hyperbola opens along the normal instead (h2 <= 0) the error is 90 degrees, flagged.
+    Source: Earth and Space Science 6, doi 10.1029/2018EA000416.
+    """
+    scaled = values * (n / (n - 1.0))[:, None]  # their covariance is divided by n - 1
+    c = joint_quantile(n - 2.0) * np.sqrt(n - 2.0)
+    l3 = scaled[:, 2]
+    h3 = l3 * (1.0 + c)
+    result = []
+    for i in (1, 0):
+        h = scaled[:, i] - c * np.sqrt(scaled[:, i] * l3)
+        safe = np.where(h > 0.0, h, 1.0)
+        result.append(np.where(h > 0.0, np.degrees(np.arctan(np.sqrt(h3 / safe))), 90.0))
+        if i == 1:
+            overflow = h <= 0.0
+    return result[0], result[1], overflow
+
+
+def confidence_axes_rad(values: Floats, q1: Floats, q2: Floats) -> tuple[Floats, Floats]:
+    """Semi-axes (largest, smallest) of the joint 95 % region of the normal, radians.
+
+    A normal m is rejected where the residuals of its plane still lean on the in-plane coordinates:
+    the F test of that regression is (m'Cm)(m'C^-1 m) <= 1 + q, and it is exact for white Gaussian
+    noise, whether normal to the plane or equal in all directions, for every n >= 4 and every shape.
+    Its boundary crosses the principal directions where sin(2 t)^2 = 4 q l_i l3 / (l_i - l3)^2
+    (Creasy 1956 for a line); where that exceeds 1 no tilt can be rejected, and t is 90 degrees.
+    """
+    axes = []
+    l3 = values[:, 2]
+    for i, q in ((1, q2), (0, q1)):
+        gap = values[:, i] - l3
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            s = 2.0 * np.sqrt(q * values[:, i] * l3) / gap
+        bounded = s < 1.0  # false for NaN too: l3 = l_i
+        axes.append(np.where(bounded, 0.5 * np.arcsin(np.where(bounded, s, 0.0)), np.pi / 2))
+    return np.maximum(axes[0], axes[1]), axes[1]
+
+
+def quantiles(
+    u: Floats,
+    v: Floats,
+    r: Floats,
+    starts: npt.NDArray[np.int64],
+    counts: npt.NDArray[np.int64],
+    dof: Floats,
+    ordered: bool,
+) -> tuple[Floats, Floats, Floats, Bools]:
+    """q along e1, q along e2, effective number of points, long roughness, each (m,).
+
+    u, v, r (N,) coordinates along e1, e2, e3 of all points, plane after plane.
+    """
+    white = joint_quantile(dof)
+    if not ordered:
+        return white, white.copy(), dof + 3.0, np.zeros(len(dof), bool)
+    return roughness.inflate(u, v, r, starts, counts, dof, white)
+
+
+def split_rad(
+    axes: Floats,
+    dip_direction_deg: Floats,
+    dip_deg: Floats,
+    flat: Bools,
+    largest: Floats,
+    smallest: Floats,
+) -> tuple[Floats, Floats, Floats]:
+    """Error of the dip, of the dip direction, and rake of the direction that tilts most, radians.
+
+    The region is a cone of normals of elliptical section: in the plane tangent to the unit sphere at
+    the fitted normal, an ellipse with semi-axes tan(largest) along e2 and tan(smallest) along e1.
+    The dip error is its half-width along the dip. The dip direction's is the larger of the two
+    azimuth differences at which a vertical plane touches it; for a small tilt a of the normal
+    across the dip this is a / sin(dip), which is t / tan(dip) with t = a / cos(dip) the tilt of
+    the strike line. Where the ellipse reaches the vertical every dip direction is possible: NaN.
+    """
+    strike, down = strike_and_dip_lines(dip_direction_deg, dip_deg)
+    e1, e2 = axes[:, 0], axes[:, 1]
+    t1 = np.minimum(np.tan(smallest), 1e8)
+    t2 = np.minimum(np.tan(largest), 1e8)
+    a1, a2 = t1 * (e1 * down).sum(axis=1), t2 * (e2 * down).sum(axis=1)
+    b1, b2 = t1 * (e1 * strike).sum(axis=1), t2 * (e2 * strike).sum(axis=1)
+    along, across, mixed = a1 * a1 + a2 * a2, b1 * b1 + b2 * b2, a1 * b1 + a2 * b2
+    dip_error = np.arctan(np.sqrt(along))
+
+    # Lines through the horizontal point of the tangent plane that touch the ellipse: their slope k
+    # is the tangent of the azimuth difference, k^2 open + 2 k cos mixed - across = 0.
+    dip = np.radians(dip_deg)
+    cosine = np.cos(dip)
+    open_ = np.sin(dip) ** 2 - cosine**2 * along
+    bounded = (open_ > 0.0) & ~flat
+    safe = np.where(bounded, open_, 1.0)
+    root = np.sqrt(np.maximum((cosine * mixed) ** 2 + safe * across, 0.0))
+    slope = (np.abs(cosine * mixed) + root) / safe
+    azimuth_error = np.where(bounded, np.arctan(slope), np.nan)
+
+    rake = np.arctan2((e2 * down).sum(axis=1), (e2 * strike).sum(axis=1)) % np.pi
+    rake = np.where(rake >= np.pi, 0.0, rake)
+    return dip_error, azimuth_error, rake

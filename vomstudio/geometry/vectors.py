@@ -1,0 +1,49 @@
+"""Normals and their angles, batched. World frame: x East, y North, z Up."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+
+# Sine of the tilt below which a plane is horizontal, or a normal is: rounding, nothing else.
+TILT_FLOOR = 1e-12
+
+
+def upward(normals: Floats) -> Floats:
+    """The same axes (m, 3) pointing up; a horizontal normal points to an azimuth in [90, 270).
+
+    That is the half in which a vertical plane's right-hand-rule strike lies in [0, 180).
+    """
+    x, y, z = normals[:, 0], normals[:, 1], normals[:, 2]
+    level = np.abs(z) <= TILT_FLOOR
+    down = np.where(level, (y > 0.0) | ((y == 0.0) & (x < 0.0)), z < 0.0)
+    result: Floats = np.where(down[:, None], -normals, normals) + 0.0  # + 0.0: no negative zero
+    result[:, 2] = np.where(level, 0.0, result[:, 2])
+    return result
+
+
+def dip_of_normals(
+    normals: Floats, floor: Floats | float = TILT_FLOOR
+) -> tuple[Floats, Floats, Bools]:
+    """Dip direction [0, 360), dip [0, 90] in degrees of upward normals (m, 3), and where undefined.
+
+    A plane whose normal leans less than `floor` is horizontal: dip direction 0, undefined.
+    """
+    lean = np.hypot(normals[:, 0], normals[:, 1])
+    flat = lean <= floor
+    azimuth = np.degrees(np.arctan2(normals[:, 0], normals[:, 1])) % 360.0
+    azimuth = np.where(flat | (azimuth >= 360.0), 0.0, azimuth)
+    dip = np.where(flat, 0.0, np.degrees(np.arctan2(lean, normals[:, 2])))
+    return azimuth, dip, flat
+
+
+def strike_and_dip_lines(dip_direction_deg: Floats, dip_deg: Floats) -> tuple[Floats, Floats]:
+    """Unit vectors (m, 3) along the right-hand-rule strike and down the dip of each plane."""
+    a, d = np.radians(dip_direction_deg), np.radians(dip_deg)
+    zero = np.zeros_like(a)
+    strike = np.stack([-np.cos(a), np.sin(a), zero], axis=1)
+    down = np.stack([np.sin(a) * np.cos(d), np.cos(a) * np.cos(d), -np.sin(d)], axis=1)
+    return strike, down
