@@ -1,0 +1,54 @@
+"""Records as plain JSON values and back. The names here are the names on disk."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+from vomstudio.document.records import FeatureType, Frame, Model, Record, Trace
+from vomstudio.errors import DocumentError
+
+_KINDS: dict[str, type] = {"model": Model, "feature_type": FeatureType, "trace": Trace}
+_NAMES = {cls: name for name, cls in _KINDS.items()}
+
+Plain = dict[str, Any]
+
+
+def encode(record: Record) -> Plain:
+    """A record as JSON values, with its kind."""
+    return {"kind": _NAMES[type(record)], **dataclasses.asdict(record)}
+
+
+def decode(plain: Mapping[str, Any]) -> Record:
+    """The record; raises DocumentError that names the kind or field that cannot be read."""
+    values = dict(plain)
+    kind = values.pop("kind", None)
+    cls = _KINDS.get(kind) if isinstance(kind, str) else None
+    if cls is None:
+        raise DocumentError(f"a record of unknown kind {kind!r} cannot be read", field="kind")
+    names = {field.name for field in dataclasses.fields(cls)}
+    unknown = set(values) - names
+    if unknown:
+        raise DocumentError(f"a {kind} has an unknown field", field=sorted(unknown)[0])
+    if "frame" in values:
+        values["frame"] = Frame(**values["frame"])
+    try:
+        record: Record = cls(**{name: _tuples(value) for name, value in values.items()})
+    except TypeError as error:
+        raise DocumentError(f"a {kind} lacks a field: {error}") from error
+    return record
+
+
+def encode_changes(changes: Mapping[str, Record | None]) -> dict[str, Plain | None]:
+    return {id_: None if record is None else encode(record) for id_, record in changes.items()}
+
+
+def decode_changes(plain: Mapping[str, Any]) -> dict[str, Record | None]:
+    return {id_: None if value is None else decode(value) for id_, value in plain.items()}
+
+
+def _tuples(value: Any) -> Any:
+    if isinstance(value, list | tuple):
+        return tuple(_tuples(item) for item in value)
+    return value

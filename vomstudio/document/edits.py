@@ -1,0 +1,138 @@
+"""The edits a user can make. Each is pure: it looks at the records and returns an Edit, or raises a
+DocumentError or GeometryError that says why not."""
+
+from __future__ import annotations
+
+import re
+import secrets
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from vomstudio.document.edit import Edit, change
+from vomstudio.document.measurements import measure_one
+from vomstudio.document.records import FeatureType, Frame, Model, Point, Record, Trace
+from vomstudio.errors import DocumentError
+
+Records = Mapping[str, Record]
+
+
+def new_id(prefix: str) -> str:
+    """A name for a record that no other record of any project has."""
+    return f"{prefix}-{secrets.token_hex(6)}"
+
+
+def add_model(records: Records, model: Model) -> Edit:
+    if model.id in records:
+        raise DocumentError(f"{model.name} is in the project already")
+    return change(records, f"Open model {model.name}", {model.id: model})
+
+
+def declare_frame(records: Records, model_id: str, frame: Frame) -> Edit:
+    """Say what the model's axes, unit and place are; all its features move with it."""
+    model = _get(records, model_id, Model)
+    if not frame.unit_m > 0:
+        raise DocumentError("the unit must be a positive number of metres", field="unit")
+    if frame.kind == "crs" and not frame.crs:
+        raise DocumentError("a frame in a CRS needs the CRS, such as EPSG:32633", field="CRS")
+    after = replace(model, frame=frame, to_world=frame.to_world())
+    return change(records, f"Declare the frame of {model.name}", {model_id: after})
+
+
+def relocate_model(records: Records, model_id: str, path: str, content_hash: str) -> Edit:
+    model = _get(records, model_id, Model)
+    if content_hash != model.content_hash:
+        raise DocumentError(
+            f"{path} is not the file on which {model.name} was measured; open it as another model"
+        )
+    return change(records, f"Locate {model.name}", {model_id: replace(model, path=path)})
+
+
+def remove_model(records: Records, model_id: str) -> Edit:
+    """Take a model out of the project. Its features stay and keep their last frame only as long as
+    the model is there, so a model with features is refused."""
+    model = _get(records, model_id, Model)
+    count = sum(isinstance(r, Trace) and r.model_id == model_id for r in records.values())
+    if count:
+        raise DocumentError(
+            f"{model.name} carries {count} feature{'s' if count > 1 else ''}; "
+            "delete these first, or hide the model instead"
+        )
+    return change(records, f"Remove model {model.name}", {model_id: None})
+
+
+def add_trace(records: Records, trace: Trace) -> Edit:
+    """Raises GeometryError where the vertices do not define a plane."""
+    model = _get(records, trace.model_id, Model)
+    kind = _get(records, trace.type_id, FeatureType)
+    if trace.id in records:
+        raise DocumentError(f"{trace.name} is there already")
+    if not trace.name:
+        trace = replace(trace, name=next_name(records, kind))
+    measure_one(trace, model)
+    return change(records, f"Add {kind.name.lower()} trace {trace.name}", {trace.id: trace})
+
+
+def set_vertices(
+    records: Records,
+    trace_id: str,
+    vertices: Sequence[Point],
+    *,
+    resolution: float | None,
+    outcrop_normal: Point | None,
+) -> Edit:
+    """Give a trace other vertices (continued, moved, deleted)."""
+    trace = _get(records, trace_id, Trace)
+    after = replace(
+        trace,
+        vertices=tuple(vertices),
+        resolution=resolution,
+        outcrop_normal=outcrop_normal,
+    )
+    model = records.get(trace.model_id)
+    measure_one(after, model if isinstance(model, Model) else None)
+    return change(records, f"Change trace {trace.name}", {trace_id: after})
+
+
+def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
+    """Change `name`, `type_id`, `set_name`, `overturned`, `notes` or `method` of traces."""
+    after: dict[str, Record | None] = {}
+    for id_ in ids:
+        trace = _get(records, id_, Trace)
+        if "type_id" in values:
+            _get(records, values["type_id"], FeatureType)
+        if "name" in values and not str(values["name"]).strip():
+            raise DocumentError("a feature needs a name", field="name")
+        after[id_] = replace(trace, **values)
+    if not after:
+        raise DocumentError("nothing is selected")
+    what = " and ".join(key.removesuffix("_id").removesuffix("_name") for key in values)
+    who = next(iter(after.values())).name if len(after) == 1 else f"{len(after)} features"  # type: ignore[union-attr]
+    return change(records, f"Change {what} of {who}", after)
+
+
+def delete(records: Records, ids: Iterable[str]) -> Edit:
+    """Delete features."""
+    traces = [_get(records, id_, Trace) for id_ in ids]
+    if not traces:
+        raise DocumentError("nothing is selected")
+    who = traces[0].name if len(traces) == 1 else f"{len(traces)} features"
+    return change(records, f"Delete {who}", {trace.id: None for trace in traces})
+
+
+def next_name(records: Records, kind: FeatureType) -> str:
+    """B01, B02 ... for Bedding: the first letter and the next free number."""
+    prefix = kind.name[:1].upper()
+    used = {
+        int(match[1])
+        for r in records.values()
+        if isinstance(r, Trace) and (match := re.fullmatch(rf"{re.escape(prefix)}(\d+)", r.name))
+    }
+    return f"{prefix}{max(used, default=0) + 1:02d}"
+
+
+def _get(records: Records, id_: str, cls: type[Any]) -> Any:
+    record = records.get(id_)
+    if not isinstance(record, cls):
+        raise DocumentError(f"there is no {cls.__name__.lower()} {id_!r} in the project")
+    return record

@@ -1,0 +1,129 @@
+"""The records of a project: frozen, plain, and in the frame of the file they were measured on.
+
+Features hold float64 coordinates in their model's own file frame. World coordinates and fits follow
+from (feature, model) and are never stored, so declaring or changing a frame is one edit of one
+Model and moves everything with it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+Point = tuple[float, float, float]
+Matrix = tuple[tuple[float, float, float, float], ...]
+
+IDENTITY: Matrix = (
+    (1.0, 0.0, 0.0, 0.0),
+    (0.0, 1.0, 0.0, 0.0),
+    (0.0, 0.0, 1.0, 0.0),
+    (0.0, 0.0, 0.0, 1.0),
+)
+
+FrameKind = Literal["crs", "local", "undeclared"]
+UpAxis = Literal["z", "y"]
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What is known of a model's frame.
+
+    kind: "crs" (World is the projected CRS `crs`), "local" (metres, up and north are known, the
+    place is not) or "undeclared" (no north, no up, no metre: angles are shown as local frame).
+    unit_m: metres per unit of the file. up_axis: the file's axis that points up; with "y" the file
+    is taken as x East, y Up, z South (glTF).
+    """
+
+    kind: FrameKind = "undeclared"
+    crs: str | None = None
+    unit_m: float = 1.0
+    up_axis: UpAxis = "z"
+
+    @property
+    def has_north(self) -> bool:
+        return self.kind != "undeclared"
+
+    def to_world(self) -> Matrix:
+        """4x4 similarity from the file frame to World (x East, y North, z Up, metres)."""
+        s = float(self.unit_m)
+        if self.up_axis == "y":
+            return (
+                (s, 0.0, 0.0, 0.0),
+                (0.0, 0.0, -s, 0.0),
+                (0.0, s, 0.0, 0.0),
+                (0.0, 0.0, 0.0, 1.0),
+            )
+        return (
+            (s, 0.0, 0.0, 0.0),
+            (0.0, s, 0.0, 0.0),
+            (0.0, 0.0, s, 0.0),
+            (0.0, 0.0, 0.0, 1.0),
+        )
+
+    def name(self) -> str:
+        """In a few words, for badges and table headers."""
+        if self.kind == "crs":
+            return f"{self.crs}, grid north"
+        if self.kind == "local":
+            return "local, north known"
+        return "local frame: not registered"
+
+
+@dataclass(frozen=True)
+class Model:
+    """A model of the outcrop. `path` is relative to the project folder where it lies inside it or
+    beside it on the same drive, else absolute; `content_hash` is the SHA-256 of the file."""
+
+    id: str
+    name: str
+    path: str
+    kind: Literal["mesh", "cloud"]
+    content_hash: str
+    frame: Frame = Frame()
+    to_world: Matrix = IDENTITY
+
+
+@dataclass(frozen=True)
+class FeatureType:
+    """What is measured: bedding, fault, joint ... `color` is #rrggbb, `symbol` a marker name."""
+
+    id: str
+    name: str
+    color: str
+    symbol: str = "circle"
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A digitised line where a surface meets the outcrop.
+
+    vertices: in order, model file frame. resolution: mean spacing of the model's vertices or points
+    around the pick, in file units, None where unknown. outcrop_normal: unit normal of the outcrop
+    face around the trace, file frame, None where unknown.
+    """
+
+    id: str
+    name: str
+    type_id: str
+    model_id: str
+    model_hash: str
+    vertices: tuple[Point, ...]
+    resolution: float | None = None
+    outcrop_normal: Point | None = None
+    set_name: str = ""
+    overturned: bool = False
+    notes: str = ""
+    method: Literal["pca", "regression"] = "pca"
+
+
+Record = Model | FeatureType | Trace
+
+# Okabe-Ito (2008), a set that colour-blind readers can tell apart.
+DEFAULT_TYPES: tuple[FeatureType, ...] = (
+    FeatureType("bedding", "Bedding", "#0072b2", "circle"),
+    FeatureType("fault", "Fault", "#d55e00", "square"),
+    FeatureType("joint", "Joint", "#009e73", "triangle"),
+    FeatureType("vein", "Vein", "#cc79a7", "diamond"),
+    FeatureType("foliation", "Foliation", "#56b4e9", "pentagon"),
+    FeatureType("contact", "Contact", "#e69f00", "star"),
+)

@@ -1,0 +1,178 @@
+"""One way in (`Session.apply`), one way to be told (`changed`)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any, Generic, TypeVar
+
+from vomstudio.document.codec import encode_changes
+from vomstudio.document.edit import Edit, change
+from vomstudio.document.journal import Draft, Journal, replay
+from vomstudio.document.records import DEFAULT_TYPES, Record
+
+T = TypeVar("T")
+
+
+class Signal(Generic[T]):
+    """A list of listeners; they are told in the order in which they came."""
+
+    def __init__(self) -> None:
+        self._listeners: list[Callable[[T], None]] = []
+
+    def connect(self, listener: Callable[[T], None]) -> Callable[[], None]:
+        """Returns the call that disconnects it again."""
+        self._listeners.append(listener)
+        return lambda: self._listeners.remove(listener)
+
+    def emit(self, value: T) -> None:
+        for listener in tuple(self._listeners):
+            listener(value)
+
+
+class Session:
+    """The records of one open project, their history and their journal.
+
+    A row is committed to the journal before anyone is told of its effect. `settings` returns the
+    settings that affect results; they are written beside every edit.
+    """
+
+    def __init__(
+        self, journal: Journal, settings: Callable[[], Mapping[str, Any]] = dict
+    ) -> None:
+        self.changed: Signal[Edit] = Signal()
+        self.history_changed: Signal[None] = Signal()
+        self._journal = journal
+        self._settings = settings
+        played = replay(journal.rows())
+        self._records = played.records
+        self._done = played.done
+        self._undone = played.undone
+        self._saved = played.saved
+        self._saved_top = played.saved_top
+        self.problems: tuple[str, ...] = tuple(played.problems)
+        self.draft: Draft | None = played.draft
+        self.recovered = self.dirty and bool(self._done)
+        if not played.done and not played.undone and not played.records:
+            self._begin()
+
+    def _begin(self) -> None:
+        first = change({}, "New project", {kind.id: kind for kind in DEFAULT_TYPES})
+        self._write(first, "do")
+        self._journal.append("save")
+        self._saved, self._saved_top = dict(self._records), self.top
+        self.recovered = False
+
+    @property
+    def records(self) -> Mapping[str, Record]:
+        return MappingProxyType(self._records)
+
+    def of(self, cls: type[T]) -> list[T]:
+        """The records of one class, in the order in which they came."""
+        return [record for record in self._records.values() if isinstance(record, cls)]
+
+    # --- edits -------------------------------------------------------------------------------
+    def apply(self, edit: Edit, *, finishes_draft: bool = False) -> None:
+        """Raises DocumentError where the edit no longer fits or cannot be written; then nothing
+        has changed."""
+        self._write(edit, "do", finishes_draft=finishes_draft)
+        self._tell(edit)
+
+    def _write(self, edit: Edit, kind: str, *, finishes_draft: bool = False) -> None:
+        trial = dict(self._records)
+        edit.swap(trial)
+        seq = self._journal.append(
+            "discard" if kind == "discard" else "do",
+            of_seq=self.draft.seq if finishes_draft and self.draft else None,
+            label=edit.label,
+            before=encode_changes(edit.before),
+            after=encode_changes(edit.after),
+            settings=self._settings(),
+        )
+        if finishes_draft:
+            self.draft = None
+        self._records = trial
+        self._done.append((seq, edit))
+        self._undone.clear()
+
+    def _tell(self, edit: Edit) -> None:
+        self.changed.emit(edit)
+        self.history_changed.emit(None)
+
+    # --- history -----------------------------------------------------------------------------
+    @property
+    def top(self) -> int:
+        return self._done[-1][0] if self._done else 0
+
+    @property
+    def undo_label(self) -> str | None:
+        """What would be undone; None where there is nothing (the project's birth stays)."""
+        return self._done[-1][1].label if len(self._done) > 1 else None
+
+    @property
+    def redo_label(self) -> str | None:
+        return self._undone[-1][1].label if self._undone else None
+
+    def undo(self) -> None:
+        if self.undo_label is None:
+            return
+        seq, edit = self._done[-1]
+        self._journal.append("undo", of_seq=seq, label=edit.label)
+        self._done.pop()
+        self._undone.append((seq, edit))
+        inverse = edit.inverse()
+        inverse.swap(self._records)
+        self._tell(inverse)
+
+    def redo(self) -> None:
+        if self.redo_label is None:
+            return
+        seq, edit = self._undone[-1]
+        self._journal.append("redo", of_seq=seq, label=edit.label)
+        self._undone.pop()
+        self._done.append((seq, edit))
+        edit.swap(self._records)
+        self._tell(edit)
+
+    # --- saving ------------------------------------------------------------------------------
+    @property
+    def dirty(self) -> bool:
+        return self.top != self._saved_top
+
+    def save(self) -> None:
+        self._journal.append("save")
+        self._saved, self._saved_top = dict(self._records), self.top
+        self.recovered = False
+        self.history_changed.emit(None)
+
+    def discard_unsaved(self) -> None:
+        """Back to the last save, by an edit that can itself be undone."""
+        ids = {
+            id_
+            for id_ in {*self._records, *self._saved}
+            if self._records.get(id_) != self._saved.get(id_)
+        }
+        edit = change(
+            self._records, "Discard unsaved changes", {id_: self._saved.get(id_) for id_ in ids}
+        )
+        self._write(edit, "discard")
+        self._journal.append("save")
+        self._saved, self._saved_top = dict(self._records), self.top
+        self.recovered = False
+        self._tell(edit)
+
+    # --- drafts ------------------------------------------------------------------------------
+    def set_draft(self, state: Mapping[str, Any] | None) -> None:
+        """The clicks of an unfinished tool; None once it is cancelled."""
+        if state is None and self.draft is None:
+            return
+        seq = self._journal.append("draft", after=state)
+        self.draft = None if state is None else Draft(seq, dict(state))
+
+    def use_journal(self, journal: Journal) -> Journal:
+        """Go on in another journal, which holds the same rows; returns the one left."""
+        old, self._journal = self._journal, journal
+        return old
+
+    def close(self) -> None:
+        self._journal.close()

@@ -1,0 +1,118 @@
+"""What a measurement asks of the model it was made on."""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
+
+Array = npt.NDArray[np.float64]
+
+# Enough points for a mean spacing and for the plane of a face, few enough for every click.
+_SAMPLES = 24
+_COARSE = 200_000
+_FACE_POINTS = 20_000
+
+
+class Surface(Protocol):
+    """All in the model's file frame."""
+
+    def resolution_near(self, points: Array) -> float | None:
+        """Mean spacing of the model's vertices or points around `points` (k, 3)."""
+
+    def outcrop_normal(self, points: Array) -> Array | None:
+        """Unit normal (3,) of the outcrop face around the line through `points` (k, 3)."""
+
+
+class VertexSurface:
+    """A surface known by its vertices, mesh or cloud.
+
+    `build` makes the search tree and may run in any thread; until it is done the answers come from
+    a plain search and are the same.
+    """
+
+    def __init__(self, vertices: Array) -> None:
+        """vertices : (n, 3) float64; kept, not copied."""
+        self._vertices = vertices
+        self._tree: cKDTree | None = None
+        self._lock = threading.Lock()
+        self._coarse = vertices[:: max(1, len(vertices) // _COARSE)]
+
+    def build(self) -> None:
+        from scipy.spatial import cKDTree
+
+        with self._lock:
+            if self._tree is None:
+                self._tree = cKDTree(
+                    np.asarray(self._vertices),
+                    leafsize=32,
+                    compact_nodes=False,
+                    balanced_tree=False,
+                )
+
+    def resolution_near(self, points: Array) -> float | None:
+        spacing = []
+        for point in _sample(points, _SAMPLES):
+            nearest = self._nearest(self._nearest(point, 1)[0], 16)
+            gaps = np.linalg.norm(nearest - nearest[0], axis=1)
+            # Vertices on a seam of the texture stand twice, at distance zero.
+            gaps = gaps[gaps > 0]
+            if len(gaps):
+                spacing.append(float(gaps.min()))
+        return float(np.mean(spacing)) if spacing else None
+
+    def outcrop_normal(self, points: Array) -> Array | None:
+        from scipy.spatial import cKDTree
+
+        line = _densified(points)
+        extent = float(np.linalg.norm(np.ptp(line, axis=0)))
+        radius = max(0.1 * extent, 10.0 * (self.resolution_near(points) or 0.0))
+        near = self._coarse
+        inside = np.all(
+            (near >= line.min(axis=0) - radius) & (near <= line.max(axis=0) + radius), axis=1
+        )
+        near = np.asarray(near[inside])
+        near = near[:: max(1, len(near) // _FACE_POINTS)]
+        if len(near) < 3:
+            return None
+        distance, _ = cKDTree(line).query(near, distance_upper_bound=radius)
+        near = near[np.isfinite(distance)]
+        if len(near) < 3:
+            return None
+        centred = near - near.mean(axis=0)
+        values, vectors = np.linalg.eigh(centred.T @ centred)
+        # A line or a blob of points has no face.
+        if values[1] <= 1e-12 * values[2] or values[0] > 0.5 * values[1]:
+            return None
+        return np.asarray(vectors[:, 0])
+
+    def _nearest(self, point: Array, count: int) -> Array:
+        count = min(count, len(self._vertices))
+        if self._tree is not None:
+            _, index = self._tree.query(point, k=count)
+            return np.asarray(self._vertices[np.atleast_1d(index)])
+        square = ((np.asarray(self._vertices) - point) ** 2).sum(axis=1)
+        index = np.argpartition(square, count - 1)[:count]
+        return np.asarray(self._vertices[index[np.argsort(square[index])]])
+
+
+def _sample(points: Array, count: int) -> Array:
+    points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
+    if len(points) <= count:
+        return points
+    return np.asarray(points[np.linspace(0, len(points) - 1, count).round().astype(int)])
+
+
+def _densified(points: Array, pieces: int = 200) -> Array:
+    """The polyline through `points`, as points at even steps."""
+    points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
+    if len(points) < 2:
+        return points
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    steps = np.linspace(0.0, along[-1], pieces)
+    return np.stack([np.interp(steps, along, points[:, axis]) for axis in range(3)], axis=1)

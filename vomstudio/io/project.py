@@ -1,0 +1,181 @@
+"""The project on disk: a folder NAME.vom that can be moved and zipped.
+
+`journal.sqlite` is the truth; `project.gpkg` is derived; `models/` holds copies where the user
+wants them; `cache/` may be deleted. A project that has no name yet lives in the user's state
+folder and is offered back at the next start.
+"""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from vomstudio.document.records import Model
+from vomstudio.document.session import Session
+from vomstudio.errors import InputError, TargetError
+from vomstudio.io.journal import SqliteJournal
+from vomstudio.io.lock import ProjectLock
+
+SUFFIX = ".vom"
+JOURNAL = "journal.sqlite"
+
+
+class Project:
+    """An open project: its folder, its session, its lock."""
+
+    def __init__(
+        self,
+        folder: Path,
+        journal: SqliteJournal,
+        lock: ProjectLock,
+        *,
+        settings: Callable[[], Mapping[str, Any]] = dict,
+    ) -> None:
+        self.folder = folder
+        self.journal = journal
+        self._lock = lock
+        self._settings = settings
+        self.session = Session(journal, settings)
+
+    @classmethod
+    def create(
+        cls, folder: Path, *, settings: Callable[[], Mapping[str, Any]] = dict
+    ) -> Project:
+        """A new project in `folder`, which must not hold one. Raises TargetError."""
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise TargetError(f"the folder cannot be made ({error.strerror})", file=folder) from error
+        if (folder / JOURNAL).exists():
+            raise TargetError("there is a project here already", file=folder)
+        lock = ProjectLock(folder / "lock")
+        return cls(folder, SqliteJournal(folder / JOURNAL, create=True), lock, settings=settings)
+
+    @classmethod
+    def open(cls, folder: Path, *, settings: Callable[[], Mapping[str, Any]] = dict) -> Project:
+        """Raises InputError where it is no project, damaged, newer, or open elsewhere."""
+        folder = project_folder(folder)
+        lock = ProjectLock(folder / "lock")
+        try:
+            journal = SqliteJournal(folder / JOURNAL)
+            return cls(folder, journal, lock, settings=settings)
+        except BaseException:
+            lock.release()
+            raise
+
+    @property
+    def name(self) -> str:
+        return self.folder.name.removesuffix(SUFFIX)
+
+    @property
+    def untitled(self) -> bool:
+        return self.folder.parent == untitled_folder()
+
+    @property
+    def cache(self) -> Path:
+        return self.folder / "cache"
+
+    def save_as(self, folder: Path) -> None:
+        """Move to another folder: history and copies go along. A project with a name stays behind
+        as it was last saved; an untitled one is gone. Raises TargetError."""
+        if folder.exists() and any(folder.iterdir()):
+            raise TargetError("the folder is not empty; choose another name", file=folder)
+        part = folder.with_name(folder.name + ".part")
+        try:
+            shutil.rmtree(part, ignore_errors=True)
+            part.mkdir(parents=True)
+            self.journal.copy_to(part / JOURNAL)
+            if (self.folder / "models").is_dir():
+                shutil.copytree(self.folder / "models", part / "models")
+            if folder.exists():
+                folder.rmdir()
+            part.rename(folder)
+        except OSError as error:
+            shutil.rmtree(part, ignore_errors=True)
+            raise TargetError(f"cannot be written ({error.strerror})", file=folder) from error
+        lock = ProjectLock(folder / "lock")
+        journal = SqliteJournal(folder / JOURNAL)
+        left, untitled = self.folder, self.untitled
+        old = self.session.use_journal(journal)
+        if self.session.dirty and not untitled:
+            left_behind = Session(old)
+            left_behind.discard_unsaved()
+        old.close()
+        self._lock.release()
+        if untitled:
+            shutil.rmtree(left, ignore_errors=True)
+        self.folder, self.journal, self._lock = folder, journal, lock
+        self.session.save()
+
+    def close(self) -> None:
+        self.session.close()
+        self._lock.release()
+
+    def model_path(self, path: Path) -> str:
+        """How the path of a model is written down: relative inside the folder, else absolute."""
+        full = path.resolve()
+        if full.is_relative_to(self.folder.resolve()):
+            return full.relative_to(self.folder.resolve()).as_posix()
+        return str(full)
+
+    def find_model(self, model: Model) -> Path | None:
+        """The file of a model: where it was, or of the same name in the folder, its `models`, or
+        beside the folder (a project that was moved together with its models)."""
+        stored = Path(model.path)
+        places = [self.folder / stored] if not stored.is_absolute() else [stored]
+        places += [
+            self.folder / stored.name,
+            self.folder / "models" / stored.name,
+            self.folder.parent / stored.name,
+        ]
+        return next((place for place in places if place.is_file()), None)
+
+
+def project_folder(path: Path) -> Path:
+    """The folder of a project named by its folder or by a file in it. Raises InputError."""
+    if path.is_file() and path.parent.suffix == SUFFIX:
+        path = path.parent
+    if not path.exists():
+        raise InputError("there is no such project", file=path)
+    if not (path / JOURNAL).is_file():
+        raise InputError(
+            f"is not a VOM Studio project (a folder NAME{SUFFIX} with {JOURNAL})", file=path
+        )
+    return path
+
+
+def is_project(path: Path) -> bool:
+    return (path / JOURNAL).is_file() or (path.is_file() and path.parent.suffix == SUFFIX)
+
+
+def untitled_folder() -> Path:
+    """Where projects without a name live."""
+    from platformdirs import user_state_path
+
+    return user_state_path("vomstudio", appauthor=False) / "untitled"
+
+
+def create_untitled(settings: Callable[[], Mapping[str, Any]] = dict) -> Project:
+    stamp = time.strftime("%Y%m%d-%H%M%S")
+    folder = untitled_folder() / f"{stamp}{SUFFIX}"
+    number = 1
+    while folder.exists():
+        number += 1
+        folder = untitled_folder() / f"{stamp}-{number}{SUFFIX}"
+    return Project.create(folder, settings=settings)
+
+
+def unfinished_untitled() -> list[Path]:
+    """Untitled projects that a crash or a power cut has left behind, the newest first."""
+    found = []
+    for folder in sorted(untitled_folder().glob(f"*{SUFFIX}"), reverse=True):
+        try:
+            ProjectLock(folder / "lock").release()
+        except InputError:
+            continue
+        if (folder / JOURNAL).is_file():
+            found.append(folder)
+    return found

@@ -1,0 +1,387 @@
+"""The trace tool: clicks along a line where a surface meets the outcrop become a plane.
+
+A state machine without Qt or VTK. It is idle until the first click or until an old trace is
+continued; then exactly one of `finish` or `cancel` ends it. Every step is written to the journal as
+a draft before it is shown.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from vomstudio.document import edits
+from vomstudio.document.measurements import Measurement, world_points
+from vomstudio.document.records import FeatureType, Model, Point, Trace
+from vomstudio.errors import DocumentError, VomError
+from vomstudio.geometry import transform
+from vomstudio.geometry.discs import disc
+from vomstudio.tools.context import ToolContext
+from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent, Preview
+
+NAME = "trace"
+
+
+class TraceTool:
+    """The unfinished trace is an ordinary Trace record that is not in the document yet."""
+
+    def __init__(self, context: ToolContext) -> None:
+        self._context = context
+        self._trace: Trace | None = None
+        self._continued = False
+        self._steps: list[tuple[Point, ...]] = []
+        self._hover: Hit | None = None
+        self._drag_from: tuple[Point, ...] | None = None
+        self.current_vertex: int | None = None
+        self.measurement: Measurement | None = None
+
+    # --- state -------------------------------------------------------------------------------
+    @property
+    def open(self) -> bool:
+        """A trace is being picked."""
+        return self._trace is not None
+
+    @property
+    def trace(self) -> Trace | None:
+        return self._trace
+
+    @property
+    def continued(self) -> bool:
+        """The open trace is one of the document's, taken up again."""
+        return self._continued
+
+    @property
+    def vertices(self) -> tuple[Point, ...]:
+        """Model file frame."""
+        return self._trace.vertices if self._trace else ()
+
+    @property
+    def can_undo(self) -> bool:
+        return bool(self._steps)
+
+    def hint(self) -> str:
+        """What the next click does, for the status line."""
+        if self._trace is None:
+            return "Trace: click along a bed, fault or fracture on the outcrop"
+        count = len(self.vertices)
+        if count < 3:
+            return (
+                f"Trace: {count} point{'s' if count > 1 else ''}; a plane needs 3. "
+                "Click on; Backspace takes the last click back; Esc cancels"
+            )
+        return (
+            f"Trace: {count} points. Enter or double click finishes; drag a vertex to move it; "
+            "Ctrl+click inserts one; Delete removes the marked one; Esc cancels"
+        )
+
+    # --- gestures ----------------------------------------------------------------------------
+    def pointer(self, event: PointerEvent) -> None:
+        if event.kind is Pointer.MOVE:
+            self._move(event)
+        elif event.kind is Pointer.CLICK and event.button is Button.LEFT:
+            self._click(event)
+        elif event.kind is Pointer.DOUBLE_CLICK and event.button is Button.LEFT:
+            if self.open:
+                self.finish()
+        elif event.kind is Pointer.DRAG_START and event.handle is not None:
+            self._drag_from = self.vertices
+            self.current_vertex = event.handle
+        elif event.kind is Pointer.DRAG_MOVE and self._drag_from is not None:
+            self._drag(event.hit)
+        elif event.kind is Pointer.DRAG_END and self._drag_from is not None:
+            self._drag(event.hit)
+            self._end_drag()
+
+    def _move(self, event: PointerEvent) -> None:
+        self._hover = event.hit
+        if self.open:
+            self._show()
+
+    def _click(self, event: PointerEvent) -> None:
+        if event.handle is not None and self.open:
+            self.current_vertex = None if self.current_vertex == event.handle else event.handle
+            self._show()
+            self._context.tool_changed()
+            return
+        hit = event.hit
+        if hit is None:
+            self._context.say("There is no surface under the cursor: click on the outcrop.")
+            return
+        if self._trace is None:
+            self._begin(hit)
+            return
+        if hit.model_id != self._trace.model_id:
+            self._context.say(
+                "This point lies on another model. A trace belongs to one model: finish it "
+                "(Enter) or cancel it (Esc) first."
+            )
+            return
+        if event.ctrl and len(self.vertices) > 1:
+            self.insert_vertex(hit.position)
+        else:
+            self._set_vertices((*self.vertices, hit.position))
+
+    def _begin(self, hit: Hit) -> None:
+        model = self._context.session.records.get(hit.model_id)
+        if not isinstance(model, Model):
+            self._context.say("This model is not part of the project any more.")
+            return
+        self._trace = Trace(
+            id=edits.new_id("trace"),
+            name="",
+            type_id=self._context.next_type_id,
+            model_id=model.id,
+            model_hash=model.content_hash,
+            vertices=(),
+            set_name=self._context.next_set,
+        )
+        self._continued = False
+        self._set_vertices((hit.position,))
+
+    def _drag(self, hit: Hit | None) -> None:
+        index = self.current_vertex
+        if self._trace is None or index is None or hit is None:
+            return
+        if hit.model_id != self._trace.model_id:
+            return
+        moved = list(self.vertices)
+        moved[index] = hit.position
+        self._trace = replace(self._trace, vertices=tuple(moved))
+        self._look()
+        self._show()
+
+    def _end_drag(self) -> None:
+        assert self._drag_from is not None and self._trace is not None
+        before, after, self._drag_from = self._drag_from, self.vertices, None
+        if before != after:
+            self._trace = replace(self._trace, vertices=before)
+            self._set_vertices(after)
+
+    # --- steps -------------------------------------------------------------------------------
+    def insert_vertex(self, position: Point) -> None:
+        """Between the two neighbours whose segment passes nearest to `position`."""
+        line = np.asarray(self.vertices)
+        start, step = line[:-1], np.diff(line, axis=0)
+        length = np.maximum((step**2).sum(axis=1), 1e-300)
+        along = np.clip(((np.asarray(position) - start) * step).sum(axis=1) / length, 0.0, 1.0)
+        gap = np.linalg.norm(start + along[:, None] * step - np.asarray(position), axis=1)
+        at = int(gap.argmin()) + 1
+        self._set_vertices((*self.vertices[:at], position, *self.vertices[at:]))
+        self.current_vertex = at
+
+    def move_vertex(self, index: int, position: Point) -> None:
+        changed = list(self.vertices)
+        changed[index] = position
+        self._set_vertices(tuple(changed))
+
+    def delete_vertex(self, index: int | None = None) -> None:
+        """Without an index: the marked vertex."""
+        index = self.current_vertex if index is None else index
+        if self._trace is None or index is None or not 0 <= index < len(self.vertices):
+            return
+        self.current_vertex = None
+        self._set_vertices((*self.vertices[:index], *self.vertices[index + 1 :]))
+
+    def undo(self) -> bool:
+        """Take the last step of the open trace back; False where there is none."""
+        if self._trace is None or not self._steps:
+            return False
+        before = self._steps.pop()
+        self.current_vertex = None
+        if not before and not self._continued:
+            self.cancel()
+            return True
+        self._trace = replace(self._trace, vertices=before)
+        self._keep()
+        return True
+
+    def _set_vertices(self, vertices: tuple[Point, ...]) -> None:
+        assert self._trace is not None
+        if self.current_vertex is not None and self.current_vertex >= len(vertices):
+            self.current_vertex = None
+        self._steps.append(self.vertices)
+        self._trace = replace(self._trace, vertices=vertices)
+        self._keep()
+
+    def _keep(self) -> None:
+        """Write the draft, then show it."""
+        try:
+            self._context.session.set_draft(self._state())
+        except VomError as error:
+            self._context.say(str(error))
+        self._look()
+        self._show()
+        self._context.tool_changed()
+
+    # --- beginning and end -------------------------------------------------------------------
+    def continue_trace(self, trace_id: str) -> None:
+        """Take up a trace of the document again."""
+        if self.open:
+            raise DocumentError("a trace is being picked: finish or cancel it first")
+        trace = self._context.session.records.get(trace_id)
+        if not isinstance(trace, Trace):
+            raise DocumentError("only a trace can be continued")
+        self._trace, self._continued, self._steps = trace, True, []
+        self._keep()
+
+    def finish(self) -> str | None:
+        """The finished trace's id; None, with the reason said, where it cannot be one yet."""
+        if self._trace is None:
+            return None
+        trace, session = self._trace, self._context.session
+        try:
+            if self._continued:
+                edit = edits.set_vertices(
+                    session.records,
+                    trace.id,
+                    trace.vertices,
+                    resolution=trace.resolution,
+                    outcrop_normal=trace.outcrop_normal,
+                )
+            else:
+                edit = edits.add_trace(session.records, trace)
+            session.apply(edit, finishes_draft=True)
+        except VomError as error:
+            self._context.say(str(error))
+            return None
+        self._reset()
+        self._context.created(trace.id)
+        return trace.id
+
+    def cancel(self) -> None:
+        """Give the open trace up; a continued one stays as it was."""
+        if self._trace is None:
+            return
+        try:
+            self._context.session.set_draft(None)
+        except VomError as error:
+            self._context.say(str(error))
+        self._reset()
+
+    def _reset(self) -> None:
+        self._trace, self._continued, self._steps = None, False, []
+        self._drag_from, self.current_vertex, self.measurement = None, None, None
+        self._context.show(None)
+        self._context.tool_changed()
+
+    # --- drafts ------------------------------------------------------------------------------
+    def _state(self) -> dict[str, Any]:
+        assert self._trace is not None
+        return {
+            "tool": NAME,
+            "trace_id": self._trace.id,
+            "continued": self._continued,
+            "model_id": self._trace.model_id,
+            "model_hash": self._trace.model_hash,
+            "type_id": self._trace.type_id,
+            "set_name": self._trace.set_name,
+            "vertices": [list(v) for v in self.vertices],
+        }
+
+    def restore(self, state: Mapping[str, Any]) -> bool:
+        """Go on with a draft; False where it is not one of this tool or its model is gone."""
+        records = self._context.session.records
+        try:
+            if state["tool"] != NAME or not isinstance(records.get(state["model_id"]), Model):
+                return False
+            vertices = tuple((float(x), float(y), float(z)) for x, y, z in state["vertices"])
+            old = records.get(state["trace_id"])
+            if state["continued"] and isinstance(old, Trace):
+                self._trace, self._continued = replace(old, vertices=vertices), True
+            else:
+                self._continued = False
+                self._trace = Trace(
+                    id=str(state["trace_id"]),
+                    name="",
+                    type_id=str(state["type_id"]),
+                    model_id=str(state["model_id"]),
+                    model_hash=str(state["model_hash"]),
+                    vertices=vertices,
+                    set_name=str(state["set_name"]),
+                )
+        except (KeyError, TypeError, ValueError):
+            return False
+        self._steps = [vertices[:count] for count in range(0, len(vertices))]
+        if self._continued:
+            self._steps = []
+        self._look()
+        self._show()
+        self._context.tool_changed()
+        return True
+
+    def set_type(self, type_id: str, set_name: str) -> None:
+        """The feature type and set of the open trace."""
+        if self._trace is not None and not self._continued:
+            if (self._trace.type_id, self._trace.set_name) == (type_id, set_name):
+                return
+            self._trace = replace(self._trace, type_id=type_id, set_name=set_name)
+            self._keep()
+
+    # --- what is seen ------------------------------------------------------------------------
+    def _look(self) -> None:
+        """Ask the surface, and fit."""
+        assert self._trace is not None
+        surface = self._context.surface(self._trace.model_id)
+        resolution, normal = self._trace.resolution, self._trace.outcrop_normal
+        if surface is not None and self.vertices:
+            points = np.asarray(self.vertices, dtype=np.float64)
+            resolution = surface.resolution_near(points)
+            found = surface.outcrop_normal(points) if len(points) > 1 else None
+            normal = None if found is None else (float(found[0]), float(found[1]), float(found[2]))
+        self._trace = replace(self._trace, resolution=resolution, outcrop_normal=normal)
+        self.measurement = self._context.measure(self._trace) if self.vertices else None
+
+    def _show(self) -> None:
+        if self._trace is None:
+            self._context.show(None)
+            return
+        records = self._context.session.records
+        model, kind = records.get(self._trace.model_id), records.get(self._trace.type_id)
+        model = model if isinstance(model, Model) else None
+        rubber = None
+        if self._hover is not None and model is not None and self._hover.model_id == model.id:
+            rubber = transform.apply(model.to_world, [self._hover.position])[0]
+        self._context.show(
+            Preview(
+                line=world_points(self._trace, model),
+                rubber=rubber,
+                patch=self._patch(),
+                color=_rgb(kind.color if isinstance(kind, FeatureType) else "#e69f00"),
+                reading=self._reading(),
+                verdict=m.verdict.quality if (m := self.measurement) and m.verdict else None,
+            )
+        )
+
+    def _patch(self) -> np.ndarray | None:
+        if self.measurement is None or self.measurement.fit is None:
+            return None
+        fit = self.measurement.fit
+        return disc(fit.centroid, fit.normal, 0.5 * fit.extent)
+
+    def _reading(self) -> tuple[str, ...]:
+        count, measurement = len(self.vertices), self.measurement
+        if measurement is None or measurement.fit is None or measurement.verdict is None:
+            why = "" if count < 3 or measurement is None else f": {measurement.problem}"
+            return (f"{count} point{'s' if count != 1 else ''}{why}",)
+        fit = measurement.fit
+        if fit.max_confidence95_deg is None:
+            error = "95 %: undefined"
+        else:
+            error = f"95 %: {fit.max_confidence95_deg:.1f}° × {fit.min_confidence95_deg or 0:.1f}°"
+        indices = "   ".join(
+            f"{name} {value:.1f}" for name, value in (("M", fit.M), ("K", fit.K)) if value is not None
+        )
+        return (
+            self._context.format_plane(measurement),
+            error,
+            f"{indices}   n {count}" if indices else f"n {count}",
+            *measurement.verdict.reasons[:1],
+        )
+
+
+def _rgb(color: str) -> tuple[float, float, float]:
+    red, green, blue = (int(color[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    return red, green, blue
