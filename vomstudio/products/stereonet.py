@@ -1,0 +1,817 @@
+"""The net as a figure: one drawing for the window's dock and for `vomstudio stereonet`.
+
+Everything is drawn in our own projected coordinates on one plain Axes that covers the figure: one
+net unit is the radius of the net. That redraws in milliseconds, picks with plain arithmetic, and
+leaves every artist an ordinary one (a map projection Axes transforms each vertex again at every
+redraw). Matplotlib is imported where it is first needed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import IO, TYPE_CHECKING
+
+import numpy as np
+
+from vomstudio.errors import GeometryError, UsageError
+from vomstudio.geology import stereonet as nets
+from vomstudio.geology.folds import FoldAxis
+from vomstudio.geology.notation import format_line, format_plane
+from vomstudio.geology.orientation import (
+    Array,
+    Line,
+    Plane,
+    lines_to_vectors,
+    planes_to_poles,
+)
+from vomstudio.geology.statistics import axial_mean
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+
+OKABE_ITO = (
+    "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#F0E442", "#000000",
+)  # fmt: skip
+"""Okabe & Ito's colours, safe for the colour-blind, the strongest on white paper first."""
+
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+
+PROJECTION_NAMES = {"area": "Equal area", "angle": "Equal angle"}
+
+AUTO_CIRCLES = 40
+"""With more planes than this their great circles hide the poles and are left out unless asked."""
+
+FORMATS = ("svg", "pdf", "png")
+
+
+# What is on the net --------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class NetSet:
+    """One set of features, drawn alike.
+
+    kind "plane": azimuth_deg, angle_deg (n,) are dip direction and dip; "line": trend and plunge.
+    ids name the features for picking and selecting (empty: they can't be).
+    """
+
+    name: str
+    kind: str
+    azimuth_deg: Array
+    angle_deg: Array
+    ids: tuple[str, ...] = ()
+    color: str = OKABE_ITO[0]
+    marker: str = MARKERS[0]
+
+    def vectors(self) -> Array:
+        """(n, 3) unit vectors: poles of planes, lines as they are."""
+        turn = planes_to_poles if self.kind == "plane" else lines_to_vectors
+        return turn(self.azimuth_deg, self.angle_deg).reshape(-1, 3)
+
+    def __len__(self) -> int:
+        return len(np.atleast_1d(self.azimuth_deg))
+
+
+@dataclass(frozen=True)
+class NetMean:
+    """A mean of a set: a line to mark, and the text beside it."""
+
+    line: Line
+    label: str
+    color: str
+    marker: str
+
+
+@dataclass(frozen=True)
+class NetEllipse:
+    """95 % confidence ellipse of a plane's pole: semi-axes and the rake of the larger one, as the
+    fit gives them."""
+
+    plane: Plane
+    max_angle_deg: float
+    min_angle_deg: float
+    rake_deg: float
+
+
+@dataclass(frozen=True, eq=False)
+class NetContents:
+    """Everything a net shows, as plain data.
+
+    circles: great circles of planes always (True), never (False), or while there are few (None).
+    selected: ids that are emphasised; their great circles are always drawn.
+    contour: one of `stereonet.DENSITY_METHODS`, of all poles and lines shown.
+    notation, decimals: how orientations are written on the net.
+    """
+
+    sets: tuple[NetSet, ...] = ()
+    projection: str = "area"
+    circles: bool | None = None
+    poles: bool = True
+    means: tuple[NetMean, ...] = ()
+    fold: FoldAxis | None = None
+    selected: frozenset[str] = frozenset()
+    ellipses: tuple[NetEllipse, ...] = ()
+    contour: str | None = None
+    notation: str = "dipdir/dip"
+    decimals: int = 0
+
+    def with_selection(
+        self, selected: Iterable[str], ellipses: Sequence[NetEllipse] = ()
+    ) -> NetContents:
+        """The same net with other features emphasised."""
+        return replace(self, selected=frozenset(selected), ellipses=tuple(ellipses))
+
+
+def make_sets(
+    groups: Mapping[str, tuple[str, Sequence[float] | Array, Sequence[float] | Array]],
+    ids: Mapping[str, Sequence[str]] | None = None,
+) -> tuple[NetSet, ...]:
+    """Sets of {name: (kind, azimuths, angles)} with the colours and symbols of the house, in
+    order; rows that are not numbers are left out."""
+    sets = []
+    for i, (name, (kind, azimuth, angle)) in enumerate(groups.items()):
+        if kind not in ("plane", "line"):
+            raise ValueError(kind)
+        a, b = np.asarray(azimuth, dtype=np.float64), np.asarray(angle, dtype=np.float64)
+        sound = np.isfinite(a) & np.isfinite(b)
+        names = tuple(ids[name]) if ids and name in ids else ()
+        kept = tuple(k for k, ok in zip(names, sound, strict=True) if ok) if names else ()
+        color = OKABE_ITO[i % len(OKABE_ITO)]
+        marker = MARKERS[(i + i // len(OKABE_ITO)) % len(MARKERS)]
+        sets.append(NetSet(name, kind, a[sound], b[sound], kept, color, marker))
+    return tuple(sets)
+
+
+def means_of(
+    sets: Iterable[NetSet], notation: str = "dipdir/dip", decimals: int = 0
+) -> tuple[NetMean, ...]:
+    """Axial mean of every set of at least 3 that has one (poles for planes; the text is the mean
+    plane)."""
+    means = []
+    for s in sets:
+        if len(s) < 3:
+            continue
+        try:
+            line = axial_mean(s.vectors())
+        except GeometryError:
+            continue
+        if s.kind == "plane":
+            text = format_plane(line.normal_plane(), notation, decimals)
+        else:
+            text = format_line(line, decimals)
+        means.append(NetMean(line, f"mean {text}", s.color, s.marker))
+    return tuple(means)
+
+
+# How it looks --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class NetStyle:
+    """Colours and sizes; sizes in points (1/72 inch of the figure)."""
+
+    ink: str = "#1a1a1a"
+    soft: str = "#7a7a7a"
+    paper: str = "#ffffff"
+    net: str = "#ffffff"
+    font_pt: float = 8.0
+    marker_pt: float = 4.5
+    line_pt: float = 0.8
+    swaps: Mapping[str, str] = field(default_factory=dict)
+    contour_map: str = "light"
+
+    @classmethod
+    def dock(cls, dark: bool = False, dpi: float = 100.0, font_px: float = 11.0) -> NetStyle:
+        """Sizes in pixels of a screen, light or dark."""
+        px = 72.0 / dpi
+        sizes = {"font_pt": font_px * px, "marker_pt": 6.0 * px, "line_pt": 1.1 * px}
+        return replace(cls.dark() if dark else cls(), **sizes)  # type: ignore[arg-type]
+
+    @classmethod
+    def dark(cls) -> NetStyle:
+        return cls(
+            ink="#e8e8e8",
+            soft="#9a9a9a",
+            paper="#202124",
+            net="#2a2b2e",
+            # Black and the deepest blue vanish on a dark ground.
+            swaps={"#000000": "#ffffff", "#0072B2": "#3d9be0"},
+            contour_map="dark",
+        )
+
+    def color(self, color: str) -> str:
+        return self.swaps.get(color.upper(), self.swaps.get(color, color))
+
+
+PRINT = NetStyle()
+PRINT_SIZE_MM = (170.0, 115.0)
+
+
+# The drawing ---------------------------------------------------------------------------------
+
+
+@dataclass(eq=False)
+class NetArtists:
+    """The drawn net, and what a pointer needs to know of it.
+
+    Pixels are matplotlib's display pixels: from the bottom left corner, y up.
+    """
+
+    axes: Axes
+    contents: NetContents
+    style: NetStyle
+    radius_px: float
+    centre_px: tuple[float, float]
+    positions: list[Array]
+    """Per set (n, 2) net positions of poles or lines."""
+    arcs: list[Array]
+    """Per set (m, k, 2) great circles as drawn (m = 0: none)."""
+    arc_rows: list[Array]
+    """Per set (m,) rows of the set that the arcs belong to."""
+    poles: list[Line2D]
+    emphasis: list[object]
+    text_boxes: list[tuple[float, float, float, float]]
+    """Pixel boxes (x0, y0, x1, y1) of all text, for tests of overlap."""
+
+    def to_net(self, x_px: float, y_px: float) -> tuple[float, float]:
+        """Net position (unit circle) of a pixel."""
+        cx, cy = self.centre_px
+        return (x_px - cx) / self.radius_px, (y_px - cy) / self.radius_px
+
+    def line_at(self, x_px: float, y_px: float) -> Line | None:
+        """The line under a pixel, None outside the net."""
+        return nets.line_at(*self.to_net(x_px, y_px), self.contents.projection)
+
+    def feature_at(self, x_px: float, y_px: float, reach_px: float = 6.0) -> str | None:
+        """Id of the nearest pole or line within reach, else of the nearest great circle drawn
+        within half of it, else None. Among equals the one drawn last, which is on top."""
+        point = np.array(self.to_net(x_px, y_px))
+        best, found = reach_px / self.radius_px, None
+        if self.contents.poles:
+            for s, at in zip(self.contents.sets, self.positions, strict=True):
+                if s.ids and len(at):
+                    away = np.hypot(*(at - point).T)
+                    row = len(away) - 1 - int(np.argmin(away[::-1]))
+                    if away[row] <= best:
+                        best, found = float(away[row]), s.ids[row]
+        if found is not None:
+            return found
+        best = max(2.0, reach_px / 2.0) / self.radius_px
+        for s, arcs, rows in zip(self.contents.sets, self.arcs, self.arc_rows, strict=True):
+            if s.ids and len(arcs):
+                away = _distance_to_arcs(point, arcs)
+                i = int(np.argmin(away))
+                if away[i] <= best:
+                    best, found = float(away[i]), s.ids[int(rows[i])]
+        return found
+
+    def features_within(self, polygon_px: Sequence[tuple[float, float]]) -> frozenset[str]:
+        """Ids of the poles and lines inside a polygon of pixels (a lasso)."""
+        from matplotlib.path import Path as Outline
+
+        outline = Outline([self.to_net(x, y) for x, y in polygon_px])
+        return frozenset(
+            s.ids[int(i)]
+            for s, at in zip(self.contents.sets, self.positions, strict=True)
+            if s.ids and len(at)
+            for i in np.flatnonzero(outline.contains_points(at))
+        )
+
+    def select(self, selected: Iterable[str], ellipses: Sequence[NetEllipse] = ()) -> None:
+        """Emphasises other features without drawing the rest anew; the caller redraws the canvas."""
+        self.contents = self.contents.with_selection(selected, ellipses)
+        for artist in self.emphasis:
+            artist.remove()  # type: ignore[attr-defined]
+        self.emphasis = _draw_emphasis(self.axes, self.contents, self.style, self.positions)
+
+
+def draw_stereonet(figure: Figure, net: NetContents, style: NetStyle = PRINT) -> NetArtists:
+    """Draws the net over the whole figure, which is cleared first. Lays itself out by the figure's
+    size: legend beside the net where the figure is wide, below it where it is not. Call it again
+    after a resize."""
+    if net.contour is not None and net.contour not in nets.DENSITY_METHODS:
+        raise UsageError(
+            f"“{net.contour}” is no way to contour; use one of {', '.join(nets.DENSITY_METHODS)}."
+        )
+    figure.clear()
+    figure.set_facecolor(style.paper)
+    page = _Page(figure, net, style)
+    ax = page.axes
+    page.draw_frame()
+    if net.contour is not None:
+        page.draw_contours(net.contour)
+    positions = [nets.project(s.vectors(), net.projection) for s in net.sets]
+    arcs, rows = page.draw_circles()
+    poles = page.draw_poles(positions)
+    if net.fold is not None:
+        page.draw_fold(net.fold)
+    emphasis = _draw_emphasis(ax, net, style, positions)
+    page.draw_means_and_labels()
+    page.draw_legend()
+    return NetArtists(
+        ax, net, style, page.radius * page.px, (page.cx * page.px, page.cy * page.px),
+        positions, arcs, rows, poles, emphasis,
+        [tuple(v * page.px for v in box) for box in page.text_boxes],  # type: ignore[misc]
+    )  # fmt: skip
+
+
+def write_stereonet(
+    target: str | Path | IO[bytes],
+    net: NetContents,
+    *,
+    format: str,
+    style: NetStyle = PRINT,
+    size_mm: tuple[float, float] = PRINT_SIZE_MM,
+    dpi: float = 300.0,
+) -> None:
+    """Writes the figure as svg, pdf or png (text stays text in svg and pdf)."""
+    if format not in FORMATS:
+        raise UsageError(f"A net cannot be written as “{format}”; use svg, pdf or png.")
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(size_mm[0] / 25.4, size_mm[1] / 25.4), dpi=dpi)
+    FigureCanvasAgg(figure)
+    draw_stereonet(figure, net, style)
+    metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}[format]
+    with rc_context({"svg.fonttype": "none", "pdf.fonttype": 42, "svg.hashsalt": "vomstudio"}):
+        figure.savefig(target, format=format, dpi=dpi, facecolor=style.paper, metadata=metadata)
+
+
+@lru_cache(maxsize=4096)
+def _text_width(text: str, font_pt: float) -> float:
+    """Width of a text in points, without needing a canvas."""
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import TextPath
+
+    if not text.strip():
+        return 0.3 * font_pt * len(text)
+    box = TextPath((0, 0), text, size=font_pt, prop=FontProperties()).get_extents()
+    return float(box.x1)
+
+
+def _shortened(text: str, font_pt: float, width: float) -> str:
+    if _text_width(text, font_pt) <= width:
+        return text
+    while len(text) > 1 and _text_width(text + "…", font_pt) > width:
+        text = text[:-1]
+    return text.rstrip() + "…"
+
+
+@dataclass(frozen=True)
+class _Entry:
+    """A line of the legend: a symbol (marker and/or line) and its text."""
+
+    text: str
+    color: str
+    marker: str | None = None
+    line: str | None = None
+    hollow: bool = False
+
+
+Box = tuple[float, float, float, float]
+
+
+class _Page:
+    """The layout of one figure, in points from its bottom left corner."""
+
+    def __init__(self, figure: Figure, net: NetContents, style: NetStyle) -> None:
+        self.net, self.style = net, style
+        self.width, self.height = (72.0 * float(v) for v in figure.get_size_inches())
+        self.px = figure.dpi / 72.0
+        self.font = style.font_pt
+        self.row = 1.45 * self.font
+        self.pad = 0.8 * self.font
+        self.entries = _legend_entries(net, style)
+        self.caption = f"{PROJECTION_NAMES[net.projection]}, lower hemisphere"
+        self.text_boxes: list[Box] = []
+        self.levels: list[float] = []
+        self.colors: list[object] = []
+        self._arrange()
+        self.axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        r = self.radius
+        self.axes.set_xlim(-self.cx / r, (self.width - self.cx) / r)
+        self.axes.set_ylim(-self.cy / r, (self.height - self.cy) / r)
+        self.axes.set_axis_off()
+        self.axes.set_autoscale_on(False)
+
+    # Layout
+
+    def _arrange(self) -> None:
+        """Where the net goes, and where legend and colour bar have room."""
+        head = self.row + 0.6 * self.font  # N and its tick
+        tick = 0.9 * self.font
+        bar = 4.5 * self.font if self.net.contour is not None else 0.0
+        self.beside = self.width >= 1.25 * self.height
+        if self.beside:
+            size = min(self.height - head - tick - self.pad, 0.64 * self.width - 2 * tick)
+            self.radius = max(size / 2.0, 10.0)
+            self.cx = self.pad + tick + self.radius
+            self.cy = self.height - head - self.pad / 2 - self.radius
+            self.legend_x = self.cx + self.radius + tick + 1.5 * self.font
+            self.legend_width = self.width - self.legend_x - self.pad
+            self.rows = [[(0.0, e)] for e in self.entries]
+            return
+        self.rows = self._flow(self.width - 2 * self.pad)
+        below = (len(self.rows) + 1) * self.row + self.pad
+        while len(self.rows) > 1 and self.height - head - tick - below < 0.55 * self.height:
+            self.rows.pop()
+            below = (len(self.rows) + 1) * self.row + self.pad
+        tall = self.height - head - tick - below
+        wide = self.width - 2 * (self.pad + tick) - bar
+        self.radius = max(min(tall, wide) / 2.0, 10.0)
+        self.cx = (self.width - bar) / 2.0
+        self.cy = self.height - head - self.radius
+        self.legend_x = self.pad
+        self.legend_width = self.width - 2 * self.pad
+
+    def _flow(self, width: float) -> list[list[tuple[float, _Entry]]]:
+        """Entries set side by side in rows: (offset, entry)."""
+        rows: list[list[tuple[float, _Entry]]] = []
+        x = 0.0
+        for e in self.entries:
+            need = 2.2 * self.font + _text_width(e.text, self.font)
+            if rows and x + need <= width:
+                rows[-1].append((x, e))
+            else:
+                rows.append([(0.0, e)])
+                x = 0.0
+            x += need + 1.6 * self.font
+        return rows
+
+    def net_of(self, x: float, y: float) -> tuple[float, float]:
+        return (x - self.cx) / self.radius, (y - self.cy) / self.radius
+
+    def text(
+        self,
+        x: float,
+        y: float,
+        text: str,
+        *,
+        align: str = "left",
+        color: str | None = None,
+        weight: str = "normal",
+        halo: bool = False,
+        size: float = 1.0,
+    ) -> None:
+        """Text at a place in points, y its middle; its box is remembered."""
+        from matplotlib import patheffects
+
+        width = _text_width(text, self.font * size)
+        left = {"left": x, "center": x - width / 2, "right": x - width}[align]
+        half = 0.5 * self.font * size
+        self.text_boxes.append((left, y - half, left + width, y + half))
+        artist = self.axes.text(
+            *self.net_of(x, y), text, ha=align, va="center_baseline", fontsize=self.font * size,
+            color=color or self.style.ink, weight=weight, zorder=9,
+        )  # fmt: skip
+        if halo:
+            ring = patheffects.withStroke(linewidth=0.3 * self.font, foreground=self.style.net)
+            artist.set_path_effects([ring])
+
+    # Drawing
+
+    def draw_frame(self) -> None:
+        from matplotlib.collections import LineCollection
+        from matplotlib.patches import Circle
+
+        style, ax = self.style, self.axes
+        ax.add_patch(Circle((0, 0), 1.0, facecolor=style.net, edgecolor="none", zorder=0))
+        self.rim = Circle((0, 0), 1.0, facecolor="none", edgecolor=style.ink,
+                          linewidth=1.25 * style.line_pt, zorder=5)  # fmt: skip
+        ax.add_patch(self.rim)
+        azimuth = np.radians(np.arange(0, 360, 10))
+        unit = np.stack([np.sin(azimuth), np.cos(azimuth)], axis=1)
+        long = np.arange(36) % 9 == 0
+        length = np.where(long, 0.6, 0.3)[:, None] * self.font / self.radius
+        cross = 0.35 * self.font / self.radius
+        ticks = [*np.stack([unit, unit * (1 + length)], axis=1)]
+        ticks += [np.array([[-cross, 0], [cross, 0]]), np.array([[0, -cross], [0, cross]])]
+        ax.add_collection(
+            LineCollection(ticks, colors=style.ink, linewidths=style.line_pt, zorder=5)
+        )
+        self.text(
+            self.cx, self.cy + self.radius + 0.6 * self.font + 0.62 * self.row, "N",
+            align="center", weight="bold", size=1.15,
+        )  # fmt: skip
+
+    def draw_contours(self, method: str) -> None:
+        from matplotlib import colormaps
+        from matplotlib.colors import ListedColormap
+
+        vectors = [s.vectors() for s in self.net.sets if len(s)]
+        if not vectors:
+            return
+        x, y, values = nets.density_grid(np.vstack(vectors), method, self.net.projection)
+        self.levels = _levels(float(values.max()), method)
+        if not self.levels:
+            return
+        shades = np.linspace(0.12, 0.62, len(self.levels))
+        if self.style.contour_map == "dark":
+            shades = np.linspace(0.1, 0.75, len(self.levels))
+            self.colors = [colormaps["cividis"](float(s)) for s in shades]
+        else:
+            self.colors = [colormaps["Greys"](float(s)) for s in shades]
+        filled = self.axes.contourf(
+            x, y, values, levels=self.levels, cmap=ListedColormap(self.colors), extend="max",
+            zorder=1, antialiased=True,
+        )  # fmt: skip
+        filled.set_clip_path(self.rim)
+        lines = self.axes.contour(
+            x, y, values, levels=self.levels, colors=self.style.soft,
+            linewidths=0.6 * self.style.line_pt, zorder=1.5,
+        )  # fmt: skip
+        lines.set_clip_path(self.rim)
+        self._draw_bar(method)
+
+    def _draw_bar(self, method: str) -> None:
+        from matplotlib.patches import Rectangle
+
+        n = len(self.levels)
+        thick = 1.0 * self.font
+        if self.beside:
+            tall = min(1.5 * self.font * n, 0.45 * self.height)
+            left, low = self.legend_x, self.pad + 1.3 * self.row
+            self.text(left, low + tall + 0.8 * self.row, nets.DENSITY_UNITS[method])
+        else:
+            tall = min(1.5 * self.font * n, 1.2 * self.radius)
+            left, low = self.width - self.pad - 3.2 * self.font, self.cy - tall / 2
+            short = "σ" if method != "schmidt" else "% / 1 %"
+            self.text(self.width - self.pad, low + tall + 0.8 * self.row, short, align="right")
+        for i, (level, color) in enumerate(zip(self.levels, self.colors, strict=True)):
+            y = low + tall * i / n
+            self.axes.add_patch(
+                Rectangle(
+                    self.net_of(left, y), thick / self.radius, tall / n / self.radius,
+                    facecolor=color, edgecolor=self.style.soft,
+                    linewidth=0.5 * self.style.line_pt, zorder=5,
+                )
+            )  # fmt: skip
+            self.text(left + thick + 0.4 * self.font, y, f"{level:g}", color=self.style.ink)
+
+    def draw_circles(self) -> tuple[list[Array], list[Array]]:
+        from matplotlib.collections import LineCollection
+
+        net, style = self.net, self.style
+        many = sum(len(s) for s in net.sets if s.kind == "plane")
+        all_of_them = circles_shown(net)
+        steps = 61 if many <= 100 else 31
+        arcs: list[Array] = []
+        rows: list[Array] = []
+        for s in net.sets:
+            keep = np.arange(len(s)) if s.kind == "plane" and all_of_them else np.arange(0)
+            lines = nets.great_circles(
+                s.azimuth_deg[keep], s.angle_deg[keep], net.projection, steps
+            )
+            arcs.append(lines)
+            rows.append(keep)
+            if len(keep):
+                self.axes.add_collection(
+                    LineCollection(
+                        list(lines), colors=style.color(s.color), linewidths=style.line_pt,
+                        alpha=min(1.0, max(0.15, 12.0 / math.sqrt(many) / 3.0)), zorder=2,
+                    )
+                )  # fmt: skip
+        return arcs, rows
+
+    def draw_poles(self, positions: list[Array]) -> list[Line2D]:
+        net, style = self.net, self.style
+        size = style.marker_pt * _crowding(sum(len(s) for s in net.sets))
+        drawn = []
+        for s, at in zip(net.sets, positions, strict=True):
+            shown = at if net.poles else at[:0]
+            # Directed lines that point up are shown by their lower end, hollow.
+            up = (s.angle_deg < 0) if s.kind == "line" else np.zeros(len(s), dtype=bool)
+            up = up[: len(shown)]
+            color = style.color(s.color)
+            edge = 0.0 if len(at) > 2000 else 0.5 * style.line_pt
+            (line,) = self.axes.plot(
+                shown[~up, 0], shown[~up, 1], linestyle="none", marker=s.marker, markersize=size,
+                markerfacecolor=color, markeredgecolor=style.net, markeredgewidth=edge, zorder=4,
+            )  # fmt: skip
+            drawn.append(line)
+            if up.any():
+                self.axes.plot(
+                    shown[up, 0], shown[up, 1], linestyle="none", marker=s.marker,
+                    markersize=size, markerfacecolor=style.net, markeredgecolor=color,
+                    markeredgewidth=1.2 * style.line_pt, zorder=4,
+                )  # fmt: skip
+        return drawn
+
+    def draw_fold(self, fold: FoldAxis) -> None:
+        net, style = self.net, self.style
+        circle = nets.great_circle(fold.pi_plane, net.projection)
+        self.axes.plot(
+            *circle.T, color=style.ink, linewidth=1.3 * style.line_pt, dashes=(5, 3), zorder=4.5
+        )
+        if fold.max_confidence95_deg and fold.min_confidence95_deg and fold.confidence_axis:
+            for part in nets.confidence_ellipse(
+                fold.beta.vector(), fold.confidence_axis.vector(),
+                fold.max_confidence95_deg, fold.min_confidence95_deg, net.projection,
+            ):  # fmt: skip
+                self.axes.plot(*part.T, color=style.ink, linewidth=style.line_pt, zorder=4.5)
+        x, y = nets.project(fold.beta.vector(), net.projection)[0]
+        self.axes.plot(
+            [x], [y], marker="*", markersize=2.4 * style.marker_pt, markerfacecolor=style.ink,
+            markeredgecolor=style.net, markeredgewidth=style.line_pt, linestyle="none", zorder=6,
+        )  # fmt: skip
+
+    def draw_means_and_labels(self) -> None:
+        net, style = self.net, self.style
+        wanted: list[tuple[Array, str, str]] = []
+        for mean in net.means:
+            at = nets.project(mean.line.vector(), net.projection)[0]
+            color = style.color(mean.color)
+            self.axes.plot(
+                *at[:, None], marker=mean.marker, markersize=1.8 * style.marker_pt,
+                markerfacecolor=color, markeredgecolor=style.ink,
+                markeredgewidth=1.4 * style.line_pt, linestyle="none", zorder=6,
+            )  # fmt: skip
+            wanted.append((at, mean.label, style.ink))
+        if net.fold is not None:
+            at = nets.project(net.fold.beta.vector(), net.projection)[0]
+            text = f"β {format_line(net.fold.beta, net.decimals)}"
+            wanted.append((at, text, style.ink))
+        crowd = np.vstack(
+            [np.zeros((0, 2))]
+            + [nets.project(s.vectors(), net.projection) for s in net.sets if net.poles and len(s)]
+        )
+        crowd = np.array([self.cx, self.cy]) + self.radius * crowd
+        marks = [np.array([self.cx, self.cy]) + self.radius * at for at, _, _ in wanted]
+        for mark, (_, text, color) in zip(marks, wanted, strict=True):
+            x, y = self._free_place(mark, text, crowd, marks)
+            self.text(x, y, text, color=color, halo=True)
+
+    def _free_place(
+        self, mark: Array, text: str, crowd: Array, marks: list[Array]
+    ) -> tuple[float, float]:
+        """Left end and middle height of a label near a mark: the place that meets no other label
+        or mark, stays in the figure, and hides the fewest poles."""
+        width, half = _text_width(text, self.font), 0.62 * self.font
+        best, cost = (float(mark[0]), float(mark[1])), math.inf
+        for reach in (1.0, 1.7, 2.6, 4.0):
+            away = reach * 1.1 * self.font
+            for i in range(12):
+                angle = math.radians(30.0 * i)
+                dx, dy = math.cos(angle), math.sin(angle)
+                x = float(mark[0]) + away * dx - width * (0.5 - 0.5 * dx)
+                y = float(mark[1]) + away * dy
+                box = (x - 2, y - half, x + width + 2, y + half)
+                if box[0] < 2 or box[2] > self.width - 2:
+                    continue
+                hits = sum(_meet(box, other) for other in self.text_boxes)
+                hits += sum(_holds(box, m, 0.6 * self.font) for m in marks)
+                inside = ((crowd > [box[0], box[1]]) & (crowd < [box[2], box[3]])).all(axis=1).sum()
+                corner = max(
+                    math.hypot(cx - self.cx, cy - self.cy) for cx in box[::2] for cy in box[1::2]
+                )
+                rim = 3.0 if corner > self.radius else 0.0  # would lie across the rim
+                now = 1000.0 * hits + float(inside) + rim + 1.5 * reach
+                if now < cost:
+                    best, cost = (x, y), now
+        return best
+
+    def draw_legend(self) -> None:
+        if self.beside:
+            y = self.height - self.pad - 0.5 * self.row
+        else:
+            y = self.pad + (len(self.rows) + 0.5) * self.row
+        hidden = len(self.entries) - sum(len(r) for r in self.rows)
+        step = self.row * (1.15 if self.beside else 1.0)
+        for i, row in enumerate(self.rows):
+            for offset, entry in row:
+                room = self.legend_width - offset - 2.2 * self.font
+                text = entry.text
+                if hidden and i == len(self.rows) - 1 and (offset, entry) == row[-1]:
+                    text = f"and {hidden + 1} more"
+                    self._legend_entry(offset, y, replace(entry, text=text, marker=None, line=None))
+                    continue
+                text = _shortened(text, self.font, room)
+                self._legend_entry(offset, y, replace(entry, text=text))
+            y -= step
+        self.text(self.legend_x, self.pad + 0.5 * self.row, self.caption, color=self.style.soft)
+
+    def _legend_entry(self, offset: float, y: float, entry: _Entry) -> None:
+        style = self.style
+        x = self.legend_x + offset
+        left, right = self.net_of(x, y), self.net_of(x + 1.6 * self.font, y)
+        if entry.line is not None:
+            self.axes.plot(
+                [left[0], right[0]], [left[1], right[1]], color=entry.color, zorder=8,
+                linewidth=1.3 * style.line_pt, linestyle="-" if entry.line == "-" else (0, (3, 2)),
+            )  # fmt: skip
+        if entry.marker is not None:
+            big = 1.6 if entry.marker == "*" else 1.1
+            self.axes.plot(
+                [(left[0] + right[0]) / 2], [left[1]], marker=entry.marker, zorder=8,
+                markersize=big * style.marker_pt, linestyle="none", markerfacecolor=entry.color,
+                markeredgecolor=style.paper, markeredgewidth=0.5 * style.line_pt,
+            )  # fmt: skip
+        self.text(x + 2.2 * self.font, y, entry.text)
+
+
+def circles_shown(net: NetContents) -> bool:
+    """Whether all great circles are drawn."""
+    if net.circles is not None:
+        return net.circles
+    return sum(len(s) for s in net.sets if s.kind == "plane") <= AUTO_CIRCLES
+
+
+def _legend_entries(net: NetContents, style: NetStyle) -> list[_Entry]:
+    entries = []
+    for s in net.sets:
+        circles = s.kind == "plane" and circles_shown(net)
+        what = "lines" if s.kind == "line" else "poles" if net.poles else "planes"
+        entries.append(
+            _Entry(
+                f"{s.name}, {what} (n = {len(s)})",
+                style.color(s.color),
+                s.marker if net.poles else None,
+                "-" if circles else None,
+            )
+        )
+    if net.fold is not None:
+        fold = net.fold
+        text = "β"
+        if fold.max_confidence95_deg is not None and fold.min_confidence95_deg is not None:
+            text = (
+                f"β, 95 % {fold.max_confidence95_deg:.1f}° × {fold.min_confidence95_deg:.1f}°"
+            )
+        entries.append(_Entry(text, style.ink, "*"))
+        plane = format_plane(fold.pi_plane, net.notation, net.decimals)
+        entries.append(_Entry(f"π-plane {plane}", style.ink, None, "--"))
+    if net.ellipses:
+        entries.append(_Entry("95 % of selected pole", style.ink, None, "-"))
+    return entries
+
+
+def _draw_emphasis(
+    ax: Axes, net: NetContents, style: NetStyle, positions: list[Array]
+) -> list[object]:
+    """Selected features: the same colour, larger, ringed, their great circles cased."""
+    made: list[object] = []
+    size = style.marker_pt * max(1.5, 1.7 * _crowding(sum(len(s) for s in net.sets)))
+    for s, at in zip(net.sets, positions, strict=True):
+        if not net.selected or not s.ids:
+            continue
+        rows = [i for i, name in enumerate(s.ids) if name in net.selected]
+        if not rows:
+            continue
+        color = style.color(s.color)
+        if s.kind == "plane":
+            for arc in nets.great_circles(s.azimuth_deg[rows], s.angle_deg[rows], net.projection):
+                made += ax.plot(*arc.T, color=style.ink, linewidth=3.4 * style.line_pt, zorder=5.5)
+                made += ax.plot(*arc.T, color=color, linewidth=2.0 * style.line_pt, zorder=5.6)
+        if net.poles:
+            made += ax.plot(
+                at[rows, 0], at[rows, 1], linestyle="none", marker=s.marker, markersize=size,
+                markerfacecolor=color, markeredgecolor=style.ink,
+                markeredgewidth=1.6 * style.line_pt, zorder=6.5,
+            )  # fmt: skip
+    for e in net.ellipses:
+        for part in nets.pole_ellipse(
+            e.plane, e.max_angle_deg, e.min_angle_deg, e.rake_deg, net.projection
+        ):
+            made += ax.plot(*part.T, color=style.ink, linewidth=1.2 * style.line_pt, zorder=6.4)
+    return made
+
+
+def _crowding(n: int) -> float:
+    """How much smaller symbols get as they become many."""
+    return float(np.interp(math.log10(max(n, 1)), [2.0, 3.0, 4.0], [1.0, 0.7, 0.4]))
+
+
+def _levels(top: float, method: str) -> list[float]:
+    """At most 8 round levels: every 2 (or more) standard deviations, or round shares."""
+    steps = (2, 4, 5, 10, 20, 50, 100, 200, 500) if method != "schmidt" else (1, 2, 5, 10, 20, 50)
+    for step in steps:
+        if top / step <= 8:
+            count = math.ceil(top / step) - 1
+            return [float(step * (i + 1)) for i in range(max(count, 0))]
+    return [float(steps[-1])]
+
+
+def _distance_to_arcs(point: Array, arcs: Array) -> Array:
+    """Distance (m,) of a point (2,) from polylines (m, k, 2)."""
+    a, b = arcs[:, :-1], arcs[:, 1:]
+    along = b - a
+    square = np.maximum(np.sum(along**2, axis=-1), 1e-300)
+    t = np.clip(np.sum((point - a) * along, axis=-1) / square, 0.0, 1.0)
+    nearest = a + t[..., None] * along
+    return np.min(np.hypot(*np.moveaxis(nearest - point, -1, 0)), axis=1)
+
+
+def _meet(a: Box, b: Box) -> bool:
+    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
+
+
+def _holds(box: Box, mark: Array, margin: float) -> bool:
+    x, y = float(mark[0]), float(mark[1])
+    return box[0] - margin < x < box[2] + margin and box[1] - margin < y < box[3] + margin
