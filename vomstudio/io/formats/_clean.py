@@ -1,0 +1,119 @@
+"""What the readers share: whole files, colours, and leaving out what is unsound."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.progress import Progress
+
+BLOCK_BYTES = 8 * 1024 * 1024
+
+
+def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> bytearray:
+    """All bytes of a file, then `tail`; read in steps so that it can be stopped.
+
+    Not mapped: a file that shrinks under a map, or a network drive that drops out, kills a process.
+    """
+    try:
+        with open(path, "rb") as file:
+            size = os.fstat(file.fileno()).st_size
+            buffer = bytearray(size + len(tail))
+            view = memoryview(buffer)
+            progress.stage("Reading the file", size)
+            done = 0
+            while done < size:
+                n = file.readinto(view[done : min(done + BLOCK_BYTES, size)])
+                if not n:
+                    break
+                done += n
+                progress.step(done)
+            view.release()
+    except PermissionError:
+        raise InputError("You may not read this file; change its permissions.", file=path) from None
+    except MemoryError:
+        raise InputError(
+            "The file is larger than the free memory; divide the model into tiles.", file=path
+        ) from None
+    except OSError as error:
+        raise InputError(f"The file cannot be read ({error.strerror}).", file=path) from error
+    del buffer[done:]
+    buffer += tail
+    return buffer
+
+
+def some(n: int, what: str) -> str:
+    """'1 face', '1,200 faces'."""
+    plural = {"vertex": "vertices"}.get(what, what + "s")
+    return f"{n:,} {what if n == 1 else plural}"
+
+
+def scale_colors(colors: npt.NDArray[np.generic]) -> npt.NDArray[np.uint8]:
+    """(n, 3) uint8 from bytes, 16-bit values, or floats in 0..1 or 0..255. NaN becomes white."""
+    if colors.dtype == np.uint8:
+        return np.ascontiguousarray(colors, dtype=np.uint8)
+    if colors.dtype == np.uint16:
+        if colors.size and colors.max() > 255:
+            return (colors >> 8).astype(np.uint8)
+        return colors.astype(np.uint8)
+    values = np.asarray(colors, np.float32)
+    finite = np.isfinite(values)
+    top = float(values.max(initial=0.0, where=finite))
+    scale = 255.0 if top <= 1.0 else 1.0 if top <= 255.0 else 255.0 / 65535.0
+    return np.clip(np.where(finite, values * scale + 0.5, 255.0), 0, 255).astype(np.uint8)
+
+
+def drop_unsound(mesh: Mesh, said: list[str], path: Path) -> Mesh | PointCloud:
+    """Without vertices that are no numbers and the faces that use them; a cloud if no face is left.
+
+    Faces must lie within the vertices. Appends to `said`. Raises InputError if nothing is left.
+    """
+    vertices, faces = mesh.vertices, mesh.faces
+    finite = np.isfinite(vertices).all(axis=1)
+    offsets, uv, colors, fields = mesh.material_offsets, mesh.uv, mesh.colors, dict(mesh.fields)
+    n_bad = int(len(finite) - np.count_nonzero(finite))
+    if n_bad:
+        keep = finite[faces].all(axis=1)
+        n_faces = int(len(keep) - np.count_nonzero(keep))
+        rows = np.cumsum(finite, dtype=np.int64).astype(np.int32) - 1
+        faces = rows[faces[keep]]
+        offsets = np.concatenate([[0], np.cumsum(keep)])[offsets].astype(np.int64)
+        vertices = vertices[finite]
+        uv = None if uv is None else uv[finite]
+        colors = None if colors is None else colors[finite]
+        fields = {name: values[finite] for name, values in fields.items()}
+        also = f", and {some(n_faces, 'face')} with them" if n_faces else ""
+        said.append(f"{some(n_bad, 'vertex')} left out whose coordinates are no numbers{also}.")
+    if len(vertices) == 0:
+        raise InputError("None of its vertices has sound coordinates; export it again.", file=path)
+    if len(faces) == 0:
+        said.append("It has no sound faces, so it is opened as a point cloud.")
+        return PointCloud(vertices, colors, None, fields)
+    a, b, c = faces[:, 0], faces[:, 1], faces[:, 2]
+    n_degenerate = int(np.count_nonzero((a == b) | (b == c) | (c == a)))
+    if n_degenerate:
+        said.append(f"{some(n_degenerate, 'face')} without area: a corner stands twice.")
+    return Mesh(vertices, np.ascontiguousarray(faces), mesh.materials, offsets, uv, colors, fields)
+
+
+def drop_unsound_points(cloud: PointCloud, said: list[str], path: Path) -> PointCloud:
+    """Without points that are no numbers. Raises InputError if none is left."""
+    finite = np.isfinite(cloud.points).all(axis=1)
+    n_bad = int(len(finite) - np.count_nonzero(finite))
+    if n_bad == 0 and len(finite):
+        return cloud
+    if n_bad == len(finite):
+        raise InputError("None of its points has sound coordinates; export it again.", file=path)
+    said.append(f"{some(n_bad, 'point')} left out whose coordinates are no numbers.")
+    return PointCloud(
+        cloud.points[finite],
+        None if cloud.colors is None else cloud.colors[finite],
+        None if cloud.normals is None else cloud.normals[finite],
+        {name: values[finite] for name, values in cloud.fields.items()},
+    )

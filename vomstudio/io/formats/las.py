@@ -1,0 +1,237 @@
+"""LAS and LAZ point clouds, through laspy and lazrs."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import Cancelled, InputError
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.io.formats._clean import drop_unsound_points, scale_colors
+from vomstudio.io.registry import LoadedModel, Reader
+from vomstudio.progress import Progress
+
+Array = npt.NDArray[np.generic]
+
+POINTS_PER_STEP = 500_000
+# Kept where they say something, that is, are not 0 everywhere.
+STANDARD_FIELDS = ("intensity", "classification", "return_number", "gps_time")
+MIN_HEADER_BYTES = 227
+
+
+def matches(path: Path, head: bytes) -> bool:
+    return head.startswith(b"LASF")
+
+
+def read(path: Path, progress: Progress) -> LoadedModel:
+    """The points of a LAS or LAZ file: float64 from the file's integers, scale and offset.
+
+    Colours are 8 bit; fields are the standard ones that are not 0 everywhere, and all extra ones.
+    The reference system is the file's own. A file that is cut short gives the points it has, with a
+    warning. Raises InputError where there are none.
+    """
+    import laspy
+    import lazrs
+
+    said: list[str] = []
+    size = _check_header(path)
+    try:
+        cloud, crs = _read(path, size, progress, said)
+    except (Cancelled, InputError):
+        raise
+    except (
+        laspy.errors.LaspyException,
+        lazrs.LazrsError,
+        OSError,
+        ValueError,
+        struct.error,
+        IndexError,
+        KeyError,
+        TypeError,
+        AttributeError,
+        OverflowError,
+        MemoryError,
+        RuntimeError,
+        NotImplementedError,
+        UnicodeError,
+    ) as error:
+        raise InputError(
+            f"The LAS/LAZ file is damaged and cannot be read ({_short(error)}); copy or export it"
+            " again.",
+            file=path,
+        ) from error
+    return LoadedModel(drop_unsound_points(cloud, said, path), "cloud", crs, tuple(said), path)
+
+
+def _short(error: BaseException) -> str:
+    text = " ".join(str(error).split())
+    return text[:160] or type(error).__name__
+
+
+def _check_header(path: Path) -> int:
+    """Size of the file. Refuses what cannot be a LAS file before any library sees it."""
+    try:
+        with open(path, "rb") as file:
+            head = file.read(MIN_HEADER_BYTES)
+            size = file.seek(0, 2)
+    except OSError as error:
+        raise InputError(f"The file cannot be read ({error.strerror}).", file=path) from error
+    if not head.startswith(b"LASF"):
+        raise InputError("This is not a LAS or LAZ file: it does not begin with 'LASF'.", file=path)
+    if len(head) < MIN_HEADER_BYTES:
+        raise InputError("The file ends within its LAS header; copy it again.", file=path)
+    header_size, points_at, n_records = struct.unpack_from("<HII", head, 94)
+    if header_size < MIN_HEADER_BYTES or points_at < header_size or points_at > size:
+        raise InputError(
+            "The file ends before its first point; copy it again.", file=path, field="LAS header"
+        )
+    if n_records * 54 > size:
+        raise InputError(
+            f"The LAS header promises {n_records:,} records that the file cannot hold; export it"
+            " again.",
+            file=path,
+            field="LAS header",
+        )
+    return size
+
+
+def _read(
+    path: Path, size: int, progress: Progress, said: list[str]
+) -> tuple[PointCloud, str | None]:
+    import laspy
+
+    backends = [laspy.LazBackend.LazrsParallel, laspy.LazBackend.Lazrs]
+    for last, backend in ((False, backends[0]), (True, backends[1])):
+        try:
+            with laspy.open(path, laz_backend=backend, read_evlrs=False) as reader:
+                return _read_points(reader, path, size, progress, said)
+        except (Cancelled, InputError):
+            raise
+        except Exception:
+            # The parallel reader needs the table of chunks at the end of the file, which is the
+            # first thing that a file cut short loses; the plain one goes from front to back.
+            if last:
+                raise
+    raise AssertionError
+
+
+def _read_points(
+    reader: Any, path: Path, size: int, progress: Progress, said: list[str]
+) -> tuple[PointCloud, str | None]:
+    header = reader.header
+    promised = int(header.point_count)
+    record = int(header.point_format.size)
+    limit = promised
+    if not header.are_points_compressed:
+        limit = min(promised, max(0, size - int(header.offset_to_point_data)) // record)
+    scales, offsets = np.asarray(header.scales, float), np.asarray(header.offsets, float)
+    if not (np.isfinite(scales).all() and np.isfinite(offsets).all() and (scales != 0).all()):
+        raise InputError(
+            "The scale or offset of its coordinates is no number; export it again.",
+            file=path,
+            field="LAS header",
+        )
+    names = set(header.point_format.dimension_names)
+    extra = list(header.point_format.extra_dimension_names)
+    wanted = [n for n in STANDARD_FIELDS if n in names] + [n for n in extra]
+    colored = {"red", "green", "blue"} <= names
+    columns = _Columns()
+    done = 0
+    progress.stage("Reading the points", limit)
+    while done < limit:
+        n = min(POINTS_PER_STEP, limit - done)
+        try:
+            chunk = reader.read_points(n)
+        except Exception:
+            if done == 0:
+                raise
+            break
+        got = len(chunk)
+        if got == 0:
+            break
+        xyz = np.empty((got, 3))
+        for j, axis in enumerate("XYZ"):
+            np.multiply(np.asarray(chunk[axis]), scales[j], out=xyz[:, j])
+            xyz[:, j] += offsets[j]
+        columns.add("points", xyz, limit)
+        if colored:
+            rgb = np.empty((got, 3), np.uint16)
+            for j, channel in enumerate(("red", "green", "blue")):
+                rgb[:, j] = chunk[channel]
+            columns.add("colors", rgb, limit)
+        for name in wanted:
+            columns.add(f"field {name}", np.asarray(chunk[name]), limit)
+        done += got
+        progress.step(done)
+    if done == 0:
+        raise InputError(
+            "The file holds no points that can be read; copy or export it again.", file=path
+        )
+    if done < promised:
+        said.append(f"The file is cut short: {done:,} of {promised:,} promised points are there.")
+    rgb16 = columns.take("colors", done)
+    colors = None
+    if rgb16 is not None:
+        if rgb16.any():
+            colors = scale_colors(rgb16)
+        else:
+            said.append("Its colours are all black and are not used.")
+    fields: dict[str, Array] = {}
+    for name in wanted:
+        values = columns.take(f"field {name}", done)
+        assert values is not None
+        if name in extra or values.any():
+            for j in range(values.shape[1] if values.ndim == 2 else 0):
+                fields[f"{name} {j + 1}"] = np.ascontiguousarray(values[:, j])
+            if values.ndim == 1:
+                fields[name] = values
+    points = columns.take("points", done)
+    assert points is not None
+    return PointCloud(points, colors, None, fields), _crs(header, said)
+
+
+class _Columns:
+    """Arrays that grow with what was really read, never with what a header promises."""
+
+    def __init__(self) -> None:
+        self._arrays: dict[str, npt.NDArray[Any]] = {}
+        self._filled: dict[str, int] = {}
+
+    def add(self, name: str, values: npt.NDArray[Any], limit: int) -> None:
+        filled = self._filled.get(name, 0)
+        needed = filled + len(values)
+        array = self._arrays.get(name)
+        if array is None or len(array) < needed:
+            room = min(limit, max(needed, 2 * filled, 4 * POINTS_PER_STEP))
+            wider = np.empty((max(room, needed), *values.shape[1:]), values.dtype)
+            if array is not None:
+                wider[:filled] = array[:filled]
+            self._arrays[name] = array = wider
+        array[filled:needed] = values
+        self._filled[name] = needed
+
+    def take(self, name: str, n: int) -> npt.NDArray[Any] | None:
+        array = self._arrays.pop(name, None)
+        if array is None:
+            return None
+        return array if len(array) == n else array[:n].copy()
+
+
+def _crs(header: Any, said: list[str]) -> str | None:
+    """EPSG:n where it can be told, else WKT, else None."""
+    try:
+        found = header.parse_crs()
+        if found is None:
+            return None
+        code = found.to_epsg()
+        return f"EPSG:{code}" if code else str(found.to_wkt())
+    except Exception as error:  # noqa: BLE001  whatever pyproj dislikes, the points are sound
+        said.append(f"Its coordinate reference system cannot be understood ({_short(error)}).")
+        return None
+
+
+READER = Reader("LAS/LAZ point cloud", (".las", ".laz"), matches, read)

@@ -1,0 +1,228 @@
+"""Material libraries of OBJ files: names, colours, and where the images lie.
+
+Nothing outside the folder of the OBJ file is ever opened, since these paths come from the file of
+somebody else. Images are found and their headers looked at here, and decoded elsewhere.
+"""
+
+from __future__ import annotations
+
+import ntpath
+import os
+import posixpath
+import threading
+import warnings as python_warnings
+from pathlib import Path
+
+from vomstudio.geometry.mesh import Material
+
+MAX_LIBRARY_BYTES = 64 * 1024 * 1024
+# 32768 x 32768: 3 GiB once decoded. Survey textures reach 16384 x 16384.
+MAX_IMAGE_PIXELS = 1 << 30
+
+# Words that follow each option of a map statement (Wavefront's MTL specification).
+_FIXED_OPTIONS = {
+    "-blendu": 1,
+    "-blendv": 1,
+    "-bm": 1,
+    "-boost": 1,
+    "-cc": 1,
+    "-clamp": 1,
+    "-colorspace": 1,
+    "-imfchan": 1,
+    "-mm": 2,
+    "-texres": 1,
+    "-type": 1,
+}
+_UP_TO_THREE_NUMBERS = {"-o", "-s", "-t"}
+
+_pillow_limit = threading.Lock()
+
+
+def decode(raw: bytes) -> str:
+    """Text of an unknown age: UTF-8, else Windows Latin, where every byte means something."""
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return raw.decode("cp1252", errors="replace")
+
+
+def unquote(name: str) -> str:
+    name = name.strip()
+    if len(name) >= 2 and name[0] == name[-1] and name[0] in "\"'":
+        return name[1:-1].strip()
+    return name
+
+
+def find_beside(folder: Path, name: str) -> tuple[Path | None, str | None]:
+    """The file that `name` means, in `folder` or below it, and what must be said about it.
+
+    Backslashes separate folders; upper and lower case are told apart only where both exist. A name
+    that leads out of the folder is never opened: a file of the same last name in the folder is
+    taken instead, if there is one.
+    """
+    plain = unquote(name).replace("\\", "/")
+    if not plain or "\0" in plain:
+        return None, f"'{name}' is no file name"
+    inside = posixpath.normpath(plain)
+    drive = ntpath.splitdrive(plain)[0]
+    if drive or posixpath.isabs(inside) or inside == ".." or inside.startswith("../"):
+        last = posixpath.basename(inside)
+        found = _look_up(folder, last) if last not in ("", ".", "..") else None
+        if found is None:
+            return None, f"'{name}' leads out of the model's folder and was not opened"
+        return (
+            found,
+            f"'{name}' leads out of the model's folder; '{found.name}' beside it was taken",
+        )
+    found = _look_up(folder, inside)
+    return (found, None) if found is not None else (None, f"'{name}' was not found")
+
+
+def _look_up(folder: Path, inside: str) -> Path | None:
+    try:
+        exact = folder / inside
+        if exact.is_file():
+            return exact
+        place = folder
+        for part in inside.split("/"):
+            names = {n.casefold(): n for n in sorted(os.listdir(place), reverse=True)}
+            if part.casefold() not in names:
+                return None
+            place = place / names[part.casefold()]
+        return place if place.is_file() else None
+    except (OSError, ValueError):
+        return None
+
+
+def map_name(value: str) -> tuple[str, tuple[str, ...]]:
+    """The file name of a map statement, and the options before it as they stand."""
+    rest = value.strip()
+    options: list[str] = []
+    while rest.startswith("-"):
+        word, _, after = rest.partition(" ")
+        key = word.lower()
+        if key in _FIXED_OPTIONS:
+            n = _FIXED_OPTIONS[key]
+            words = after.split(None, n)
+            if len(words) <= n:
+                break
+            options.append(" ".join([key, *words[:n]]))
+            rest = words[n]
+        elif key in _UP_TO_THREE_NUMBERS:
+            numbers: list[str] = []
+            rest = after.strip()
+            while len(numbers) < 3:
+                first, _, more = rest.partition(" ")
+                if not more or not _is_number(first):
+                    break
+                numbers.append(first)
+                rest = more.strip()
+            options.append(" ".join([key, *numbers]))
+        else:
+            break
+    return unquote(rest), tuple(options)
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def _moves_the_image(option: str) -> bool:
+    key, *numbers = option.split()
+    neutral = {"-s": 1.0, "-o": 0.0, "-t": 0.0}
+    return key in neutral and any(float(n) != neutral[key] for n in numbers)
+
+
+def check_image(path: Path) -> str | None:
+    """Why the file is no image that can be used, from its header alone; None where it is one."""
+    from PIL import Image, UnidentifiedImageError
+
+    # Pillow's own limit is below the textures that photogrammetry programs write.
+    with _pillow_limit, python_warnings.catch_warnings():
+        python_warnings.simplefilter("ignore")
+        before = Image.MAX_IMAGE_PIXELS
+        Image.MAX_IMAGE_PIXELS = None
+        try:
+            with Image.open(path) as image:
+                width, height = image.size
+        except UnidentifiedImageError:
+            return f"'{path.name}' is not an image that can be read"
+        except (OSError, ValueError, SyntaxError, MemoryError) as error:
+            return f"'{path.name}' cannot be read as an image ({error})"
+        finally:
+            Image.MAX_IMAGE_PIXELS = before
+    if width < 1 or height < 1 or width * height > MAX_IMAGE_PIXELS:
+        return f"'{path.name}' says it has {width} x {height} pixels, which is too large to be used"
+    return None
+
+
+def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[str]]:
+    """Materials of one MTL file by name, and warnings. Images are sought from the MTL's own folder,
+    then from `folder`, the OBJ's, and never outside of `folder`."""
+    said: list[str] = []
+    try:
+        with open(path, "rb") as file:
+            raw = file.read(MAX_LIBRARY_BYTES + 1)
+    except OSError as error:
+        return {}, [f"The material file '{path.name}' cannot be read ({error.strerror})."]
+    if len(raw) > MAX_LIBRARY_BYTES or b"\0" in raw:
+        return {}, [f"The material file '{path.name}' is not a text of materials; it is not used."]
+    textures: dict[str, str] = {}
+    colors: dict[str, tuple[float, float, float]] = {}
+    names: dict[str, None] = {}
+    current: str | None = None
+    text = decode(raw).replace("\r\n", "\n").replace("\r", "\n").replace("\\\n", " ")
+    for number, line in enumerate(text.split("\n"), 1):
+        word, _, value = line.strip().replace("\t", " ").partition(" ")
+        key = word.lower()
+        value = value.strip()
+        if key == "newmtl":
+            current = unquote(value)
+            names.setdefault(current)
+        elif current is None:
+            continue
+        elif key == "kd":
+            numbers = value.split()
+            if len(numbers) == 1:
+                numbers *= 3
+            try:
+                r, g, b = (min(max(float(n), 0.0), 1.0) for n in numbers[:3])
+            except ValueError:
+                said.append(f"'{path.name}', line {number}: the colour '{value}' is not used.")
+                continue
+            colors[current] = (r, g, b)
+        elif key == "map_kd" and value:
+            textures[current] = value
+    checked: dict[str, tuple[Path | None, str | None]] = {}
+    materials: dict[str, Material] = {}
+    for name in names:
+        texture: Path | None = None
+        if name in textures:
+            value = textures[name]
+            if value not in checked:
+                checked[value] = _find_image(value, path.parent, folder)
+            texture, problem = checked[value]
+            if problem:
+                said.append(f"Texture of material '{name}': {problem}.")
+            if texture is not None and any(map(_moves_the_image, map_name(value)[1])):
+                said.append(
+                    f"Texture of material '{name}': the shift or scale in '{value}' is not applied."
+                )
+        materials[name] = Material(name, texture, colors.get(name))
+    return materials, said
+
+
+def _find_image(value: str, library_folder: Path, folder: Path) -> tuple[Path | None, str | None]:
+    problem: str | None = None
+    for name in dict.fromkeys((unquote(value), map_name(value)[0])):
+        for place in dict.fromkeys((library_folder, folder)):
+            found, said = find_beside(place, name)
+            if found is not None:
+                wrong = check_image(found)
+                return (None, wrong) if wrong else (found, said)
+            problem = said
+    return None, problem
