@@ -43,13 +43,16 @@ apt() {
 }
 
 is_there() { # package, library or program
-    if command -v dpkg-query >/dev/null; then
-        # Ubuntu 24.04 and Debian 13 renamed some libraries: same library, name ending in t64.
-        dpkg-query -W -f '${Status}\n' "$1" "$1t64" 2>/dev/null | grep -q '^install ok installed$' &&
-            return 0
-    fi
+    # No pipes into grep -q here: it stops reading early, and pipefail takes that for a failure.
+    local known
+    # Ubuntu 24.04 and Debian 13 renamed some libraries: same library, name ending in t64.
+    known="$(dpkg-query -W -f '${Status}\n' "$1" "$1t64" 2>/dev/null || true)"
+    [[ "$known" == *"install ok installed"* ]] && return 0
     case "$2" in
-        lib*) PATH="$PATH:/sbin:/usr/sbin" ldconfig -p 2>/dev/null | grep -qF "$2 " ;;
+        lib*)
+            known="$(PATH="$PATH:/sbin:/usr/sbin" ldconfig -p 2>/dev/null || true)"
+            [[ "$known" == *"$2 "* ]]
+            ;;
         *) command -v "$2" >/dev/null ;;
     esac
 }
@@ -131,7 +134,11 @@ install_environment() {
     : >"$unfinished"
     say "Installing Python packages into .venv (about 1 GB, a minute or a few)"
     local pip=("$python" -m pip --disable-pip-version-check --quiet)
-    "${pip[@]}" install --require-hashes --requirement "$lock" >&2
+    # setuptools first: what has no wheel is then built with the locked one, not with whatever is
+    # newest, and so is the project itself.
+    sed -n '/^setuptools==/,/[^\\]$/p' "$lock" >"$venv/setuptools.txt"
+    "${pip[@]}" install --require-hashes --requirement "$venv/setuptools.txt" >&2
+    "${pip[@]}" install --require-hashes --requirement "$lock" --no-build-isolation --use-pep517 >&2
     "${pip[@]}" install --no-deps --no-build-isolation --editable "$root" >&2
     compile_kernels
     wanted_stamp >"$stamp.new"

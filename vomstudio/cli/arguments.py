@@ -1,0 +1,72 @@
+"""Words on the command line, and what is said about wrong ones."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from vomstudio.errors import UsageError
+from vomstudio.progress import Progress, Silent
+
+if TYPE_CHECKING:
+    from vomstudio.cli.output import Output
+
+Subparsers = Any
+"""argparse's own class for these is private."""
+Run = Callable[[argparse.Namespace, "Output"], None]
+
+
+class HelpWanted(Exception):  # noqa: N818 - not an error
+    """--help or --version: the text to show."""
+
+
+class Parser(argparse.ArgumentParser):
+    """Raises instead of printing and exiting."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        kwargs.setdefault("allow_abbrev", False)
+        super().__init__(*args, **kwargs)
+
+    def error(self, message: str) -> NoReturn:
+        found = re.match(r"argument ([^:]+): (.*)", message, re.DOTALL)
+        field, said = found.groups() if found else (None, message)
+        said = " ".join(said.split())
+        raise UsageError(f"{said}; see {self.prog} --help.", field=field)
+
+    def _print_message(self, message: str, file: object = None) -> None:
+        raise HelpWanted(message.rstrip("\n"))
+
+
+def add_command(subparsers: Subparsers, name: str, run: Run, *, help_: str) -> Parser:
+    """A command with the options that all share."""
+    parser: Parser = subparsers.add_parser(name, help=help_, description=f"{help_}.")
+    parser.add_argument("--json", action="store_true", help="print one JSON object on stdout")
+    parser.add_argument(
+        "--progress", choices=["json"], help="report progress as JSON lines on stderr"
+    )
+    parser.set_defaults(run=run)
+    return parser
+
+
+def add_output(parser: Parser, what: str, *, required: bool = False) -> None:
+    parser.add_argument("-o", "--output", metavar="FILE", required=required, help=what)
+    parser.add_argument("--force", action="store_true", help="replace FILE if it is there already")
+
+
+def add_azimuth(parser: Parser) -> None:
+    parser.add_argument(
+        "--azimuth",
+        choices=["strike", "dipdir"],
+        help="what a column called azimuth, or the first of a table without header, means",
+    )
+
+
+def progress_of(args: argparse.Namespace) -> Progress:
+    """What the command's long work reports to."""
+    if args.progress == "json":
+        from vomstudio.cli.output import JsonProgress
+
+        return JsonProgress()
+    return Silent()

@@ -1,0 +1,122 @@
+"""From the words of a command line to its exit code. Heavy imports wait in the commands."""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+import warnings
+from collections.abc import Sequence
+
+from vomstudio import __version__
+from vomstudio.cli import export, fit, fold, info, stats, stereonet
+from vomstudio.cli.arguments import HelpWanted, Parser
+from vomstudio.cli.output import Channel, Output, stdout_kept, to_json
+from vomstudio.errors import Cancelled, InputError, UsageError, VomError
+
+_COMMAND_MODULES = {
+    "info": info,
+    "fit": fit,
+    "stats": stats,
+    "fold": fold,
+    "stereonet": stereonet,
+    "export": export,
+}
+COMMANDS = tuple(_COMMAND_MODULES)
+"""The words after `vomstudio` that are commands; anything else is for the window."""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command; returns its exit code and never raises, whatever happens in it."""
+    words = sys.argv[1:] if argv is None else list(argv)
+    with stdout_kept() as channel:
+        try:
+            return _run(words, channel)
+        except BrokenPipeError:  # `| head` has seen enough
+            return 0
+        except VomError as error:  # stdout itself could not be written
+            return _fail(error, None)
+
+
+def _run(words: list[str], channel: Channel) -> int:
+    output = Output(as_json="--json" in words)
+    failure: VomError | None = None
+    debug = os.environ.get("VOMSTUDIO_DEBUG", "") not in ("", "0")
+    try:
+        with warnings.catch_warnings():
+            if not debug:
+                # A library's warning is for programmers; what users must know is said in words.
+                warnings.simplefilter("ignore")
+            args = _parser().parse_args(words)
+            args.run(args, output)
+        said = output.for_stdout()
+    except HelpWanted as wanted:
+        channel.write(f"{wanted}\n")
+        return 0
+    except KeyboardInterrupt:
+        failure = Cancelled()
+    except VomError as error:
+        failure = error
+    except MemoryError:
+        failure = _OurFault("there is not enough memory for this; close other programs.")
+    except OSError as error:
+        failure = _from_system(error)
+    except Exception as error:  # noqa: BLE001 - the promise is a sentence, never a traceback
+        failure = _OurFault(
+            f"an internal error ({type(error).__name__}: {' '.join(str(error).split())}); please "
+            "report it with this command (VOMSTUDIO_DEBUG=1 shows where)."
+        )
+    if failure is not None:
+        if debug:
+            traceback.print_exc()
+        return _fail(failure, channel if output.as_json else None)
+    _say(output.for_stderr())
+    channel.write(said)
+    return InputError.exit_code if output.failed else 0
+
+
+class _OurFault(VomError):
+    code = "internal"
+    exit_code = 1
+
+
+def _from_system(error: OSError) -> VomError:
+    reason = error.strerror or str(error)
+    if isinstance(error, BrokenPipeError) or error.filename is None:
+        return _OurFault(f"the system refused ({reason}); please try again.")
+    name = os.fsdecode(error.filename) if isinstance(error.filename, bytes) else error.filename
+    return InputError(f"the system refused this ({reason}); check name and rights.", file=str(name))
+
+
+def _fail(error: VomError, channel: Channel | None) -> int:
+    _say(f"vomstudio: {error}\n")
+    if channel is not None:
+        channel.write(to_json({"error": error.as_dict()}) + "\n")
+    return error.exit_code
+
+
+def _say(text: str) -> None:
+    if text and sys.stderr is not None:
+        try:
+            sys.stderr.write(text)
+            sys.stderr.flush()
+        except OSError:  # nobody reads stderr: the exit code must do
+            pass
+
+
+def _parser() -> Parser:
+    parser = Parser(
+        prog="vomstudio",
+        description="Geology measured on virtual outcrop models.",
+        epilog="Without a command the window opens: vomstudio [FILE or PROJECT].",
+    )
+    parser.add_argument("--version", action="version", version=f"VOM Studio {__version__}")
+    subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=Parser)
+    for module in _COMMAND_MODULES.values():
+        module.add_parser(subparsers)
+    parser.set_defaults(run=_no_command)
+    return parser
+
+
+def _no_command(args: object, out: object) -> None:
+    raise UsageError(f"name a command: {', '.join(COMMANDS)}; see vomstudio --help.")

@@ -1,0 +1,114 @@
+"""`vomstudio fit`: planes from points in a text table."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+from vomstudio.cli import words
+from vomstudio.cli.arguments import Subparsers, add_command, add_output
+from vomstudio.cli.output import Output
+from vomstudio.errors import GeometryError
+
+if TYPE_CHECKING:
+    from vomstudio.io.text_tables import PointGroups
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = add_command(subparsers, "fit", run, help_="Fit planes to points and judge them")
+    parser.add_argument("points", metavar="POINTS", help="text table with x, y, z")
+    parser.add_argument(
+        "--by",
+        metavar="COLUMN",
+        help="name or number of the column that tells the planes apart "
+        "(segment: the parts between --- lines)",
+    )
+    parser.add_argument("--method", choices=["pca", "regression"], default="pca")
+    add_output(parser, "write the orientation table as CSV")
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    """Raises GeometryError where no plane at all can be fitted."""
+    from vomstudio.io.atomic import check_target
+    from vomstudio.io.orientation_table import write_orientation_csv
+    from vomstudio.io.text_tables import read_points
+
+    if args.output is not None:
+        check_target(args.output, force=args.force)
+    groups = read_points(args.points, args.by)
+    rows, skipped = _fitted(groups, args.method)
+    if not rows:
+        raise _nothing_fitted(args.points, args.by, skipped)
+    result: dict[str, Any] = {
+        "planes": rows,
+        "skipped": skipped,
+        "dropped_lines": list(groups.dropped),
+        "warnings": list(groups.warnings),
+    }
+    if args.output is not None:
+        write_orientation_csv(args.output, rows, force=args.force)
+        result["table"] = args.output
+    out.result(result)
+    out.warn(groups.warnings)
+    out.warn([f"plane {item['id']} skipped: {item['reason']}" for item in skipped])
+    out.text(_in_words(rows))
+
+
+def _fitted(
+    groups: PointGroups, method: Any
+) -> tuple[list[dict[str, Any]], list[dict[str, str]]]:
+    from vomstudio.geology.quality import judge
+    from vomstudio.geometry.planes import fit_planes
+    from vomstudio.io.orientation_table import plane_row
+
+    fits = fit_planes(groups.points, groups.offsets, method=method)
+    rows: list[dict[str, Any]] = []
+    skipped: list[dict[str, str]] = []
+    for i, name in enumerate(groups.ids):
+        reason = fits.error[i]
+        if reason is not None:
+            skipped.append({"id": name, "reason": reason})
+            continue
+        fit = fits[i]
+        verdict = judge(fit, resolution_m=None, outcrop_normal=None)
+        rows.append(plane_row(fit, verdict, id=name, frame="as given"))
+    return rows, skipped
+
+
+def _nothing_fitted(path: str, by: str | None, skipped: list[dict[str, str]]) -> GeometryError:
+    first = skipped[0]
+    if by is None:
+        return GeometryError(f"no plane: {first['reason']}.", file=path)
+    return GeometryError(
+        f"none of its {len(skipped)} planes can be fitted; the first: {first['reason']}.",
+        file=path,
+        field=f"{by} {first['id']}",
+    )
+
+
+def _in_words(rows: list[dict[str, Any]]) -> str:
+    heads = ["id", "n", "strike", "dip", "dip dir", "95 % conf.", "ang. error", "rms", "extent"]
+    heads += ["quality", ""]
+    units = ["", "", "deg RHR", "deg", "deg", "deg max/min", "deg max/min", "m", "m", "", ""]
+    body = [
+        [
+            str(row["id"]),
+            str(row["n_points"]),
+            words.azimuth(row["strike_rhr_deg"], 3),
+            words.inclination(row["dip_deg"], 3),
+            "undefined" if row["undefined"] else words.azimuth(row["dip_direction_deg"], 3),
+            _pair(row, "confidence95"),
+            _pair(row, "angular_error"),
+            words.figures(row["rms_m"]),
+            words.figures(row["extent_m"]),
+            row["quality"],
+            row["quality_reason"],
+        ]
+        for row in rows
+    ]
+    return words.table(heads, units, body)
+
+
+def _pair(row: dict[str, Any], name: str) -> str:
+    largest, smallest = row[f"max_{name}_deg"], row[f"min_{name}_deg"]
+    return f"{words.number(largest, 4)}/{words.number(smallest, 4)}"

@@ -1,0 +1,159 @@
+"""Where a command's words go: one JSON object or text on stdout, everything else on stderr.
+
+Libraries print to stdout, from C as well as from Python. So descriptor 1 is pointed at 2 for as
+long as a command runs, and its result goes to the descriptor saved before. Nothing is written until
+the command is done: a failure leaves one sentence, and no half of a result.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import json
+import math
+import os
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import PurePath
+from typing import Any, TextIO
+
+from vomstudio.errors import Cancelled, TargetError
+from vomstudio.progress import CancelToken
+
+
+class Output:
+    """What a command has to say, until it may be said."""
+
+    def __init__(self, *, as_json: bool) -> None:
+        self.as_json = as_json
+        self.failed = False
+        """Set by a command that has a result and yet must not exit 0 (`info` of several files)."""
+        self._result: Mapping[str, Any] | None = None
+        self._text: list[str] = []
+        self._notes: list[str] = []
+
+    def result(self, value: Mapping[str, Any]) -> None:
+        """The command's JSON object."""
+        self._result = value
+
+    def text(self, text: str) -> None:
+        """Text for people: the result in words."""
+        self._text.append(text)
+
+    def note(self, text: str) -> None:
+        """What was noticed on the way: for people, never part of the result."""
+        self._notes.append(text)
+
+    def warn(self, warnings: Sequence[str]) -> None:
+        for warning in warnings:
+            self.note(f"warning: {warning}")
+
+    def for_stdout(self) -> str:
+        if self.as_json:
+            return "" if self._result is None else to_json(self._result) + "\n"
+        return "".join(f"{text}\n" for text in self._text)
+
+    def for_stderr(self) -> str:
+        said = self._notes + (self._text if self.as_json else [])
+        return "".join(f"{text}\n" for text in said)
+
+
+def to_json(value: object) -> str:
+    """One line of strict JSON: what is undefined or infinite is null."""
+    return json.dumps(_plain(value), ensure_ascii=False, allow_nan=False)
+
+
+def _plain(value: object) -> object:
+    """Numpy's numbers and arrays, paths and tuples as JSON knows them."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, str | PurePath):
+        return str(value)
+    if value is None or isinstance(value, bool | int):
+        return value
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else None
+    if hasattr(value, "tolist"):
+        return _plain(value.tolist())
+    if isinstance(value, Sequence | set | frozenset):
+        return [_plain(item) for item in value]
+    raise TypeError(f"{type(value).__name__} has no place in JSON")
+
+
+class Channel:
+    """The true standard output, as bytes of UTF-8 whatever the locale."""
+
+    def __init__(self, descriptor: int | None, stream: TextIO | None) -> None:
+        self._descriptor = descriptor
+        self._stream = stream
+
+    def write(self, text: str) -> None:
+        """Write all of it. Raises `BrokenPipeError` where nobody reads any more, `TargetError`."""
+        try:
+            if self._descriptor is not None:
+                data = memoryview(text.encode("utf-8", "replace"))
+                while data:
+                    data = data[os.write(self._descriptor, data) :]
+            elif self._stream is not None:
+                self._stream.write(text)
+                self._stream.flush()
+        except BrokenPipeError:
+            raise
+        except OSError as error:
+            full = "the disk is full" if error.errno == errno.ENOSPC else str(error.strerror)
+            raise TargetError(f"standard output cannot be written ({full}).") from error
+
+
+@contextlib.contextmanager
+def stdout_kept() -> Iterator[Channel]:
+    """Yield the true stdout; meanwhile whatever prints, prints to stderr."""
+    stream = sys.stdout
+    try:
+        ours = stream is not None and stream.fileno() == 1
+        if ours:
+            stream.flush()
+        saved = os.dup(1) if ours else None
+    except (OSError, ValueError):  # closed, or an object in place of a file
+        saved = None
+    if saved is None:
+        with contextlib.redirect_stdout(sys.stderr):
+            yield Channel(None, stream)
+        return
+    try:
+        _point_stdout_elsewhere()
+        with contextlib.redirect_stdout(sys.stderr):
+            yield Channel(saved, None)
+    finally:
+        with contextlib.suppress(OSError, ValueError):
+            stream.flush()
+        os.dup2(saved, 1)
+        os.close(saved)
+
+
+def _point_stdout_elsewhere() -> None:
+    try:
+        os.dup2(2, 1)
+    except OSError:  # stderr is closed
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, 1)
+        os.close(nowhere)
+
+
+class JsonProgress:
+    """Progress as JSON lines on stderr, for whoever drives the command."""
+
+    def __init__(self, token: CancelToken | None = None) -> None:
+        self._token = token
+        self._stage = ""
+
+    def stage(self, name: str, total: int | None = None) -> None:
+        self._stage = name
+        self._emit({"event": "stage", "stage": name, "total": total})
+
+    def step(self, done: int) -> None:
+        self._emit({"event": "step", "stage": self._stage, "done": done})
+
+    def _emit(self, event: Mapping[str, Any]) -> None:
+        if self._token is not None and self._token.cancelled:
+            raise Cancelled()
+        print(to_json(event), file=sys.stderr, flush=True)

@@ -1,0 +1,60 @@
+"""Results in words: small tables for a terminal, numbers with their usual digits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+
+def table(heads: Sequence[str], units: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Columns under their heads and units, aligned: numbers to the right, words to the left."""
+    lines = [list(heads), list(units), *map(list, rows)]
+    widths = [max(len(line[i]) for line in lines) for i in range(len(heads))]
+    right = [
+        all(row[i] == "-" or row[i][:1].isdigit() or row[i][:1] == "-" for row in rows)
+        for i in range(len(heads))
+    ]
+    out = []
+    for line in lines:
+        cells = [
+            cell.rjust(width) if to_right else cell.ljust(width)
+            for cell, width, to_right in zip(line, widths, right, strict=True)
+        ]
+        out.append("  ".join(cells).rstrip())
+    return "\n".join(out)
+
+
+def number(value: Any, decimals: int) -> str:
+    """A number with its decimals, `-` where it is undefined."""
+    return "-" if value is None else f"{value:.{decimals}f}"
+
+
+def figures(value: Any, digits: int = 4) -> str:
+    """A number of any size with its significant digits."""
+    if value is None:
+        return "-"
+    return f"{value:.{digits}g}" if 1e-3 <= abs(value) < 1e6 or value == 0 else f"{value:.3e}"
+
+
+def azimuth(value: Any, decimals: int = 1) -> str:
+    """Three digits before the point, as geologists write a direction."""
+    if value is None:
+        return "-"
+    turned = round(value, decimals) % 360.0
+    return f"{turned:0{4 + decimals if decimals else 3}.{decimals}f}"
+
+
+def inclination(value: Any, decimals: int = 1) -> str:
+    """Two digits before the point, and a sign where it points up."""
+    if value is None:
+        return "-"
+    sign = "-" if round(value, decimals) < 0 else ""
+    return f"{sign}{abs(value):0{3 + decimals if decimals else 2}.{decimals}f}"
+
+
+def line(direction: Mapping[str, Any], decimals: int = 1) -> str:
+    """`125.3/26.1` from trend_deg and plunge_deg."""
+    return (
+        f"{azimuth(direction['trend_deg'], decimals)}/"
+        f"{inclination(direction['plunge_deg'], decimals)}"
+    )

@@ -1,0 +1,125 @@
+"""Files that appear whole or not at all.
+
+Everything the program writes for a user goes through `atomic_write`: the work happens under a
+temporary name in the target's own folder (a rename is atomic only within one file system), is
+flushed to the disk, and only then takes the target's name. A failure leaves what was there before.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import secrets
+import stat
+from collections.abc import Iterator
+from pathlib import Path
+
+from vomstudio.errors import TargetError
+
+_DISK_FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
+_FORBIDDEN = {errno.EACCES, errno.EPERM, errno.EROFS}
+_OF_THE_TARGET = _DISK_FULL | _FORBIDDEN | {errno.EIO, errno.ENAMETOOLONG, errno.ENOENT}
+
+
+def check_target(path: str | Path, *, force: bool = False) -> Path:
+    """The file that `path` stands for, if it may be written; called before long work begins.
+
+    Symbolic links are followed, so that a link stays a link. Raises `TargetError` where the folder
+    is missing or not writable, or something is there already that may not be replaced.
+    """
+    shown = Path(path)
+    if not shown.name:
+        raise TargetError("this names no file; give the output a file name.", file=shown)
+    try:
+        target = shown.resolve()
+        mode = target.stat().st_mode
+    except FileNotFoundError:
+        mode = None
+    except (OSError, RuntimeError) as error:
+        raise _target_error(shown, error) from error
+    parent = target.parent
+    if not parent.is_dir():
+        what = "is a file, not a folder" if parent.exists() else "does not exist"
+        raise TargetError(f"the folder {parent} {what}; make it or name another.", file=shown)
+    if mode is None:
+        return target
+    if stat.S_ISDIR(mode):
+        raise TargetError("this is a folder; give the output a file name.", file=shown)
+    if not stat.S_ISREG(mode):
+        raise TargetError("this is a device or pipe; give the output a file name.", file=shown)
+    if not force:
+        raise TargetError(
+            "this file exists already; use --force to replace it, or name another.", file=shown
+        )
+    if not os.access(target, os.W_OK):
+        raise TargetError("this file is write protected; name another.", file=shown)
+    return target
+
+
+@contextlib.contextmanager
+def atomic_write(path: str | Path, force: bool = False) -> Iterator[Path]:
+    """Yield the temporary path to write to (same ending as the target); rename it at the end.
+
+    The temporary file exists, empty, when the block is entered. If the block raises, or the disk is
+    full, the temporary file is removed and an older target stays as it was. Raises `TargetError`.
+    """
+    target = check_target(path, force=force)
+    # A short name of its own: the target's may already be as long as the file system allows.
+    temporary = target.with_name(f".vom-{secrets.token_hex(6)}.part{target.suffix}")
+    try:
+        os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
+    except OSError as error:
+        raise _target_error(Path(path), error) from error
+    try:
+        yield temporary
+        _flush_to_disk(temporary)
+        os.replace(temporary, target)
+    except OSError as error:
+        if error.errno in _OF_THE_TARGET and _is_about(error, temporary, target):
+            raise _target_error(Path(path), error) from error
+        raise
+    finally:
+        temporary.unlink(missing_ok=True)
+    _flush_folder(target.parent)
+
+
+def write_bytes(path: str | Path, data: bytes, *, force: bool = False) -> None:
+    """Write `data` to `path`, whole or not at all."""
+    with atomic_write(path, force) as temporary:
+        temporary.write_bytes(data)
+
+
+def _is_about(error: OSError, *paths: Path) -> bool:
+    """Whether the failure is the output's: writes to an open file carry no name."""
+    return error.filename is None or Path(os.fsdecode(error.filename)) in paths
+
+
+def _flush_to_disk(path: Path) -> None:
+    # Windows can flush only a handle that may write.
+    with open(path, "r+b") as file:
+        os.fsync(file.fileno())
+
+
+def _flush_folder(folder: Path) -> None:
+    """Make the rename itself durable, where the system lets a folder be opened."""
+    with contextlib.suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+
+
+def _target_error(path: Path, error: OSError | RuntimeError) -> TargetError:
+    number = getattr(error, "errno", None)
+    if number in _DISK_FULL:
+        said = "the disk is full; free some space or write elsewhere."
+    elif number in _FORBIDDEN:
+        said = "no permission to write here; choose another folder."
+    elif number == errno.ENAMETOOLONG:
+        said = "this name is too long for the file system; choose a shorter one."
+    else:
+        reason = getattr(error, "strerror", None) or error
+        said = f"it cannot be written ({reason}); choose another place."
+    return TargetError(said, file=path)

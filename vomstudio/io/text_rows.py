@@ -1,0 +1,379 @@
+"""From a text file to rows of cells: encoding, comments, delimiter, quotes, widths.
+
+The meaning of the columns is `text_tables`'s business; here a file becomes text, the text lines,
+and the lines cells, and whatever cannot is refused with the file's name and the line.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+import stat
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from vomstudio.errors import InputError
+
+LARGEST_FILE = 4 << 30
+LONGEST_LINE = 1_000_000
+_SAMPLE = 200
+_DELIMITERS = (";", "\t", ",", " ")  # in order of preference where two fit equally well
+_DELIMITER_NAMES = {";": "semicolon", "\t": "tab", ",": "comma", " ": "spaces"}
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?")
+_COMMA_NUMBER = re.compile(r"[+-]?(\d+,\d*|,\d+)([eEdD][+-]?\d+)?")
+_NOT_FINITE = {"nan": float("nan"), "inf": float("inf"), "infinity": float("inf")}
+_MISSING = {"", "na", "n/a", "null", "none", "-"}
+# A line that parts one trace from the next: rules of dashes, or GMT's `>`.
+_SEPARATOR = re.compile(r"(-{2,}|={2,}|_{2,}|>.*)")
+_CONTROL = bytes(b for b in range(32) if b not in b"\t\n\r\f\x1a") + b"\x7f"
+
+
+@dataclass(frozen=True)
+class TextRows:
+    """What a text file holds, before anything is known of its columns."""
+
+    header: list[str] | None
+    header_line: int | None
+    width: int
+    delimiter: str
+    lines: list[str]
+    """The data rows as text; not to be cut by hand where `rows` is there."""
+    rows: list[list[str]] | None
+    """The cells, where cutting at the delimiter is not enough; each row has `width` of them."""
+    numbers: list[int]
+    """The line in the file at which each data row begins, counted from 1."""
+    comments: list[str]
+    separators: list[int]
+    notes: list[str]
+
+
+def parse_number(cell: str, *, decimal_comma: bool) -> float | None:
+    """The number in a cell, NaN where it is empty or says so, None where it is a word."""
+    text = cell.strip()
+    if _NUMBER.fullmatch(text):
+        return float(text.replace("d", "e").replace("D", "e"))
+    if decimal_comma and is_comma_number(text):
+        return float(text.replace(",", ".").replace("d", "e").replace("D", "e"))
+    low = text.casefold()
+    if low in _MISSING:
+        return float("nan")
+    value = _NOT_FINITE.get(low.lstrip("+-"))
+    return -value if value is not None and low.startswith("-") else value
+
+
+def is_comma_number(cell: str) -> bool:
+    """Whether the cell is a number with a decimal comma."""
+    return _COMMA_NUMBER.fullmatch(cell) is not None
+
+
+def shortened(text: str, limit: int = 40) -> str:
+    """A cell as an error may quote it."""
+    clean = "".join(c if c.isprintable() else "?" for c in text)
+    return clean if len(clean) <= limit else clean[: limit - 3] + "..."
+
+
+def cut(line: str, delimiter: str) -> list[str]:
+    """The stripped cells of a line without quotes."""
+    if delimiter == " ":
+        return line.split()
+    return [cell.strip() for cell in line.split(delimiter)]
+
+
+def read_rows(path: Path) -> TextRows:
+    """Read a text file into rows of cells.
+
+    Raises `InputError` (file, line) for what is missing, empty, not text, or not a table.
+    """
+    text, notes = _read_text(path)
+    lines = text.split("\n")
+    longest = max(map(len, lines))
+    if longest > LONGEST_LINE:
+        raise InputError(
+            f"this line is {longest} characters long, which no table is; check what the file is.",
+            file=path,
+            line=next(i for i, line in enumerate(lines, 1) if len(line) == longest),
+        )
+    data, numbers, comments, separators = _without_comments(lines)
+    if not data:
+        what = "only comments" if comments else "only empty lines"
+        raise InputError(f"there are {what} in it; a table needs rows.", file=path)
+    delimiter = _sniff(data[:_SAMPLE])
+    _refuse_decimal_commas_between_spaces(path, data, numbers, delimiter)
+    rows: list[list[str]] | None = None
+    if '"' in text:
+        rows, numbers, comments, separators = _quoted_rows(path, lines, delimiter)
+        first = rows[0]
+    else:
+        first = cut(data[0], delimiter)
+    header = _trimmed(first) if _is_header(first, delimiter) else None
+    header_line = None
+    if header is not None:
+        header_line = numbers[0]
+        data, numbers = data[1:], numbers[1:]
+        rows = None if rows is None else rows[1:]
+        if delimiter == " ":
+            header = _rejoined_header(header, data, rows)
+        width = len(header)
+    else:
+        width = _usual_width(data if rows is None else rows, delimiter)
+    rows = _checked_widths(path, data, rows, numbers, width, delimiter, header is not None)
+    return TextRows(
+        header, header_line, width, delimiter, data, rows, numbers, comments, separators, notes
+    )
+
+
+def read_bytes(path: Path) -> bytes:
+    """The bytes of a file or pipe; why a file cannot be read is an `InputError`."""
+    try:
+        about = path.stat()
+        if stat.S_ISDIR(about.st_mode):
+            raise InputError("this is a folder; name a file in it.", file=path)
+        if not (stat.S_ISREG(about.st_mode) or stat.S_ISFIFO(about.st_mode)):
+            raise InputError("this is a device, not a file; name a file.", file=path)
+        if about.st_size > LARGEST_FILE:
+            raise InputError(
+                f"this text is {about.st_size / 2**30:.0f} GiB; convert so many points to LAS or "
+                "PLY first.",
+                file=path,
+            )
+        return path.read_bytes()
+    except (FileNotFoundError, NotADirectoryError) as error:
+        raise InputError("there is no such file; check the name.", file=path) from error
+    except PermissionError as error:
+        raise InputError("no permission to read this file; ask its owner.", file=path) from error
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(
+            f"this file cannot be read ({reason}); check the name.", file=path
+        ) from error
+
+
+def _read_text(path: Path) -> tuple[str, list[str]]:
+    raw = read_bytes(path)
+    notes: list[str] = []
+    if not raw.strip():
+        raise InputError("this file is empty; a table needs rows.", file=path)
+    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        try:
+            text = raw.decode("utf-16")
+        except UnicodeDecodeError as error:
+            raise InputError(
+                "this file begins as UTF-16 text but is damaged; save it again as UTF-8.", file=path
+            ) from error
+        _refuse_binary(path, text.encode("utf-8", "replace"))
+        notes.append("read as UTF-16 text")
+    else:
+        _refuse_binary(path, raw)
+        try:
+            text = raw.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            text = raw.decode("cp1252", errors="replace")
+            notes.append("not UTF-8: read as Windows-1252; check names with accents")
+    if "\r" in text:
+        text = text.replace("\r\n", "\n").replace("\r", "\n")
+    return text, notes
+
+
+def _refuse_binary(path: Path, raw: bytes) -> None:
+    if len(raw.translate(None, _CONTROL)) == len(raw):
+        return
+    if raw[:4] == b"PK\x03\x04":
+        said = "this is a workbook or archive, not a text table; save the sheet as CSV."
+    else:
+        place = next(i for i, byte in enumerate(raw) if byte in _CONTROL)
+        said = (
+            f"this is not a text table (byte {place + 1} is 0x{raw[place]:02x}); "
+            "export it as text, UTF-8."
+        )
+    raise InputError(said, file=path)
+
+
+def _is_blank(bare: str) -> bool:
+    """Nothing, the end-of-file mark of old systems, or the bare delimiters of an empty row."""
+    return not bare.strip(",;\x1a")
+
+
+def _without_comments(lines: list[str]) -> tuple[list[str], list[int], list[str], list[int]]:
+    data: list[str] = []
+    numbers: list[int] = []
+    comments: list[str] = []
+    separators: list[int] = []
+    for number, line in enumerate(lines, 1):
+        bare = line.strip()
+        if _is_blank(bare):
+            continue
+        if bare[0] == "#":
+            comments.append(bare[1:].strip())
+        elif bare[0] in "-=_>" and _SEPARATOR.fullmatch(bare):
+            separators.append(number)
+        else:
+            data.append(line)
+            numbers.append(number)
+    return data, numbers, comments, separators
+
+
+class _RecordLines:
+    """Feeds lines to a csv reader: comments and rules are left out, but only between records,
+    since a quoted cell may run over several lines."""
+
+    def __init__(self, lines: list[str], spaces: bool) -> None:
+        self._lines = enumerate(lines, 1)
+        self._spaces = spaces
+        self.fresh = True
+        self.begin = 0
+        self.comments: list[str] = []
+        self.separators: list[int] = []
+
+    def __iter__(self) -> Iterator[str]:
+        return self
+
+    def __next__(self) -> str:
+        for number, line in self._lines:
+            bare = line.strip()
+            if self.fresh:
+                if _is_blank(bare):
+                    continue
+                if bare[0] == "#":
+                    self.comments.append(bare[1:].strip())
+                    continue
+                if _SEPARATOR.fullmatch(bare):
+                    self.separators.append(number)
+                    continue
+                self.begin = number
+                self.fresh = False
+            return (bare.replace("\t", " ") if self._spaces else line) + "\n"
+        raise StopIteration
+
+
+def _quoted_rows(
+    path: Path, lines: list[str], delimiter: str
+) -> tuple[list[list[str]], list[int], list[str], list[int]]:
+    source = _RecordLines(lines, delimiter == " ")
+    reader = csv.reader(source, delimiter=delimiter, skipinitialspace=True, strict=True)
+    rows: list[list[str]] = []
+    numbers: list[int] = []
+    while True:
+        source.fresh = True
+        try:
+            rows.append([cell.strip() for cell in next(reader)])
+        except StopIteration:
+            return rows, numbers, source.comments, source.separators
+        except csv.Error as error:
+            raise InputError(
+                f"the quotation marks of this row do not fit ({error}); close or remove them.",
+                file=path,
+                line=source.begin,
+            ) from error
+        numbers.append(source.begin)
+
+
+def _sniff(sample: list[str]) -> str:
+    """The delimiter under which the rows agree best: first in their length, then in being numbers,
+    then by preference (a semicolon or tab beside commas means decimal commas)."""
+    quoted = any('"' in line for line in sample)
+    best, best_score = " ", (-1.0, -1.0)
+    for delimiter in _DELIMITERS:
+        if quoted:
+            text = [line.replace("\t", " ") if delimiter == " " else line for line in sample]
+            rows = list(csv.reader(text, delimiter=delimiter, skipinitialspace=True))
+        else:
+            rows = [cut(line, delimiter) for line in sample]
+        width, count = Counter(len(row) for row in rows).most_common(1)[0]
+        if width < 2:
+            continue
+        cells = [cell for row in rows for cell in row if cell]
+        comma = delimiter in ";\t"
+        numeric = sum(parse_number(c, decimal_comma=comma) is not None for c in cells)
+        score = (round(count / len(rows), 1), numeric / max(len(cells), 1))
+        if score > best_score:
+            best, best_score = delimiter, score
+    return best
+
+
+def _refuse_decimal_commas_between_spaces(
+    path: Path, data: list[str], numbers: list[int], delimiter: str
+) -> None:
+    """`1,5 2,5 3,5` looks like comma-separated words; say what it is instead."""
+    if delimiter not in ", ":
+        return
+    for line, number in zip(data[:2], numbers[:2], strict=True):
+        cells = line.split()
+        if len(cells) > 1 and all(is_comma_number(c) and c[-1] != "," for c in cells):
+            raise InputError(
+                "decimal commas with spaces between the columns can't be told apart; use a "
+                "semicolon or tab as delimiter, or decimal points.",
+                file=path,
+                line=number,
+            )
+
+
+def _is_header(cells: list[str], delimiter: str) -> bool:
+    comma = delimiter in ";\t"
+    if any(parse_number(cell, decimal_comma=comma) is None for cell in cells):
+        return True
+    return all(cell.casefold() in _MISSING for cell in cells)
+
+
+def _trimmed(cells: list[str]) -> list[str]:
+    end = len(cells)
+    while end and not cells[end - 1]:
+        end -= 1
+    return cells[:end]
+
+
+def _rejoined_header(header: list[str], data: list[str], rows: list[list[str]] | None) -> list[str]:
+    """`Dip direction  Dip` above two columns is two names, though spaces part them into three."""
+    sample = rows[0] if rows else (data[0].split() if data else header)
+    surplus = len(header) - len(sample)
+    second = {"direction", "dir", "azimuth", "quadrant"}
+    joined: list[str] = []
+    for word in header:
+        if surplus > 0 and joined and joined[-1].casefold() == "dip" and word.casefold() in second:
+            joined[-1] += f" {word}"
+            surplus -= 1
+        else:
+            joined.append(word)
+    return joined
+
+
+def _usual_width(rows: Sequence[str | list[str]], delimiter: str) -> int:
+    sample: Iterable[list[str]] = (
+        cut(row, delimiter) if isinstance(row, str) else row for row in rows[:_SAMPLE]
+    )
+    return Counter(len(_trimmed(cells)) for cells in sample).most_common(1)[0][0]
+
+
+def _checked_widths(
+    path: Path,
+    data: list[str],
+    rows: list[list[str]] | None,
+    numbers: list[int],
+    width: int,
+    delimiter: str,
+    headed: bool,
+) -> list[list[str]] | None:
+    """Rows cut to `width`, or None where all plain lines have it. Raises at a ragged row."""
+    if rows is None:
+        if delimiter == " ":
+            uniform = all(len(line.split()) == width for line in data)
+        else:
+            uniform = all(line.count(delimiter) == width - 1 for line in data)
+        if uniform:
+            return None
+        rows = [cut(line, delimiter) for line in data]
+    for cells, number in zip(rows, numbers, strict=True):
+        if len(cells) == width:
+            continue
+        if len(cells) < width or any(cells[width:]):
+            found = len(_trimmed(cells)) if len(cells) > width else len(cells)
+            wanted = f"the header names {width}" if headed else f"the other rows have {width}"
+            raise InputError(
+                f"this row has {found} cell{'' if found == 1 else 's'} where {wanted} "
+                f"(delimiter: {_DELIMITER_NAMES[delimiter]}); complete or remove it.",
+                file=path,
+                line=number,
+            )
+        del cells[width:]
+    return rows
