@@ -225,7 +225,7 @@ def _load(text: str | None) -> Any:
     try:
         return json.loads(text)
     except ValueError:
-        return _Damaged({"?": {"kind": "damaged"}})
+        return _Damaged({"?": {"record": "damaged"}})
 
 
 def _open_error(error: sqlite3.Error, path: Path) -> InputError | TargetError:

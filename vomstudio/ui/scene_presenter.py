@@ -63,7 +63,7 @@ class ScenePresenter:
 
     def _frame(self) -> None:
         self._viewport.set_frame(
-            north_known=self._studio.north_known(), label=self._studio.frame_name()
+            north_known=self._studio.north_known()
         )
 
     # --- features ----------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from matplotlib.backend_bases import MouseEvent
 from matplotlib.backends.backend_qtagg import FigureCanvasQTAgg
 from matplotlib.figure import Figure
@@ -119,8 +120,8 @@ class StereonetPanel(QWidget):
                     NetSet(
                         kind.name,
                         "plane",
-                        [fit.dip_direction_deg for _, fit in own],
-                        [fit.dip_deg for _, fit in own],
+                        np.array([fit.dip_direction_deg for _, fit in own]),
+                        np.array([fit.dip_deg for _, fit in own]),
                         tuple(id_ for id_, _ in own),
                         kind.color,
                         _MARKERS.get(kind.symbol, "o"),
