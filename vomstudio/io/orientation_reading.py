@@ -9,7 +9,6 @@ in the numbers tells: then the user must.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -335,19 +334,16 @@ class _Reading:
         for i, words in enumerate(zip(*cells, strict=True)):
             if not all(words[:2]) or any(w.casefold() in ("nan", "na") for w in words[:2]):
                 continue
-            plane = self._located(lambda w=words: _plane_of(w, notation), i, columns[0])
+            try:
+                plane = _plane_of(words, notation)
+            except VomError as error:
+                raise InputError(
+                    error.message,
+                    file=self.table.path,
+                    line=int(self.table.line_numbers[i]),
+                    field=self.table.label(columns[0]),
+                ) from error
             self.dip_direction[i], self.dip[i] = plane.dip_direction_deg, plane.dip_deg
-
-    def _located(self, work: Callable[[], Plane], row: int, column: int) -> Plane:
-        try:
-            return work()
-        except VomError as error:
-            raise InputError(
-                error.message,
-                file=self.table.path,
-                line=int(self.table.line_numbers[row]),
-                field=self.table.label(column),
-            ) from error
 
     def _compare(self, strike: int) -> None:
         """Other programs mix strike conventions in one file; the dip direction is believed."""
