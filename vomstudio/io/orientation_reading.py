@@ -24,7 +24,7 @@ from vomstudio.geology.orientation import (
     planes_to_poles,
     wrap360,
 )
-from vomstudio.io.text_rows import shortened
+from vomstudio.io.text_rows import parse_number, shortened
 from vomstudio.io.text_tables import TextTable, lines_in_words, plain, read_table
 
 Azimuth = Literal["strike", "dipdir"]
@@ -453,8 +453,9 @@ class _Reading:
         )
 
     def _has_letters(self, column: int) -> bool:
-        words = (c for c in self.table.cells(column) if c.casefold() not in ("nan", "na", "n/a"))
-        return any(re.search(r"[NSEW]", w, re.IGNORECASE) for w in words)
+        """Whether a cell is a bearing such as N30E rather than a number or nothing."""
+        words = (c for c in self.table.cells(column) if parse_number(c, decimal_comma=True) is None)
+        return any(re.search(r"[NSEW]", word, re.IGNORECASE) for word in words)
 
     def _are_winds(self, column: int) -> bool:
         cells = [c for c in self.table.cells(column) if c]

@@ -340,13 +340,16 @@ def _trimmed(cells: list[str]) -> list[str]:
 
 
 def _rejoined_header(header: list[str], data: list[str], rows: list[list[str]] | None) -> list[str]:
-    """`Dip direction  Dip` above two columns is two names, though spaces part them into three."""
+    """`Dip direction  Strike (RHR)` above two columns is two names, though spaces part them."""
     sample = rows[0] if rows else (data[0].split() if data else header)
     surplus = len(header) - len(sample)
     second = {"direction", "dir", "azimuth", "quadrant"}
     joined: list[str] = []
     for word in header:
-        if surplus > 0 and joined and joined[-1].casefold() == "dip" and word.casefold() in second:
+        goes_on = joined and (
+            word[0] in "([" or (joined[-1].casefold() == "dip" and word.casefold() in second)
+        )
+        if surplus > 0 and goes_on:
             joined[-1] += f" {word}"
             surplus -= 1
         else:
