@@ -236,7 +236,7 @@ def density(
     else:
         scale = math.sqrt(n * cap * (1.0 - cap))
     total = np.empty(len(g))
-    step = max(1, 2_000_000 // max(n, 1))  # 16 MB of cosines at a time
+    step = max(1, 100_000 // max(n, 1))  # cosines at a time that stay in the cache
     for i in range(0, len(g), step):
         cosine = np.abs(g[i : i + step] @ v.T)
         if method == "schmidt":

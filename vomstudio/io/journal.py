@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import Any, get_args
 
 from vomstudio import __version__
-from vomstudio.document.journal import Row, RowKind
+from vomstudio.document.journal import Row, RowKind, replay
+from vomstudio.document.records import Record
 from vomstudio.errors import DocumentError, InputError, TargetError
 
 SCHEMA_VERSION = 1
@@ -56,27 +57,10 @@ class SqliteJournal:
             self._db = sqlite3.connect(path, isolation_level=None, timeout=5.0)
             if create:
                 self._db.executescript("BEGIN;" + _SCHEMA + "COMMIT;")
-            self._check()
+            _check_version(self._db, path, migrate=True)
             self._make_durable()
         except sqlite3.Error as error:
             raise _open_error(error, path) from error
-
-    def _check(self) -> None:
-        (application,) = self._db.execute("PRAGMA application_id").fetchone()
-        (version,) = self._db.execute("PRAGMA user_version").fetchone()
-        if application != APPLICATION_ID:
-            raise InputError("is not the journal of a VOM Studio project", file=self.path)
-        if version > SCHEMA_VERSION:
-            raise InputError(
-                f"was written by a newer VOM Studio (journal version {version}, this program "
-                f"reads up to {SCHEMA_VERSION}): update the program",
-                file=self.path,
-            )
-        for step in range(version, SCHEMA_VERSION):
-            self._db.execute("BEGIN IMMEDIATE")
-            _MIGRATIONS[step](self._db)
-            self._db.execute(f"PRAGMA user_version = {step + 1}")
-            self._db.execute("COMMIT")
 
     def _make_durable(self) -> None:
         try:
@@ -122,31 +106,7 @@ class SqliteJournal:
 
     def rows(self) -> Iterator[Row]:
         """Rows in order. Raises InputError where the file itself is damaged."""
-        cursor = self._db.execute(
-            "SELECT seq, kind, of_seq, label, before, after, time, version, settings"
-            " FROM journal ORDER BY seq"
-        )
-        while True:
-            try:
-                values = cursor.fetchone()
-            except sqlite3.Error as error:
-                raise InputError(
-                    f"the journal is damaged ({error}); restore it from a copy", file=self.path
-                ) from error
-            if values is None:
-                return
-            seq, kind, of_seq, label, before, after, time, version, settings = values
-            yield Row(
-                seq,
-                kind if kind in get_args(RowKind) else "unknown",  # type: ignore[arg-type]
-                of_seq,
-                label,
-                _load(before),
-                _load(after),
-                time,
-                version,
-                _load(settings),
-            )
+        return _rows(self._db, self.path)
 
     # --- view state: camera, visibility, panels ----------------------------------------------
     def set_view(self, key: str, value: Any) -> None:
@@ -183,6 +143,72 @@ class SqliteJournal:
             # Another reader holds the file: the log stays beside it and is folded in next time.
             pass
         self._db.close()
+
+
+def read_records(folder: Path) -> dict[str, Record]:
+    """The records of the project in `folder` as they are now, without taking hold of it: it may be
+    open in a window. Raises InputError."""
+    path = Path(folder)
+    path = path / "journal.sqlite" if path.is_dir() else path
+    if not path.is_file():
+        raise InputError("is not a VOM Studio project (a folder with journal.sqlite)", file=folder)
+    try:
+        db = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=5.0)
+        try:
+            _check_version(db, path, migrate=False)
+            return replay(_rows(db, path)).records
+        finally:
+            db.close()
+    except sqlite3.Error as error:
+        raise _open_error(error, path) from error
+
+
+def _check_version(db: sqlite3.Connection, path: Path, *, migrate: bool) -> None:
+    (application,) = db.execute("PRAGMA application_id").fetchone()
+    (version,) = db.execute("PRAGMA user_version").fetchone()
+    if application != APPLICATION_ID:
+        raise InputError("is not the journal of a VOM Studio project", file=path)
+    if version > SCHEMA_VERSION:
+        raise InputError(
+            f"was written by a newer VOM Studio (journal version {version}, this program "
+            f"reads up to {SCHEMA_VERSION}): update the program",
+            file=path,
+        )
+    if version < SCHEMA_VERSION and not migrate:
+        raise InputError(
+            "was written by an older VOM Studio: open it once in the window, which brings it up "
+            "to date",
+            file=path,
+        )
+    for step in range(version, SCHEMA_VERSION):
+        db.execute("BEGIN IMMEDIATE")
+        _MIGRATIONS[step](db)
+        db.execute(f"PRAGMA user_version = {step + 1}")
+        db.execute("COMMIT")
+
+
+def _rows(db: sqlite3.Connection, path: Path) -> Iterator[Row]:
+    try:
+        cursor = db.execute(
+            "SELECT seq, kind, of_seq, label, before, after, time, version, settings"
+            " FROM journal ORDER BY seq"
+        )
+        for seq, kind, of_seq, label, before, after, time, version, settings in cursor:
+            yield Row(
+                seq,
+                kind if kind in get_args(RowKind) else "unknown",
+                of_seq,
+                label,
+                _load(before),
+                _load(after),
+                time,
+                version,
+                _load(settings),
+            )
+    except sqlite3.Error as error:
+        raise InputError(
+            f"the journal is damaged ({error}); restore it from a copy", file=path
+        ) from error
 
 
 def _dump(value: Mapping[str, Any] | None) -> str | None:

@@ -13,34 +13,30 @@ Task = Callable[[Mapping[str, Any], Progress], dict[str, Any]]
 
 def warm(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """Import what reading a model needs, so that the first model opens at once."""
-    from vomstudio.io import models
-    from vomstudio.io.formats import obj
+    from vomstudio.io.formats.obj import warm_up
 
-    del models
-    obj.warm_up()
+    warm_up()
     return {}
 
 
 def load_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """Read the model `path` into a cache folder under `cache`, from where the window maps it."""
-    from vomstudio.io import model_cache
-    from vomstudio.io.models import content_hash, read_model, resolution
+    from hashlib import sha256
 
-    path, cache = Path(args["path"]), Path(args["cache"])
-    key = content_hash(path)
-    folder = cache / f"model-{key[:16]}"
-    loaded = model_cache.open_if_sound(folder, path)
-    if loaded is None:
-        loaded = read_model(path, progress)
-        progress.stage("Keeping the model at hand")
-        model_cache.save(loaded, folder)
+    from vomstudio.io import model_cache
+    from vomstudio.io.models import resolution
+
+    path = Path(args["path"])
+    folder = Path(args["cache"]) / f"model-{sha256(str(path).encode()).hexdigest()[:16]}"
+    loaded = model_cache.load(path, folder, progress)
+    spacing = resolution(loaded.data)
     return {
         "folder": str(folder),
         "kind": loaded.kind,
         "crs": loaded.crs,
         "content_hash": loaded.content_hash,
         "warnings": list(loaded.warnings),
-        "resolution": resolution(loaded.data),
+        "resolution": spacing if spacing == spacing else None,
     }
 
 

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology import stereonet as nets
@@ -41,6 +42,13 @@ OKABE_ITO = (
 """Okabe & Ito's colours, safe for the colour-blind, the strongest on white paper first."""
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+
+DENSITY_NAMES = {
+    "kamb": "Density after Kamb, 3 σ",
+    "exponential_kamb": "Density, exponential Kamb, 3 σ",
+    "linear_kamb": "Density, linear Kamb, 3 σ",
+    "schmidt": "Density after Schmidt",
+}
 
 PROJECTION_NAMES = {"area": "Equal area", "angle": "Equal angle"}
 
@@ -153,8 +161,9 @@ def means_of(
 ) -> tuple[NetMean, ...]:
     """Axial mean of every set of at least 3 that has one (poles for planes; the text is the mean
     plane)."""
+    chosen = list(sets)
     means = []
-    for s in sets:
+    for s in chosen:
         if len(s) < 3:
             continue
         try:
@@ -165,7 +174,8 @@ def means_of(
             text = format_plane(line.normal_plane(), notation, decimals)
         else:
             text = format_line(line, decimals)
-        means.append(NetMean(line, f"mean {text}", s.color, s.marker))
+        name = s.name if len(chosen) > 1 else "mean"
+        means.append(NetMean(line, f"{name} {text}", s.color, s.marker))
     return tuple(means)
 
 
@@ -232,7 +242,7 @@ class NetArtists:
     """Per set (n, 2) net positions of poles or lines."""
     arcs: list[Array]
     """Per set (m, k, 2) great circles as drawn (m = 0: none)."""
-    arc_rows: list[Array]
+    arc_rows: list[npt.NDArray[np.intp]]
     """Per set (m,) rows of the set that the arcs belong to."""
     poles: list[Line2D]
     emphasis: list[object]
@@ -284,7 +294,7 @@ class NetArtists:
         )
 
     def select(self, selected: Iterable[str], ellipses: Sequence[NetEllipse] = ()) -> None:
-        """Emphasises other features without drawing the rest anew; the caller redraws the canvas."""
+        """Emphasises other features and leaves the rest; the caller redraws the canvas."""
         self.contents = self.contents.with_selection(selected, ellipses)
         for artist in self.emphasis:
             artist.remove()  # type: ignore[attr-defined]
@@ -373,7 +383,7 @@ class _Entry:
     color: str
     marker: str | None = None
     line: str | None = None
-    hollow: bool = False
+    outlined: bool = False
 
 
 Box = tuple[float, float, float, float]
@@ -392,6 +402,8 @@ class _Page:
         self.entries = _legend_entries(net, style)
         self.caption = f"{PROJECTION_NAMES[net.projection]}, lower hemisphere"
         self.text_boxes: list[Box] = []
+        self.outlines: list[Array] = []
+        """Points of curves that labels should not lie on, on the net."""
         self.levels: list[float] = []
         self.colors: list[object] = []
         self._arrange()
@@ -504,7 +516,6 @@ class _Page:
 
     def draw_contours(self, method: str) -> None:
         from matplotlib import colormaps
-        from matplotlib.colors import ListedColormap
 
         vectors = [s.vectors() for s in self.net.sets if len(s)]
         if not vectors:
@@ -520,13 +531,13 @@ class _Page:
         else:
             self.colors = [colormaps["Greys"](float(s)) for s in shades]
         filled = self.axes.contourf(
-            x, y, values, levels=self.levels, cmap=ListedColormap(self.colors), extend="max",
+            x, y, values, levels=self.levels, colors=self.colors, extend="max",
             zorder=1, antialiased=True,
         )  # fmt: skip
         filled.set_clip_path(self.rim)
         lines = self.axes.contour(
             x, y, values, levels=self.levels, colors=self.style.soft,
-            linewidths=0.6 * self.style.line_pt, zorder=1.5,
+            linewidths=0.6 * self.style.line_pt, zorder=4.2,
         )  # fmt: skip
         lines.set_clip_path(self.rim)
         self._draw_bar(method)
@@ -537,9 +548,10 @@ class _Page:
         n = len(self.levels)
         thick = 1.0 * self.font
         if self.beside:
-            tall = min(1.5 * self.font * n, 0.45 * self.height)
-            left, low = self.legend_x, self.pad + 1.3 * self.row
+            tall = min(1.5 * self.font * n, 0.4 * self.height)
+            left, low = self.legend_x, self.pad + 1.8 * self.row
             self.text(left, low + tall + 0.8 * self.row, nets.DENSITY_UNITS[method])
+            self.text(left, low + tall + 1.8 * self.row, DENSITY_NAMES[method])
         else:
             tall = min(1.5 * self.font * n, 1.2 * self.radius)
             left, low = self.width - self.pad - 3.2 * self.font, self.cy - tall / 2
@@ -556,7 +568,7 @@ class _Page:
             )  # fmt: skip
             self.text(left + thick + 0.4 * self.font, y, f"{level:g}", color=self.style.ink)
 
-    def draw_circles(self) -> tuple[list[Array], list[Array]]:
+    def draw_circles(self) -> tuple[list[Array], list[npt.NDArray[np.intp]]]:
         from matplotlib.collections import LineCollection
 
         net, style = self.net, self.style
@@ -564,9 +576,9 @@ class _Page:
         all_of_them = circles_shown(net)
         steps = 61 if many <= 100 else 31
         arcs: list[Array] = []
-        rows: list[Array] = []
+        rows: list[npt.NDArray[np.intp]] = []
         for s in net.sets:
-            keep = np.arange(len(s)) if s.kind == "plane" and all_of_them else np.arange(0)
+            keep = np.arange(len(s) if s.kind == "plane" and all_of_them else 0)
             lines = nets.great_circles(
                 s.azimuth_deg[keep], s.angle_deg[keep], net.projection, steps
             )
@@ -583,7 +595,11 @@ class _Page:
 
     def draw_poles(self, positions: list[Array]) -> list[Line2D]:
         net, style = self.net, self.style
-        size = style.marker_pt * _crowding(sum(len(s) for s in net.sets))
+        total = sum(len(s) for s in net.sets)
+        size = style.marker_pt * _crowding(total)
+        dots = net.contour is not None and total > 500  # so that the contours stay visible
+        if dots:
+            size *= 0.5
         drawn = []
         for s, at in zip(net.sets, positions, strict=True):
             shown = at if net.poles else at[:0]
@@ -591,10 +607,11 @@ class _Page:
             up = (s.angle_deg < 0) if s.kind == "line" else np.zeros(len(s), dtype=bool)
             up = up[: len(shown)]
             color = style.color(s.color)
-            edge = 0.0 if len(at) > 2000 else 0.5 * style.line_pt
+            edge = 0.0 if dots or len(at) > 2000 else 0.5 * style.line_pt
             (line,) = self.axes.plot(
                 shown[~up, 0], shown[~up, 1], linestyle="none", marker=s.marker, markersize=size,
                 markerfacecolor=color, markeredgecolor=style.net, markeredgewidth=edge, zorder=4,
+                alpha=0.4 if dots else 1.0,
             )  # fmt: skip
             drawn.append(line)
             if up.any():
@@ -608,6 +625,7 @@ class _Page:
     def draw_fold(self, fold: FoldAxis) -> None:
         net, style = self.net, self.style
         circle = nets.great_circle(fold.pi_plane, net.projection)
+        self.outlines.append(circle)
         self.axes.plot(
             *circle.T, color=style.ink, linewidth=1.3 * style.line_pt, dashes=(5, 3), zorder=4.5
         )
@@ -617,6 +635,7 @@ class _Page:
                 fold.max_confidence95_deg, fold.min_confidence95_deg, net.projection,
             ):  # fmt: skip
                 self.axes.plot(*part.T, color=style.ink, linewidth=style.line_pt, zorder=4.5)
+                self.outlines.append(part)
         x, y = nets.project(fold.beta.vector(), net.projection)[0]
         self.axes.plot(
             [x], [y], marker="*", markersize=2.4 * style.marker_pt, markerfacecolor=style.ink,
@@ -640,7 +659,7 @@ class _Page:
             text = f"β {format_line(net.fold.beta, net.decimals)}"
             wanted.append((at, text, style.ink))
         crowd = np.vstack(
-            [np.zeros((0, 2))]
+            [np.zeros((0, 2)), *self.outlines]
             + [nets.project(s.vectors(), net.projection) for s in net.sets if net.poles and len(s)]
         )
         crowd = np.array([self.cx, self.cy]) + self.radius * crowd
@@ -708,11 +727,12 @@ class _Page:
                 linewidth=1.3 * style.line_pt, linestyle="-" if entry.line == "-" else (0, (3, 2)),
             )  # fmt: skip
         if entry.marker is not None:
-            big = 1.6 if entry.marker == "*" else 1.1
+            big = 1.6 if entry.marker == "*" or entry.outlined else 1.1
             self.axes.plot(
                 [(left[0] + right[0]) / 2], [left[1]], marker=entry.marker, zorder=8,
                 markersize=big * style.marker_pt, linestyle="none", markerfacecolor=entry.color,
-                markeredgecolor=style.paper, markeredgewidth=0.5 * style.line_pt,
+                markeredgecolor=style.ink if entry.outlined else style.paper,
+                markeredgewidth=(1.4 if entry.outlined else 0.5) * style.line_pt,
             )  # fmt: skip
         self.text(x + 2.2 * self.font, y, entry.text)
 
@@ -741,14 +761,15 @@ def _legend_entries(net: NetContents, style: NetStyle) -> list[_Entry]:
         fold = net.fold
         text = "β"
         if fold.max_confidence95_deg is not None and fold.min_confidence95_deg is not None:
-            text = (
-                f"β, 95 % {fold.max_confidence95_deg:.1f}° × {fold.min_confidence95_deg:.1f}°"
-            )
+            major, minor = fold.max_confidence95_deg, fold.min_confidence95_deg
+            text = f"β, joint 95 %: ±{major:.1f}° / ±{minor:.1f}°"
         entries.append(_Entry(text, style.ink, "*"))
         plane = format_plane(fold.pi_plane, net.notation, net.decimals)
         entries.append(_Entry(f"π-plane {plane}", style.ink, None, "--"))
+    if net.means:
+        entries.append(_Entry("outlined: mean", style.net, "o", None, outlined=True))
     if net.ellipses:
-        entries.append(_Entry("95 % of selected pole", style.ink, None, "-"))
+        entries.append(_Entry("joint 95 % of the selected pole", style.ink, None, "-"))
     return entries
 
 

@@ -309,10 +309,9 @@ class MainWindow(QMainWindow):
         self.studio.open_path(path)
 
     def choose_model(self) -> None:
-        from vomstudio.io.registry import readers
+        from vomstudio.io.registry import extensions
 
-        endings = sorted({e for reader in readers() for e in reader.extensions})
-        patterns = " ".join(f"*{e} *{e.upper()}" for e in endings)
+        patterns = " ".join(f"*{e} *{e.upper()}" for e in extensions())
         names, _ = QFileDialog.getOpenFileNames(
             self, self.tr("Open a model"), self._folder(), f"Models ({patterns});;All files (*)"
         )

@@ -347,9 +347,10 @@ class Studio(QObject):
     def _attach(
         self, model_id: str, path: Path, result: dict[str, Any], *, quiet: bool = False
     ) -> None:
-        loaded = model_cache.open_if_sound(Path(result["folder"]), path)
-        if loaded is None:
-            self.warn(f"{path}: the model's cache cannot be read; open the model again.", "error")
+        try:
+            loaded = model_cache.open_cached(Path(result["folder"]))
+        except VomError as error:
+            self.warn(f"{path.name} cannot be kept at hand: {error}", "error")
             return
         data = loaded.data
         surface = VertexSurface(data.vertices if isinstance(data, Mesh) else data.points)

@@ -58,8 +58,8 @@ class ViewPanel(QWidget):
         grid.setSpacing(4)
         for i, (name, text, call) in enumerate(
             (
-                ("beta", self.tr("Along beta"), self._along_beta),
-                ("facing", self.tr("Facing the plane"), self._facing),
+                ("beta", self.tr("Along beta"), self.along_beta),
+                ("facing", self.tr("Facing the plane"), self.face),
                 ("strike", self.tr("Along strike"), self._along_strike),
                 ("dip", self.tr("Down dip"), self._down_dip),
                 ("flip", self.tr("From the other side"), self._flip),
@@ -99,12 +99,12 @@ class ViewPanel(QWidget):
             return
         self._turn(line)
 
-    def _along_beta(self) -> None:
+    def along_beta(self) -> None:
         axis = self._axis()
         if isinstance(axis, FoldAxis):
             self._turn(axis.beta)
 
-    def _facing(self) -> None:
+    def face(self) -> None:
         plane = self._plane()
         if plane is not None:
             # Against the upward normal; a vertical plane is looked at toward its dip direction
@@ -126,6 +126,13 @@ class ViewPanel(QWidget):
 
     def _turn(self, line: Line) -> None:
         self._look(line.trend_deg, line.plunge_deg)
+
+    def why_no_beta(self) -> str | None:
+        axis = self._axis()
+        return axis if isinstance(axis, str) else None
+
+    def why_no_plane(self) -> str | None:
+        return None if self._plane() is not None else self.tr("select a plane first")
 
     # --- what they are taken from ------------------------------------------------------------
     def _plane(self) -> Plane | None:

@@ -1,0 +1,319 @@
+"""The viewer's eye in World coordinates, in float64 and without VTK.
+
+All projections that the program relies on (picking, handles, labels, the scale bar) are computed
+here; VTK gets the same numbers, less the scene origin, only to draw with.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+VERTICAL_DEG = 89.0
+"""Steeper than this a view counts as vertical and North points up in the image."""
+
+STANDARD_VIEWS: dict[str, tuple[float, float]] = {
+    "down": (0.0, 90.0),
+    "up": (0.0, -90.0),
+    "north": (0.0, 0.0),
+    "northeast": (45.0, 0.0),
+    "east": (90.0, 0.0),
+    "southeast": (135.0, 0.0),
+    "south": (180.0, 0.0),
+    "southwest": (225.0, 0.0),
+    "west": (270.0, 0.0),
+    "northwest": (315.0, 0.0),
+}
+"""Trend and plunge by the direction in which the viewer looks: "north" stands in the south."""
+
+VIEW_ALIASES = {"top": "down", "bottom": "up"}
+"""A top view is seen from above, so it looks down."""
+
+
+@dataclass(frozen=True)
+class Eye:
+    """What drawing and projecting need: the frame at `position` (World) and the depth range.
+
+    right, up, direction : orthonormal rows; direction points away from the viewer
+    near, far : depths along `direction` between which the scene lies, both positive
+    half_height : of the image in metres where orthographic, else the tangent of the half angle
+    """
+
+    position: Array
+    right: Array
+    up: Array
+    direction: Array
+    near: float
+    far: float
+    half_height: float
+    orthographic: bool
+
+    def depth(self, points: Array) -> Array:
+        """Metres along the view direction, (n,)."""
+        return (points - self.position) @ self.direction
+
+    def depth_from_buffer(self, z: Array) -> Array:
+        """Metres along the view direction of depth-buffer values 0..1."""
+        if self.orthographic:
+            return self.near + z * (self.far - self.near)
+        return self.near * self.far / (self.far - z * (self.far - self.near))
+
+
+def direction_vector(trend_deg: float, plunge_deg: float) -> Array:
+    """Unit vector (East, North, Up) of a line; plunge is positive downwards."""
+    t, p = math.radians(trend_deg), math.radians(plunge_deg)
+    return np.array([math.sin(t) * math.cos(p), math.cos(t) * math.cos(p), -math.sin(p)])
+
+
+def view_frame(trend_deg: float, plunge_deg: float) -> Array:
+    """Rows right, up, direction of a view: Up projected is image up, North where the view is
+    within 1 degree of vertical (CONVENTIONS, view direction)."""
+    direction = direction_vector(trend_deg, plunge_deg)
+    reference = np.array([0.0, 1.0, 0.0] if abs(plunge_deg) > VERTICAL_DEG else [0.0, 0.0, 1.0])
+    up = reference - (reference @ direction) * direction
+    up /= np.linalg.norm(up)
+    return np.stack([np.cross(direction, up), up, direction])
+
+
+def turntable_frame(heading_deg: float, plunge_deg: float) -> Array:
+    """Rows right, up, direction without roll; continuous through the vertical, where the heading
+    alone tells how the image is turned."""
+    t, p = math.radians(heading_deg), math.radians(plunge_deg)
+    direction = direction_vector(heading_deg, plunge_deg)
+    up = np.array([math.sin(t) * math.sin(p), math.cos(t) * math.sin(p), math.cos(p)])
+    return np.stack([np.cross(direction, up), up, direction])
+
+
+def rotation(axis: Array, angle_deg: float) -> Array:
+    """3 x 3 matrix turning by angle_deg about a unit axis, right-handed."""
+    a = math.radians(angle_deg)
+    x, y, z = axis
+    k = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + math.sin(a) * k + (1.0 - math.cos(a)) * (k @ k)
+
+
+class Camera:
+    """Position, orientation and scale of the view, with the moves a viewer makes.
+
+    Pixels are logical, measured from the top left corner; sizes are (width, height) in the same
+    unit. `distance` is the depth at which the scale of the view is stated (the pivot's depth); an
+    orthographic view shows there exactly what the perspective one would.
+    """
+
+    def __init__(self) -> None:
+        self.position: Array = np.array([0.0, -10.0, 0.0])
+        self.frame: Array = view_frame(0.0, 0.0)
+        self.distance = 10.0
+        self.pivot: Array = np.zeros(3)
+        self.view_angle_deg = 30.0
+        self.orthographic = False
+
+    @property
+    def direction(self) -> Array:
+        return self.frame[2]
+
+    @property
+    def tangent(self) -> float:
+        return math.tan(math.radians(self.view_angle_deg) / 2.0)
+
+    def copy(self) -> Camera:
+        other = Camera()
+        other.position = self.position.copy()
+        other.frame = self.frame.copy()
+        other.distance = self.distance
+        other.pivot = self.pivot.copy()
+        other.view_angle_deg = self.view_angle_deg
+        other.orthographic = self.orthographic
+        return other
+
+    # -- what is seen
+
+    def metres_per_pixel(self, height: float, depth: float | None = None) -> float:
+        """Metres that one pixel covers across the view at `depth` (default: the pivot's)."""
+        reach = self.distance if self.orthographic or depth is None else depth
+        return 2.0 * reach * self.tangent / max(height, 1.0)
+
+    def trend_plunge(self) -> tuple[float, float]:
+        """Where the viewer looks; trend 0 where the view is vertical."""
+        x, y, z = self.direction
+        plunge = math.degrees(math.asin(max(-1.0, min(1.0, -z))))
+        if math.hypot(x, y) < 1e-9:
+            return 0.0, plunge
+        return math.degrees(math.atan2(x, y)) % 360.0, plunge
+
+    def eye(self, corners: Array) -> Eye:
+        """The eye with a depth range that holds `corners` (n, 3) World (n may be 0).
+
+        An orthographic eye stands back until everything is before it; this changes no pixel.
+        """
+        position = self.position
+        depth = (corners - position) @ self.direction if len(corners) else np.zeros(0)
+        depth = depth[np.isfinite(depth)]
+        nearest, farthest = (
+            (float(depth.min()), float(depth.max())) if len(depth) else (0.5, 2.0 * self.distance)
+        )
+        margin = 0.005 * (farthest - nearest) + 1e-3 * self.distance + 1e-6
+        nearest, farthest = nearest - margin, farthest + margin
+        if self.orthographic:
+            back = max(0.0, 1e-3 * (farthest - nearest) - nearest)
+            position = position - back * self.direction
+            nearest, farthest = nearest + back, farthest + back
+            half = self.distance * self.tangent
+        else:
+            farthest = max(farthest, 1e-3 * self.distance)
+            nearest = max(nearest, 5e-4 * farthest, 1e-6)
+            nearest = min(nearest, 0.5 * farthest)
+            half = self.tangent
+        right, up, direction = self.frame
+        return Eye(position, right, up, direction, nearest, farthest, half, self.orthographic)
+
+    def project(self, points: Array, size: tuple[float, float]) -> tuple[Array, Array]:
+        """Pixels (n, 2) and depth (n,) in metres; pixels of points behind a perspective viewer
+        are NaN."""
+        q = (np.asarray(points, float).reshape(-1, 3) - self.position) @ self.frame.T
+        width, height = size
+        depth = q[:, 2]
+        if self.orthographic:
+            scale = np.full(len(q), height / (2.0 * self.distance * self.tangent))
+        else:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                scale = np.where(depth > 0.0, height / (2.0 * self.tangent * depth), np.nan)
+        pixels = np.stack([width / 2.0 + q[:, 0] * scale, height / 2.0 - q[:, 1] * scale], axis=1)
+        return pixels, depth
+
+    def ray(self, x: float, y: float, size: tuple[float, float]) -> tuple[Array, Array]:
+        """Origin and unit direction in World of the ray through a pixel."""
+        width, height = size
+        a = (x - width / 2.0) * 2.0 * self.tangent / height
+        b = (height / 2.0 - y) * 2.0 * self.tangent / height
+        right, up, direction = self.frame
+        if self.orthographic:
+            return self.position + self.distance * (a * right + b * up), direction.copy()
+        d = direction + a * right + b * up
+        return self.position.copy(), d / np.linalg.norm(d)
+
+    def at_depth(self, x: float, y: float, size: tuple[float, float], depth: float) -> Array:
+        """World point seen at a pixel at a depth along the view direction."""
+        origin, d = self.ray(x, y, size)
+        return origin + d * (depth - (origin - self.position) @ self.direction) / (
+            d @ self.direction
+        )
+
+    # -- moves
+
+    def set_pivot(self, point: Array) -> None:
+        """Orbit about `point`; the image does not change."""
+        self.pivot = np.asarray(point, float).copy()
+        depth = float((self.pivot - self.position) @ self.direction)
+        if self.orthographic:
+            self.position = self.position + (depth - self.distance) * self.direction
+        elif depth > 0.0:
+            self.distance = depth
+
+    def orbit(self, heading_deg: float, plunge_deg: float) -> None:
+        """Turn about the pivot with Z up: change heading and plunge by so many degrees."""
+        x, y, z = self.direction
+        up = self.frame[1]
+        plunge = math.degrees(math.asin(max(-1.0, min(1.0, -z))))
+        level = math.hypot(x, y)
+        if level < 0.02 and math.hypot(up[0], up[1]) > 0.5:
+            sign = 1.0 if z < 0.0 else -1.0
+            heading = math.degrees(math.atan2(sign * up[0], sign * up[1]))
+        else:
+            heading = math.degrees(math.atan2(x, y))
+        new = turntable_frame(heading + heading_deg, max(-90.0, min(90.0, plunge + plunge_deg)))
+        self._turn_to(new)
+
+    def tumble(self, right_deg: float, up_deg: float) -> None:
+        """Trackball: turn about the pivot around the image's own axes."""
+        turn = rotation(self.frame[1], -right_deg) @ rotation(self.frame[0], -up_deg)
+        new = self.frame @ turn.T
+        new[2] /= np.linalg.norm(new[2])
+        new[0] = np.cross(new[2], new[1])
+        new[0] /= np.linalg.norm(new[0])
+        new[1] = np.cross(new[0], new[2])
+        self._turn_to(new)
+
+    def _turn_to(self, frame: Array) -> None:
+        # The pivot keeps its coordinates in the frame, hence its pixel.
+        inside = self.frame @ (self.pivot - self.position)
+        self.frame = frame
+        self.position = self.pivot - frame.T @ inside
+
+    def look_along(self, trend_deg: float, plunge_deg: float) -> None:
+        """Look along a direction, the pivot staying in its pixel."""
+        self._turn_to(view_frame(trend_deg, plunge_deg))
+
+    def zoom(self, factor: float, about: Array) -> None:
+        """Shrink (factor < 1) the distance to `about`, which keeps its pixel."""
+        about = np.asarray(about, float)
+        distance = self.distance * factor
+        if not 1e-4 < distance < 1e8:
+            return
+        self.position = about + (self.position - about) * factor
+        self.distance = distance
+
+    def pan(self, dx: float, dy: float, height: float, depth: float | None = None) -> None:
+        """Follow a drag of (dx, dy) pixels so that points at `depth` stay under the cursor."""
+        step = self.metres_per_pixel(height, depth)
+        right, up, _ = self.frame
+        self.position = self.position - dx * step * right + dy * step * up
+
+    def fit(self, points: Array, size: tuple[float, float]) -> None:
+        """Keep the direction, show all `points` (n, 3) and put the pivot at their middle."""
+        points = np.asarray(points, float).reshape(-1, 3)
+        points = points[np.isfinite(points).all(axis=1)]
+        if not len(points):
+            return
+        q = points @ self.frame.T
+        low, high = q.min(axis=0), q.max(axis=0)
+        centre = self.frame.T @ ((low + high) / 2.0)
+        half = np.maximum((high - low) / 2.0, 1e-3) * 1.12
+        width, height = size
+        reach = max(half[1], half[0] * height / max(width, 1.0)) / self.tangent
+        self.distance = float(reach if self.orthographic else reach + half[2])
+        self.pivot = centre
+        self.position = centre - self.distance * self.direction
+
+    # -- stored with the project, as view state
+
+    def as_dict(self) -> dict[str, Any]:
+        return {
+            "position": self.position.tolist(),
+            "right": self.frame[0].tolist(),
+            "up": self.frame[1].tolist(),
+            "distance": float(self.distance),
+            "pivot": self.pivot.tolist(),
+            "view_angle_deg": float(self.view_angle_deg),
+            "orthographic": bool(self.orthographic),
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take a state made by `as_dict`; an unusable one raises ValueError and changes nothing."""
+        try:
+            position = np.array(state["position"], float)
+            right = np.array(state["right"], float)
+            up = np.array(state["up"], float)
+            pivot = np.array(state["pivot"], float)
+            distance = float(state["distance"])
+            angle = float(state["view_angle_deg"])
+            orthographic = bool(state["orthographic"])
+        except (KeyError, TypeError, ValueError) as error:
+            raise ValueError(f"not a camera state: {error}") from error
+        values = np.concatenate([position, right, up, pivot, [distance, angle]])
+        if values.shape != (14,) or not np.isfinite(values).all() or distance <= 0.0:
+            raise ValueError("not a camera state: numbers missing or not finite")
+        if not 1.0 <= angle <= 120.0 or np.linalg.norm(np.cross(right, up)) < 1e-6:
+            raise ValueError("not a camera state: the view angle or the axes cannot be")
+        up = up / np.linalg.norm(up)
+        right = right - (right @ up) * up
+        right = right / np.linalg.norm(right)
+        self.position, self.pivot = position, pivot
+        self.frame = np.stack([right, up, np.cross(up, right)])
+        self.distance, self.view_angle_deg, self.orthographic = distance, angle, orthographic

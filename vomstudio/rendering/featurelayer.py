@@ -1,0 +1,172 @@
+"""Lines and discs of the features as a handful of actors, however many features there are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkRenderingCore import vtkActor, vtkMapper, vtkPolyDataMapper, vtkRenderer
+
+from vomstudio.rendering import vtkdata
+from vomstudio.rendering.drawing import FeatureDrawing
+
+Array = npt.NDArray[np.float64]
+
+LINE_WIDTH = 2.5
+SELECTED_WIDTH = 4.5
+HALO_EXTRA = 2.5
+DISC_OPACITY = 0.32
+HIDDEN_OPACITY = 0.28
+DARK = (20, 20, 22)
+BRIGHT = (255, 255, 255)
+
+# Steps of the depth buffer (1/65536 of its range) by which lines stand before the surface that
+# they lie on, and by which the faint copy stands before everything.
+OVER_SURFACE = -30.0
+OVER_ALL = -65000.0
+
+
+class FeatureLayer:
+    """Registered drawings and the actors made of them."""
+
+    def __init__(self) -> None:
+        self.drawings: dict[str, FeatureDrawing] = {}
+        self.selected: frozenset[str] = frozenset()
+        self.scale = 1.0
+        self._origin: Array = np.zeros(3)
+        self._corners: Array = np.zeros((0, 3))
+        self._stale = True
+        self._actors: dict[str, vtkActor] = {}
+
+    def attach(self, renderer: vtkRenderer) -> None:
+        # Polygons stay where they are: only the lines of this layer are shifted.
+        vtkMapper.SetResolveCoincidentTopologyToPolygonOffset()
+        vtkMapper.SetResolveCoincidentTopologyPolygonOffsetParameters(0.0, 0.0)
+        vtkMapper.SetResolveCoincidentTopologyLineOffsetParameters(0.0, 0.0)
+        order = ["discs", "halo", "line", "halo+", "line+", "hidden", "hidden+"]
+        for name in order:
+            actor = vtkActor()
+            mapper = vtkPolyDataMapper()
+            mapper.SetInputData(vtkPolyData())
+            actor.SetMapper(mapper)
+            look = actor.GetProperty()
+            look.LightingOff()
+            selected = name.endswith("+")
+            if name == "discs":
+                look.SetOpacity(DISC_OPACITY)
+            elif name.startswith("halo"):
+                mapper.ScalarVisibilityOff()
+                look.SetColor(*(v / 255.0 for v in (BRIGHT if selected else DARK)))
+                mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, OVER_SURFACE)
+            elif name.startswith("line"):
+                mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, OVER_SURFACE - 8.0)
+            else:
+                look.SetOpacity(HIDDEN_OPACITY)
+                mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, OVER_ALL)
+            self._actors[name] = actor
+            renderer.AddActor(actor)
+        self._stale = True
+
+    def set_origin(self, origin: Array) -> None:
+        self._origin = origin
+        self._stale = True
+
+    def set_scale(self, scale: float) -> None:
+        """Device pixels per logical pixel: widths are logical."""
+        self.scale = scale
+        self._stale = True
+
+    def change(self, changes: Mapping[str, FeatureDrawing | None]) -> None:
+        for key, drawing in changes.items():
+            if drawing is None:
+                self.drawings.pop(key, None)
+            else:
+                self.drawings[key] = drawing
+        self._stale = True
+        points = [np.asarray(d.line, float).reshape(-1, 3) for d in self.shown()]
+        points += [np.asarray(d.disc, float) for d in self.shown() if d.disc is not None]
+        every = np.concatenate([np.zeros((0, 3)), *points])
+        every = every[np.isfinite(every).all(axis=1)]
+        if len(every):
+            low, high = every.min(axis=0), every.max(axis=0)
+            grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+            self._corners = np.where(grid == 1, high, low)
+        else:
+            self._corners = np.zeros((0, 3))
+
+    def select(self, ids: frozenset[str]) -> None:
+        self.selected = ids
+        self._stale = True
+
+    def shown(self) -> list[FeatureDrawing]:
+        return [d for d in self.drawings.values() if d.visible]
+
+    def corners(self) -> Array:
+        """(8, 3) World corners of all drawings, or none."""
+        return self._corners
+
+    def refresh(self) -> None:
+        """Bring the actors up to date; called before every drawing of the layer."""
+        if not self._stale or not self._actors:
+            return
+        self._stale = False
+        shown = self.shown()
+        plain = [d for d in shown if d.id not in self.selected]
+        chosen = [d for d in shown if d.id in self.selected]
+        for drawings, mark, width in ((plain, "", LINE_WIDTH), (chosen, "+", SELECTED_WIDTH)):
+            data = self._lines(drawings)
+            for name, wide in (
+                (f"halo{mark}", width + HALO_EXTRA),
+                (f"line{mark}", width),
+                (f"hidden{mark}", width),
+            ):
+                actor = self._actors[name]
+                actor.GetMapper().SetInputData(data)
+                actor.GetProperty().SetLineWidth(wide * self.scale)
+                actor.SetVisibility(data.GetNumberOfPoints() > 0)
+        discs = self._discs([d for d in shown if d.disc is not None])
+        self._actors["discs"].GetMapper().SetInputData(discs)
+        self._actors["discs"].SetVisibility(discs.GetNumberOfPoints() > 0)
+
+    def _lines(self, drawings: list[FeatureDrawing]) -> vtkPolyData:
+        lines, colors = [], []
+        for d in drawings:
+            line = np.asarray(d.line, float).reshape(-1, 3)
+            if len(line) >= 2:
+                lines.append(line - self._origin)
+                colors.append(np.broadcast_to(rgb(d.color), (len(line), 3)))
+        return self._poly(lines, colors, polygons=False)
+
+    def _discs(self, drawings: list[FeatureDrawing]) -> vtkPolyData:
+        rings, colors = [], []
+        for d in drawings:
+            ring = np.asarray(d.disc, float).reshape(-1, 3)
+            if len(ring) >= 3:
+                rings.append(ring - self._origin)
+                colors.append(np.broadcast_to(rgb(d.color), (len(ring), 3)))
+        return self._poly(rings, colors, polygons=True)
+
+    def _poly(
+        self,
+        runs: list[Array],
+        colors: list[npt.NDArray[np.uint8]],
+        *,
+        polygons: bool,
+    ) -> vtkPolyData:
+        data = vtkPolyData()
+        if not runs:
+            return data
+        data.SetPoints(vtkdata.vtk_points(np.concatenate(runs).astype(np.float32)))
+        cells = vtkdata.cells_of([len(r) for r in runs])
+        if polygons:
+            data.SetPolys(cells)
+        else:
+            data.SetLines(cells)
+        vtkdata.set_colors(data, np.concatenate(colors))
+        return data
+
+
+def rgb(color: tuple[float, float, float]) -> npt.NDArray[np.uint8]:
+    return np.round(np.clip(color, 0.0, 1.0) * np.array(255.0)).astype(np.uint8)

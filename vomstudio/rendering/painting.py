@@ -1,0 +1,437 @@
+"""What lies over the drawn outcrop: labels, compass, scale bar, preview. Qt, but no VTK.
+
+Everything is in logical pixels from the top left corner, so it keeps its size and stays sharp at
+any scaling of the screen.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import (
+    QBrush,
+    QColor,
+    QFont,
+    QFontDatabase,
+    QFontMetricsF,
+    QPainter,
+    QPainterPath,
+    QPen,
+    QPixmap,
+    QPolygonF,
+)
+
+Array = npt.NDArray[np.float64]
+
+SMALLEST_POINT_SIZE = 9.0
+MARGIN = 16.0
+
+# Okabe and Ito's colour-blind safe set; each verdict also has a shape and a word of its own.
+VERDICT_COLORS = {"good": "#00a878", "doubtful": "#f0a500", "poor": "#e0402a"}
+
+PANEL = QColor(18, 20, 23, 205)
+TEXT = QColor(245, 245, 245)
+DARK = QColor(20, 20, 22)
+
+
+def system_font(factor: float = 1.0, *, bold: bool = False) -> QFont:
+    """The system's font, never under 9 pt."""
+    font = QFontDatabase.systemFont(QFontDatabase.SystemFont.GeneralFont)
+    size = font.pointSizeF() if font.pointSizeF() > 0 else SMALLEST_POINT_SIZE
+    font.setPointSizeF(max(SMALLEST_POINT_SIZE, size * factor))
+    font.setBold(bold)
+    return font
+
+
+def to_color(rgb: tuple[float, float, float], alpha: float = 1.0) -> QColor:
+    r, g, b = (min(max(float(v), 0.0), 1.0) for v in rgb)
+    return QColor.fromRgbF(r, g, b, alpha)
+
+
+def outlined_text(painter: QPainter, x: float, baseline: float, text: str, font: QFont) -> None:
+    """White letters with a dark rim, readable on any rock."""
+    path = QPainterPath()
+    path.addText(QPointF(x, baseline), font, text)
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    pen = QPen(DARK, 3.0)
+    pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
+    painter.setPen(pen)
+    painter.drawPath(path)
+    painter.fillPath(path, TEXT)
+
+
+# -- labels
+
+
+class LabelCache:
+    """Labels as small pictures, so that a drag with many of them stays quick."""
+
+    def __init__(self) -> None:
+        self._pictures: dict[tuple[str, int, bool, float], QPixmap] = {}
+        self._sizes: dict[str, tuple[float, float]] = {}
+        self._font: QFont | None = None
+        self._metrics: QFontMetricsF | None = None
+
+    def clear(self) -> None:
+        self._pictures.clear()
+        self._sizes.clear()
+        self._font = self._metrics = None
+
+    def _ready(self) -> QFontMetricsF:
+        if self._metrics is None:
+            self._font = system_font()
+            self._metrics = QFontMetricsF(self._font)
+        return self._metrics
+
+    def size(self, text: str) -> tuple[float, float]:
+        if text not in self._sizes:
+            metrics = self._ready()
+            self._sizes[text] = (
+                math.ceil(metrics.horizontalAdvance(text)) + 19.0,
+                math.ceil(metrics.height()) + 4.0,
+            )
+        return self._sizes[text]
+
+    def picture(
+        self, text: str, rgb: tuple[float, float, float], selected: bool, ratio: float
+    ) -> QPixmap:
+        color = to_color(rgb)
+        key = (text, color.rgb(), selected, ratio)
+        found = self._pictures.get(key)
+        if found is not None:
+            return found
+        if len(self._pictures) > 4000:
+            self._pictures.clear()
+        metrics = self._ready()
+        width, height = self.size(text)
+        out = QPixmap(math.ceil(width * ratio), math.ceil(height * ratio))
+        out.setDevicePixelRatio(ratio)
+        out.fill(Qt.GlobalColor.transparent)
+        painter = QPainter(out)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(QPen(TEXT, 1.6) if selected else Qt.PenStyle.NoPen)
+        painter.setBrush(PANEL)
+        painter.drawRoundedRect(QRectF(0.8, 0.8, width - 1.6, height - 1.6), 3.5, 3.5)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(color)
+        painter.drawRoundedRect(QRectF(4.0, 4.0, 5.0, height - 8.0), 2.0, 2.0)
+        assert self._font is not None
+        painter.setFont(self._font)
+        painter.setPen(TEXT)
+        painter.drawText(QPointF(13.0, 2.0 + metrics.ascent()), text)
+        painter.end()
+        self._pictures[key] = out
+        return out
+
+
+# -- compass and scale bar
+
+
+def compass_box(height: float) -> QRectF:
+    return QRectF(MARGIN - 4.0, height - MARGIN - 92.0, 96.0, 96.0)
+
+
+def draw_compass(painter: QPainter, frame: Array, height: float, north_known: bool) -> None:
+    """A level ring with an arrow to North and a short stem to Up, seen as the camera sees them.
+
+    frame : rows right, up, direction of the camera in World
+    """
+    box = compass_box(height)
+    centre = box.center()
+    radius = 31.0
+    painter.save()
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(QColor(18, 20, 23, 95))
+    painter.drawEllipse(centre, 46.0, 46.0)
+
+    def place(vector: Sequence[float], reach: float = radius) -> QPointF:
+        x, y = (frame[:2] @ np.asarray(vector, float)) * reach
+        return QPointF(centre.x() + float(x), centre.y() - float(y))
+
+    turn = np.linspace(0.0, 2.0 * np.pi, 49)
+    ring = QPolygonF([place((math.sin(a), math.cos(a), 0.0)) for a in turn])
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.setPen(QPen(DARK, 3.2))
+    painter.drawPolyline(ring)
+    painter.setPen(QPen(QColor(225, 225, 225), 1.4))
+    painter.drawPolyline(ring)
+    # What points away from the viewer is drawn first.
+    up_away = float(frame[2] @ np.array([0.0, 0.0, 1.0])) > 0.0
+
+    def stem() -> None:
+        tip = place((0.0, 0.0, 0.75))
+        for color, width in ((DARK, 4.4), (QColor(120, 180, 235), 2.2)):
+            painter.setPen(QPen(color, width, c=Qt.PenCapStyle.RoundCap))
+            painter.drawLine(centre, tip)
+
+    if up_away:
+        stem()
+    needle = np.array([0.0, 1.0, 0.0])
+    side = np.array([1.0, 0.0, 0.0]) * 0.26
+    north = QPolygonF([place(needle), place(side), place((0.0, 0.0, 0.0)), place(-side)])
+    south = QPolygonF([place(-needle), place(side), place((0.0, 0.0, 0.0)), place(-side)])
+    painter.setPen(QPen(DARK, 1.2))
+    painter.setBrush(QColor(235, 235, 235))
+    painter.drawPolygon(south)
+    painter.setBrush(QColor("#e0402a") if north_known else QColor("#f0a500"))
+    painter.drawPolygon(north)
+    if not up_away:
+        stem()
+    font = system_font(bold=True)
+    metrics = QFontMetricsF(font)
+    text = "N" if north_known else "y"
+    at = place(needle, radius + 9.5)
+    outlined_text(
+        painter,
+        at.x() - metrics.horizontalAdvance(text) / 2.0,
+        at.y() + metrics.capHeight() / 2.0,
+        text,
+        font,
+    )
+    if not north_known:
+        small = system_font()
+        wide = QFontMetricsF(small).horizontalAdvance("local frame")
+        outlined_text(
+            painter, max(box.left(), centre.x() - wide / 2.0), box.top() - 4.0, "local frame", small
+        )
+    painter.restore()
+
+
+def round_length(longest: float) -> float:
+    """The largest 1, 2 or 5 times a power of ten that is at most `longest`."""
+    power = 10.0 ** math.floor(math.log10(longest))
+    for step in (5.0, 2.0, 1.0):
+        if step * power <= longest * (1.0 + 1e-9):
+            return step * power
+    return power
+
+
+def length_text(metres: float) -> str:
+    if metres >= 1000.0:
+        return f"{metres / 1000.0:g} km"
+    if metres >= 1.0:
+        return f"{metres:g} m"
+    if metres >= 0.01:
+        return f"{metres * 100.0:g} cm"
+    return f"{metres * 1000.0:g} mm"
+
+
+def scale_bar(metres_per_pixel: float, width: float) -> tuple[float, float]:
+    """Round length in metres and its length in pixels, at most a sixth of the view."""
+    longest = max(60.0, min(220.0, width / 6.0)) * metres_per_pixel
+    length = round_length(max(longest, 1e-6))
+    return length, length / metres_per_pixel
+
+
+def scale_bar_box(width: float, height: float) -> QRectF:
+    return QRectF(width - MARGIN - 240.0, height - MARGIN - 52.0, 240.0, 56.0)
+
+
+def draw_scale_bar(
+    painter: QPainter,
+    metres_per_pixel: float,
+    width: float,
+    height: float,
+    *,
+    orthographic: bool,
+    unit_known: bool = True,
+) -> None:
+    length, pixels = scale_bar(metres_per_pixel, width)
+    right = width - MARGIN
+    left = right - pixels
+    y = height - MARGIN - 4.0
+    painter.save()
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    bar = QPainterPath()
+    bar.moveTo(left, y - 6.0)
+    bar.lineTo(left, y)
+    bar.lineTo(right, y)
+    bar.lineTo(right, y - 6.0)
+    for color, wide in ((DARK, 5.0), (TEXT, 2.2)):
+        pen = QPen(color, wide)
+        pen.setCapStyle(Qt.PenCapStyle.FlatCap if wide < 3 else Qt.PenCapStyle.SquareCap)
+        pen.setJoinStyle(Qt.PenJoinStyle.MiterJoin)
+        painter.setPen(pen)
+        painter.drawPath(bar)
+    text = length_text(length) if unit_known else f"{length:g} units"
+    font = system_font(bold=True)
+    outlined_text(
+        painter,
+        (left + right - QFontMetricsF(font).horizontalAdvance(text)) / 2.0,
+        y - 9.0,
+        text,
+        font,
+    )
+    if not orthographic:
+        small = system_font()
+        note = "at the pivot's distance"
+        outlined_text(
+            painter,
+            right - QFontMetricsF(small).horizontalAdvance(note),
+            y - 11.0 - QFontMetricsF(font).height(),
+            note,
+            small,
+        )
+    painter.restore()
+
+
+# -- preview
+
+
+def polyline(points: Array) -> QPolygonF:
+    return QPolygonF([QPointF(float(x), float(y)) for x, y in points])
+
+
+def draw_runs(
+    painter: QPainter, pixels: Array, seen: npt.NDArray[np.bool_], color: QColor, width: float
+) -> None:
+    """A line through pixels (n, 2): haloed where seen, faint where hidden."""
+    if len(pixels) < 2:
+        return
+    both = seen[:-1] & seen[1:]
+    edges = np.flatnonzero(np.diff(both.astype(np.int8)))
+    starts = np.concatenate([[0], edges + 1])
+    ends = np.concatenate([edges + 1, [len(both)]])
+    faint = QColor(color)
+    faint.setAlphaF(0.45)
+    shadow = QColor(DARK)
+    shadow.setAlphaF(0.8)
+    for halo in (True, False):
+        for a, b in zip(starts, ends, strict=True):
+            run = pixels[a : b + 1]
+            if not np.isfinite(run).all():
+                continue
+            visible = bool(both[a])
+            if halo and not visible:
+                continue
+            tint = shadow if halo else (color if visible else faint)
+            pen = QPen(tint, width + 2.6 if halo else width)
+            pen.setCapStyle(Qt.PenCapStyle.RoundCap)
+            pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
+            if not visible:
+                pen.setStyle(Qt.PenStyle.DotLine)
+            painter.setPen(pen)
+            painter.drawPolyline(polyline(run))
+
+
+def draw_rubber(painter: QPainter, pixels: Array, color: QColor) -> None:
+    """The dashed band from the last vertex to the cursor."""
+    for tint, width in ((DARK, 3.6), (color, 1.8)):
+        pen = QPen(tint, width)
+        if tint is not DARK:
+            pen.setStyle(Qt.PenStyle.DashLine)
+        painter.setPen(pen)
+        painter.drawPolyline(polyline(pixels))
+
+
+def draw_ring(painter: QPainter, pixels: Array, color: QColor) -> None:
+    """A translucent convex ring."""
+    if len(pixels) < 3 or not np.isfinite(pixels).all():
+        return
+    fill = QColor(color)
+    fill.setAlphaF(0.28)
+    painter.setBrush(fill)
+    edge = QColor(color)
+    edge.setAlphaF(0.9)
+    painter.setPen(QPen(edge, 1.3))
+    painter.drawPolygon(polyline(pixels))
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+
+
+def draw_handle(
+    painter: QPainter, x: float, y: float, color: QColor, *, seen: bool, hot: bool
+) -> None:
+    radius = 6.5 if hot else 4.6
+    fill = QColor(color)
+    if not seen:
+        fill.setAlphaF(0.35)
+    painter.setPen(QPen(DARK, 3.4))
+    painter.setBrush(QBrush(fill))
+    painter.drawEllipse(QPointF(x, y), radius, radius)
+    painter.setPen(QPen(TEXT, 1.5))
+    painter.drawEllipse(QPointF(x, y), radius, radius)
+
+
+def draw_verdict_shape(painter: QPainter, box: QRectF, verdict: str) -> None:
+    """Good: circle; doubtful: triangle; poor: square."""
+    painter.setPen(QPen(TEXT, 1.2))
+    painter.setBrush(QColor(VERDICT_COLORS.get(verdict, "#9a9a9a")))
+    if verdict == "good":
+        painter.drawEllipse(box)
+    elif verdict == "doubtful":
+        painter.drawPolygon(
+            QPolygonF([QPointF(box.center().x(), box.top()), box.bottomRight(), box.bottomLeft()])
+        )
+    else:
+        painter.drawRect(box.adjusted(0.8, 0.8, -0.8, -0.8))
+
+
+def draw_reading(
+    painter: QPainter,
+    x: float,
+    y: float,
+    lines: Sequence[str],
+    verdict: str | None,
+    width: float,
+    height: float,
+) -> QRectF | None:
+    """The reading beside the cursor at (x, y), kept inside the view; returns its rectangle."""
+    if not lines and verdict is None:
+        return None
+    first, rest = system_font(1.15, bold=True), system_font()
+    fonts = [first] + [rest] * max(len(lines) - 1, 0)
+    metrics = [QFontMetricsF(f) for f in fonts]
+    shown = list(lines) or [""]
+    icon = metrics[0].height() * 0.82 if verdict else 0.0
+    word = verdict or ""
+    gap = 7.0
+    head = metrics[0].horizontalAdvance(shown[0])
+    if verdict:
+        head += icon + gap + (gap + metrics[0].horizontalAdvance(word) if word else 0.0)
+    wide = max(
+        [head] + [m.horizontalAdvance(t) for m, t in zip(metrics[1:], shown[1:], strict=True)]
+    )
+    tall = sum(m.height() for m in metrics)
+    box = QRectF(x + 20.0, y + 18.0, wide + 20.0, tall + 12.0)
+    if box.right() > width - 4.0:
+        box.moveRight(x - 16.0)
+    if box.bottom() > height - 4.0:
+        box.moveBottom(y - 14.0)
+    box.moveLeft(max(4.0, min(box.left(), width - 4.0 - box.width())))
+    box.moveTop(max(4.0, box.top()))
+    painter.save()
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    edge = QColor(VERDICT_COLORS.get(word, "#c8c8c8"))
+    painter.setPen(QPen(edge, 1.6))
+    painter.setBrush(QColor(18, 20, 23, 225))
+    painter.drawRoundedRect(box, 5.0, 5.0)
+    left = box.left() + 10.0
+    line = box.top() + 6.0
+    if verdict:
+        top = line + (metrics[0].height() - icon) / 2.0
+        draw_verdict_shape(painter, QRectF(left, top, icon, icon), verdict)
+        left += icon + gap
+    painter.setFont(first)
+    painter.setPen(TEXT)
+    painter.drawText(QPointF(left, line + metrics[0].ascent()), shown[0])
+    if word:
+        painter.setPen(edge.lighter(125))
+        painter.drawText(
+            QPointF(
+                left + metrics[0].horizontalAdvance(shown[0]) + gap, line + metrics[0].ascent()
+            ),
+            word,
+        )
+    line += metrics[0].height()
+    painter.setPen(QColor(225, 225, 225))
+    for m, font, text in zip(metrics[1:], fonts[1:], shown[1:], strict=True):
+        painter.setFont(font)
+        painter.drawText(QPointF(box.left() + 10.0, line + m.ascent()), text)
+        line += m.height()
+    painter.restore()
+    return box

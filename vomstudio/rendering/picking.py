@@ -1,0 +1,135 @@
+"""From a ray in World to an exact point of one model, in float64.
+
+Which face or point is hit is decided on float32 copies in the model's local frame; where, always
+from the model's own float64 coordinates.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+from vtkmodules.vtkCommonCore import mutable
+from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
+
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.rendering.blocks import (
+    FaceChunk,
+    PointChunk,
+    boxes_hit,
+    first_face,
+    points_near_ray,
+)
+from vomstudio.tools.types import Hit
+
+Array = npt.NDArray[np.float64]
+
+CLOUD_REACH_PIXELS = 6.0
+"""How far from the cursor, in pixels, a point of a cloud may lie to be taken."""
+
+
+class Pickable(Protocol):
+    """What picking needs of a model in the scene."""
+
+    model_id: str
+    data: Mesh | PointCloud
+    origin: Array
+    low: Array
+    high: Array
+    from_world: Array
+    locator: vtkStaticCellLocator | None
+    face_chunks: list[FaceChunk]
+    point_chunks: list[PointChunk]
+
+
+def pick_model(
+    model: Pickable, origin: Array, direction: Array, radius: float, spread: float
+) -> Hit | None:
+    """The front-most point of a model that a World ray meets.
+
+    radius, spread : size of a pixel in World metres at depth 0 and its growth per metre; only a
+        cloud uses them
+    """
+    linear = model.from_world[:3, :3]
+    start = linear @ origin + model.from_world[:3, 3] - model.origin
+    heading = linear @ direction
+    scale = float(np.linalg.norm(heading))
+    heading = heading / scale
+    pad = (radius + spread * float(np.linalg.norm(start))) * scale * CLOUD_REACH_PIXELS
+    if not boxes_hit((model.low - pad)[None], (model.high + pad)[None], start, heading)[0]:
+        return None
+    if isinstance(model.data, Mesh):
+        return _pick_mesh(model, model.data, start, heading)
+    return _pick_cloud(model, model.data, start, heading, radius * scale, spread)
+
+
+def _pick_mesh(model: Pickable, mesh: Mesh, start: Array, heading: Array) -> Hit | None:
+    face = (
+        _locate(model, start, heading)
+        if model.locator is not None
+        else first_face(model.face_chunks, start, heading)
+    )
+    if face is None:
+        return None
+    corners = np.asarray(mesh.vertices[mesh.faces[face]], np.float64)
+    a, b, c = corners
+    e1, e2 = b - a, c - a
+    p = np.cross(heading, e2)
+    det = e1 @ p
+    if det == 0.0 or not np.isfinite(det):
+        return None
+    s = start + model.origin - a
+    u = float(s @ p) / det
+    v = float(heading @ np.cross(s, e1)) / det
+    # float32 may have chosen the neighbour of a shared edge: stay on the face that is named.
+    u, v = min(max(u, 0.0), 1.0), min(max(v, 0.0), 1.0)
+    if u + v > 1.0:
+        u, v = u / (u + v), v / (u + v)
+    weights = (1.0 - u - v, u, v)
+    position = weights[0] * a + weights[1] * b + weights[2] * c
+    return Hit(
+        model.model_id,
+        "face",
+        int(face),
+        (float(position[0]), float(position[1]), float(position[2])),
+        weights,
+    )
+
+
+def _locate(model: Pickable, start: Array, heading: Array) -> int | None:
+    assert model.locator is not None
+    reach = float(
+        np.linalg.norm((model.low + model.high) / 2.0 - start)
+        + np.linalg.norm(model.high - model.low)
+    )
+    end = start + heading * reach
+    t, sub, cell = mutable(0.0), mutable(0), mutable(-1)
+    x, pcoords = [0.0] * 3, [0.0] * 3
+    hit = model.locator.IntersectWithLine(
+        start.tolist(), end.tolist(), 0.0, t, x, pcoords, sub, cell
+    )
+    return int(cell) if hit and int(cell) >= 0 else None
+
+
+def _pick_cloud(
+    model: Pickable, cloud: PointCloud, start: Array, heading: Array, radius: float, spread: float
+) -> Hit | None:
+    rows, depth, off = points_near_ray(
+        model.point_chunks,
+        start,
+        heading,
+        radius * CLOUD_REACH_PIXELS,
+        spread * CLOUD_REACH_PIXELS,
+    )
+    if not len(rows):
+        return None
+    # The front-most point near the cursor names the surface; of the points of that surface the
+    # one nearest to the cursor is taken. A surface is as thick here as the circle is wide.
+    front = float(depth.min())
+    thick = 4.0 * (radius + spread * front) * CLOUD_REACH_PIXELS
+    same = np.flatnonzero(depth <= front + thick)
+    row = int(rows[same[np.argmin(off[same])]])
+    x, y, z = (float(v) for v in cloud.points[row])
+    return Hit(model.model_id, "point", row, (x, y, z))

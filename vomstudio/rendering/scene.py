@@ -1,0 +1,768 @@
+"""Everything that VTK draws, off screen, without Qt.
+
+One render window with two layers. Layer 0 holds the models, layer 1 the features drawn over them.
+When layer 0 stands, colour and depth are kept aside; a later change of the features alone puts them
+back instead of drawing the models again. A model that is slow to draw is shown by its proxy while
+the camera moves; at rest its chunks are added batch by batch to the same buffers, and whoever owns
+the scene calls `refine` between the events of its loop until the frame is whole.
+
+All of this belongs to one thread.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+import vtkmodules.vtkRenderingOpenGL2  # noqa: F401 - registers the drawing classes
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkFloatArray, vtkUnsignedCharArray
+from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
+from vtkmodules.vtkRenderingCore import (
+    vtkActor,
+    vtkPointGaussianMapper,
+    vtkPolyDataMapper,
+    vtkRenderer,
+    vtkRenderWindow,
+    vtkTexture,
+)
+from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLFramebufferObject, vtkTextureObject
+
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.rendering import picking, vtkdata
+from vomstudio.rendering.blocks import FaceChunk, PointChunk
+from vomstudio.rendering.camera import Camera, Eye
+from vomstudio.rendering.drawing import FeatureDrawing
+from vomstudio.rendering.featurelayer import FeatureLayer
+from vomstudio.rendering.preparation import (
+    ChunksDone,
+    CloudChunkReady,
+    Event,
+    LocatorReady,
+    MeshChunkReady,
+    ProxyReady,
+    TextureReady,
+    TexturesDone,
+)
+from vomstudio.rendering.textures import Texture
+from vomstudio.tools.types import Hit
+
+Array = npt.NDArray[np.float64]
+
+DISPLAY_MODES = ("textured", "vertex_colors", "plain shaded", "wireframe", "points")
+BACKGROUND_TOP = (0.47, 0.50, 0.53)
+BACKGROUND_BOTTOM = (0.30, 0.31, 0.33)
+PLAIN_COLOR = (0.76, 0.74, 0.70)
+
+SLOW_FRAME_S = 0.050
+BATCH_S = 0.030
+SOFTWARE_TEXTURE_SIDE = 4096
+
+GL_READ_FRAMEBUFFER = 0x8CA8
+GL_DRAW_FRAMEBUFFER = 0x8CA9
+GL_COLOR_AND_DEPTH = 0x4000 | 0x0100
+GL_NEAREST = 0x2600
+
+
+@dataclass(eq=False)
+class Part:
+    """One actor of a model and what is known about drawing it."""
+
+    actor: vtkActor
+    low: Array
+    high: Array
+    elements: int
+    material: int = -1
+    density: float = 0.0
+    has_uv: bool = False
+    has_colors: bool = False
+    uploaded: bool = False
+
+
+@dataclass(eq=False)
+class Skin:
+    """A material's texture; `level` is the one on the graphics card, None before the first."""
+
+    texture: Texture
+    level: int | None = None
+    wanted: int = 0
+    drawn: vtkTexture | None = None
+
+
+@dataclass(eq=False)
+class ModelScene:
+    """What is drawn of one model. `low` and `high` bound it in its local frame."""
+
+    model_id: str
+    data: Mesh | PointCloud
+    origin: Array
+    low: Array
+    high: Array
+    to_world: Array
+    from_world: Array
+    visible: bool = True
+    parts: list[Part] = field(default_factory=list)
+    proxy: Part | None = None
+    face_chunks: list[FaceChunk] = field(default_factory=list)
+    point_chunks: list[PointChunk] = field(default_factory=list)
+    skins: dict[int, Skin] = field(default_factory=dict)
+    locator: vtkStaticCellLocator | None = None
+    chunks_done: bool = False
+    textures_done: bool = False
+    pickable: bool = False
+
+    def corners_world(self) -> Array:
+        """(8, 3) corners of the model's box in World."""
+        box = np.stack([self.low, self.high])
+        grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+        local = np.stack([box[grid[:, a], a] for a in range(3)], axis=1)
+        file = local + self.origin
+        return np.asarray(file @ self.to_world[:3, :3].T + self.to_world[:3, 3])
+
+
+class Scene:
+    """The drawn world of one viewport."""
+
+    def __init__(self) -> None:
+        self.camera = Camera()
+        self.models: dict[str, ModelScene] = {}
+        self.origin: Array | None = None
+        self.mode = "textured"
+        self.features = FeatureLayer()
+        self.size = (1, 1)
+        self.software = True
+        self.texture_limit = SOFTWARE_TEXTURE_SIDE
+        self.eye: Eye | None = None
+        self.complete = False
+        self.showing_proxy = False
+        self.full_seconds: float | None = None
+        self.extra_points: Array = np.zeros((0, 3))
+        self.point_scale = 1.0
+        self.frames = 0
+        self._window: vtkRenderWindow | None = None
+        self._pending: list[Part] | None = None
+        self._batch_first = False
+        self._spent = 0.0
+        self._uploaded_in_pass = False
+        self._seconds_per_element = 4e-7
+        self._keep: vtkOpenGLFramebufferObject | None = None
+        self._partial: vtkOpenGLFramebufferObject | None = None
+        self._kept = False
+        self._action: Callable[[], None] | None = None
+        self._pixels = vtkUnsignedCharArray()
+        self._depths = vtkFloatArray()
+        self._depth: npt.NDArray[np.float32] | None = None
+
+    # -- life
+
+    @property
+    def started(self) -> bool:
+        return self._window is not None
+
+    def start(self, width: int, height: int) -> None:
+        """Make the off-screen window and learn what the graphics driver is."""
+        window = vtkRenderWindow()
+        window.SetOffScreenRendering(1)
+        window.SetMultiSamples(0)
+        window.SetLineSmoothing(1)
+        window.SetSize(width, height)
+        window.SetNumberOfLayers(2)
+        self.size = (width, height)
+        surface, layer = vtkRenderer(), vtkRenderer()
+        surface.SetBackground(*BACKGROUND_BOTTOM)
+        surface.SetBackground2(*BACKGROUND_TOP)
+        surface.GradientBackgroundOn()
+        layer.SetLayer(1)
+        layer.PreserveDepthBufferOn()
+        layer.PreserveColorBufferOn()
+        layer.AddObserver("StartEvent", self._layer_starts)
+        for renderer in (surface, layer):
+            renderer.SetAutomaticLightCreation(0)
+            window.AddRenderer(renderer)
+        surface.CreateLight()
+        surface.GetActiveCamera()
+        layer.SetActiveCamera(surface.GetActiveCamera())
+        self._window, self._surface, self._layer = window, surface, layer
+        self.features.attach(layer)
+        self._apply_camera()
+        window.Render()
+        report = window.ReportCapabilities().lower()
+        names = [line for line in report.splitlines() if "opengl renderer" in line]
+        self.software = not names or any(
+            word in names[0] for word in ("llvmpipe", "softpipe", "swrast", "basic render", "swr")
+        )
+        largest = int(vtkTextureObject.GetMaximumTextureSize(window))
+        self.texture_limit = min(largest, SOFTWARE_TEXTURE_SIDE) if self.software else largest
+
+    def close(self) -> None:
+        """Release every graphics resource; the scene cannot be started again."""
+        if self._window is None:
+            return
+        window = self._window
+        window.MakeCurrent()
+        for model_id in list(self.models):
+            self.remove_model(model_id)
+        for buffer in (self._keep, self._partial):
+            if buffer is not None:
+                buffer.ReleaseGraphicsResources(window)
+        self._keep = self._partial = None
+        self._layer.RemoveAllObservers()
+        for renderer in (self._surface, self._layer):
+            renderer.RemoveAllViewProps()
+            window.RemoveRenderer(renderer)
+        window.Finalize()
+        self._window = None
+
+    def resize(self, width: int, height: int) -> None:
+        self.size = (width, height)
+        if self._window is not None:
+            self._window.SetSize(width, height)
+            self._kept = False
+            self.abandon()
+
+    # -- models
+
+    def add_model(
+        self, model_id: str, data: Mesh | PointCloud, to_world: Array, bounds: Array, origin: Array
+    ) -> ModelScene:
+        """Register a model that will be filled by `take`; bounds (2, 3) in its file frame."""
+        self.remove_model(model_id)
+        model = ModelScene(
+            model_id, data, origin, bounds[0] - origin, bounds[1] - origin, to_world, to_world
+        )
+        self.models[model_id] = model
+        self._place(model, to_world)
+        return model
+
+    def _place(self, model: ModelScene, to_world: Array) -> None:
+        model.to_world = np.array(to_world, np.float64)
+        model.from_world = np.linalg.inv(model.to_world)
+        if self.origin is None:
+            middle = model.corners_world().mean(axis=0)
+            self.set_origin(np.round(middle))
+        placement = self._placement(model)
+        for part in model.parts + ([model.proxy] if model.proxy else []):
+            part.actor.SetUserMatrix(placement)
+        self.abandon()
+
+    def set_origin(self, origin: Array) -> None:
+        self.origin = origin
+        self.features.set_origin(origin)
+        for model in self.models.values():
+            for part in model.parts + ([model.proxy] if model.proxy else []):
+                part.actor.SetUserMatrix(self._placement(model))
+
+    def _placement(self, model: ModelScene):  # type: ignore[no-untyped-def]
+        assert self.origin is not None
+        values = model.to_world.copy()
+        values[:3, 3] = model.to_world[:3, :3] @ model.origin + model.to_world[:3, 3] - self.origin
+        return vtkdata.matrix(values)
+
+    def set_to_world(self, model_id: str, to_world: Array) -> None:
+        self._place(self.models[model_id], to_world)
+
+    def set_visible(self, model_id: str, visible: bool) -> None:
+        self.models[model_id].visible = visible
+        self.full_seconds = None
+        self.abandon()
+
+    def set_mode(self, mode: str) -> None:
+        if mode not in DISPLAY_MODES:
+            raise ValueError(f"display mode {mode!r}; one of {', '.join(DISPLAY_MODES)}")
+        self.mode = mode
+        self.full_seconds = None
+        for model in self.models.values():
+            for part in model.parts + ([model.proxy] if model.proxy else []):
+                self._dress(model, part)
+        self.abandon()
+
+    def remove_model(self, model_id: str) -> None:
+        model = self.models.pop(model_id, None)
+        if model is None:
+            return
+        self.abandon()
+        for part in model.parts + ([model.proxy] if model.proxy else []):
+            self._drop(part)
+        for skin in model.skins.values():
+            if skin.drawn is not None and self._window is not None:
+                skin.drawn.ReleaseGraphicsResources(self._window)
+        self.full_seconds = None
+        if not self.models:
+            self.origin = None
+
+    def _drop(self, part: Part) -> None:
+        part.actor.SetTexture(None)
+        if self._window is not None:
+            self._surface.RemoveActor(part.actor)
+            part.actor.ReleaseGraphicsResources(self._window)
+
+    def take(self, model_id: str, event: Event) -> None:
+        """Accept what a worker has prepared; from here on it belongs to this thread."""
+        model = self.models.get(model_id)
+        if model is None:
+            return
+        if isinstance(event, ProxyReady):
+            model.proxy = self._part(model, event.data)
+            self._dress(model, model.proxy)
+        elif isinstance(event, MeshChunkReady):
+            part = self._part(model, event.data)
+            part.material = event.chunk.material
+            part.density = event.texels_per_metre
+            part.has_uv = event.data.GetPointData().GetTCoords() is not None
+            model.face_chunks.append(event.chunk)
+            model.parts.append(part)
+            self._dress(model, part)
+        elif isinstance(event, CloudChunkReady):
+            model.point_chunks.append(event.chunk)
+            model.parts.append(self._part(model, event.data))
+            self._dress(model, model.parts[-1])
+        elif isinstance(event, ChunksDone):
+            model.chunks_done = True
+        elif isinstance(event, TextureReady):
+            if event.texture is not None:
+                model.skins[event.material] = Skin(event.texture)
+        elif isinstance(event, TexturesDone):
+            model.textures_done = True
+        elif isinstance(event, LocatorReady):
+            model.locator = event.locator
+            model.pickable = True
+            return
+        self.full_seconds = None
+
+    def _part(self, model: ModelScene, data) -> Part:  # type: ignore[no-untyped-def]
+        bounds = np.array(data.GetBounds()).reshape(3, 2)
+        if isinstance(model.data, Mesh):
+            mapper = vtkPolyDataMapper()
+            elements = data.GetNumberOfCells()
+        else:
+            mapper = vtkPointGaussianMapper()
+            mapper.EmissiveOff()
+            mapper.SetScaleFactor(0.0)
+            elements = data.GetNumberOfPoints()
+        mapper.SetInputData(data)
+        mapper.SetStatic(1)
+        actor = vtkActor()
+        actor.SetMapper(mapper)
+        actor.ForceOpaqueOn()
+        actor.SetVisibility(False)
+        actor.SetUserMatrix(self._placement(model))
+        if self._window is not None:
+            self._surface.AddActor(actor)
+        part = Part(actor, bounds[:, 0], bounds[:, 1], elements)
+        part.has_colors = data.GetPointData().GetScalars() is not None
+        return part
+
+    def _dress(self, model: ModelScene, part: Part) -> None:
+        """Give a part the look of the display mode."""
+        actor, mapper, look = part.actor, part.actor.GetMapper(), part.actor.GetProperty()
+        look.SetColor(*PLAIN_COLOR)
+        look.SetPointSize(max(1.0, round(2.0 * self.point_scale)))
+        look.SetAmbient(0.25)
+        look.SetDiffuse(0.75)
+        if isinstance(model.data, PointCloud):
+            look.LightingOff()
+            mapper.SetScalarVisibility(part.has_colors and self.mode != "plain shaded")
+            return
+        skin = model.skins.get(part.material) if part.has_uv else None
+        texture = skin.drawn if skin is not None and self.mode == "textured" else None
+        actor.SetTexture(texture)
+        colored = part.has_colors and texture is None and self.mode != "plain shaded"
+        mapper.SetScalarVisibility(colored)
+        look.SetLighting(texture is None and not colored)
+        if self.mode == "wireframe":
+            look.SetRepresentationToWireframe()
+            look.SetLighting(False)
+        elif self.mode == "points":
+            look.SetRepresentationToPoints()
+            look.SetLighting(False)
+        else:
+            look.SetRepresentationToSurface()
+
+    # -- bounds
+
+    def corners(self, *, visible_only: bool = True) -> Array:
+        """(n, 3) World corners of what there is to see."""
+        some = [m.corners_world() for m in self.models.values() if m.visible or not visible_only]
+        return np.concatenate([np.zeros((0, 3)), *some])
+
+    # -- features
+
+    def set_features(self, changes: Mapping[str, FeatureDrawing | None]) -> None:
+        if self.origin is None:
+            for drawing in changes.values():
+                if drawing is not None and len(drawing.line):
+                    self.set_origin(np.round(np.asarray(drawing.line, float)[0]))
+                    break
+        self.features.change(changes)
+
+    def set_selected(self, ids: Iterable[str]) -> None:
+        self.features.select(frozenset(ids))
+
+    # -- drawing
+
+    def _apply_camera(self) -> None:
+        corners = np.concatenate([self.corners(), self.features.corners(), self.extra_points])
+        eye = self.camera.eye(corners)
+        origin = np.zeros(3) if self.origin is None else self.origin
+        position = eye.position - origin
+        drawn = self._surface.GetActiveCamera()
+        drawn.SetPosition(*position)
+        drawn.SetFocalPoint(*(position + eye.direction * max(self.camera.distance, 1e-3)))
+        drawn.SetViewUp(*eye.up)
+        drawn.SetParallelProjection(eye.orthographic)
+        drawn.SetViewAngle(self.camera.view_angle_deg)
+        if eye.orthographic:
+            drawn.SetParallelScale(eye.half_height)
+        drawn.SetClippingRange(eye.near, eye.far)
+        # A head light: what is seen is lit.
+        light = self._surface.GetLights().GetItemAsObject(0)
+        if light is not None:
+            light.SetLightTypeToHeadlight()
+        self.eye = eye
+
+    @property
+    def slow(self) -> bool:
+        """Whether drawing everything takes too long to do at every step of a drag."""
+        if self.full_seconds is not None:
+            return self.full_seconds > SLOW_FRAME_S
+        elements = sum(p.elements for m in self.models.values() if m.visible for p in m.parts)
+        return elements > 30_000 or any(not p.uploaded for _, p in self._all_parts())
+
+    def _all_parts(self) -> list[tuple[ModelScene, Part]]:
+        return [(m, p) for m in self.models.values() if m.visible for p in m.parts]
+
+    def _seen_parts(self) -> list[tuple[ModelScene, Part]]:
+        """Parts whose box may be in view, nearest first."""
+        assert self.eye is not None
+        found = []
+        height, width = self.size[1], self.size[0]
+        aspect = width / max(height, 1)
+        for model in self.models.values():
+            if not model.visible or not model.parts:
+                continue
+            low = np.stack([p.low for p in model.parts])
+            high = np.stack([p.high for p in model.parts])
+            half = (high - low) / 2.0
+            centre = (low + high) / 2.0 + model.origin
+            linear = model.to_world[:3, :3]
+            centre = centre @ linear.T + model.to_world[:3, 3]
+            radius = np.linalg.norm(half, axis=1) * np.cbrt(abs(np.linalg.det(linear)))
+            q = (centre - self.eye.position) @ np.stack(
+                [self.eye.right, self.eye.up, self.eye.direction]
+            ).T
+            tall = self.eye.half_height * (1.0 if self.eye.orthographic else np.maximum(q[:, 2], 0))
+            slant = 1.0 if self.eye.orthographic else np.hypot(1.0, self.eye.half_height * aspect)
+            inside = (
+                (np.abs(q[:, 1]) <= tall + radius * slant)
+                & (np.abs(q[:, 0]) <= tall * aspect + radius * slant)
+                & (q[:, 2] + radius > self.eye.near)
+            )
+            for i in np.flatnonzero(inside):
+                found.append((float(q[i, 2] - radius[i]), model, model.parts[i]))
+        found.sort(key=lambda entry: entry[0])
+        return [(model, part) for _, model, part in found]
+
+    def abandon(self) -> None:
+        """Forget a frame that is being refined, and that the last one was whole."""
+        self._pending = None
+        self.complete = False
+
+    def draw(self, *, moving: bool) -> None:
+        """Draw a whole picture now: the models where that is quick, else what stands for them."""
+        assert self._window is not None
+        self.abandon()
+        self._apply_camera()
+        proxy = self.slow
+        all_parts = self._all_parts()
+        if proxy:
+            show = [m.proxy for m in self.models.values() if m.visible and m.proxy is not None]
+            without = [(m, p) for m, p in all_parts if m.proxy is None]
+            budget = 150_000
+            for _, part in without:
+                if part.uploaded and budget > 0:
+                    show.append(part)
+                    budget -= part.elements
+        else:
+            show = [p for _, p in all_parts]
+        started = time.perf_counter()
+        self._show(show)
+        self._render(erase=True, surface=True, layer=True, action=self._save_surface)
+        self._window.WaitForCompletion()
+        spent = time.perf_counter() - started
+        for part in show:
+            part.uploaded = True
+        self.showing_proxy = proxy
+        if not proxy:
+            self.full_seconds = spent
+            self.complete = not any(m.visible and self._skins_due(m) for m in self.models.values())
+        elif not all_parts:
+            self.complete = True
+
+    def draw_features(self) -> None:
+        """Draw the features anew over the models as they last stood."""
+        assert self._window is not None
+        if not self._kept or self.eye is None:
+            self.draw(moving=False)
+            return
+        busy = self._pending is not None and not self._batch_first
+        if busy:
+            self._partial = self._buffer(self._partial)
+            self._blit(self._window.GetRenderFramebuffer(), self._partial)
+        self._render(erase=False, surface=False, layer=True, action=self._restore_surface)
+        if busy:
+            self.pixels()
+            self._blit(self._partial, self._window.GetRenderFramebuffer())
+
+    def begin_rest(self) -> None:
+        """Start the whole frame of a camera that has come to rest."""
+        self._apply_camera()
+        self._choose_levels()
+        self._pending = [part for _, part in self._seen_parts()]
+        self._batch_first = True
+        self._spent = 0.0
+        self._uploaded_in_pass = False
+
+    @property
+    def refining(self) -> bool:
+        return self._pending is not None
+
+    def refine(self, budget: float = BATCH_S) -> bool:
+        """Do one short piece of the rest frame; True once the frame is whole and drawn."""
+        assert self._window is not None
+        if self._pending is None:
+            return True
+        started = time.perf_counter()
+        if self._upload_one_texture():
+            self._uploaded_in_pass = True
+            return False
+        batch: list[Part] = []
+        expected = 0.0
+        fresh = 0
+        while self._pending:
+            part = self._pending[0]
+            cost = part.elements * self._seconds_per_element * (1.0 if part.uploaded else 3.0)
+            if batch and (expected + cost > budget or fresh >= 1):
+                break
+            batch.append(self._pending.pop(0))
+            expected += cost
+            fresh += not part.uploaded
+        self._show(batch)
+        last = not self._pending
+        self._render(
+            erase=self._batch_first,
+            surface=True,
+            layer=last,
+            action=self._save_surface if last else None,
+        )
+        self._window.WaitForCompletion()
+        spent = time.perf_counter() - started
+        self._batch_first = False
+        self._spent += spent
+        elements = sum(p.elements for p in batch)
+        if elements and not fresh:
+            rate = spent / elements
+            self._seconds_per_element += 0.3 * (rate - self._seconds_per_element)
+        for part in batch:
+            self._uploaded_in_pass |= not part.uploaded
+            part.uploaded = True
+        if not last:
+            return False
+        self._pending = None
+        self.complete = True
+        self.showing_proxy = False
+        if not self._uploaded_in_pass:
+            self.full_seconds = self._spent
+        return True
+
+    def _show(self, parts: list[Part]) -> None:
+        wanted = {id(p) for p in parts}
+        for model in self.models.values():
+            for part in model.parts:
+                part.actor.SetVisibility(id(part) in wanted)
+            if model.proxy is not None:
+                model.proxy.actor.SetVisibility(id(model.proxy) in wanted)
+
+    def _render(
+        self, *, erase: bool, surface: bool, layer: bool, action: Callable[[], None] | None
+    ) -> None:
+        assert self._window is not None
+        self._surface.SetDraw(surface)
+        self._surface.SetErase(erase)
+        self._layer.SetDraw(layer)
+        if layer:
+            self.features.refresh()
+        self._action = action
+        self._depth = None
+        self._window.Render()
+        self._action = None
+        self.frames += 1
+
+    # -- keeping the models' picture aside
+
+    def _layer_starts(self, *_: object) -> None:
+        if self._action is not None:
+            self._action()
+
+    def _buffer(self, buffer: vtkOpenGLFramebufferObject | None) -> vtkOpenGLFramebufferObject:
+        assert self._window is not None
+        width, height = self.size
+        if buffer is not None:
+            if list(buffer.GetLastSize()) == [width, height]:
+                return buffer
+            buffer.ReleaseGraphicsResources(self._window)
+        buffer = vtkOpenGLFramebufferObject()
+        buffer.SetContext(self._window)
+        state = self._window.GetState()
+        state.PushFramebufferBindings()
+        unsigned_char, depth_bits = 3, 32
+        buffer.PopulateFramebuffer(
+            width, height, True, 1, unsigned_char, True, depth_bits, 0, False
+        )
+        state.PopFramebufferBindings()
+        return buffer
+
+    def _blit(self, source: vtkOpenGLFramebufferObject, target: vtkOpenGLFramebufferObject) -> None:
+        assert self._window is not None
+        self._window.MakeCurrent()
+        extent = [0, self.size[0] - 1, 0, self.size[1] - 1]
+        state = self._window.GetState()
+        state.PushFramebufferBindings()
+        source.Bind(GL_READ_FRAMEBUFFER)
+        target.Bind(GL_DRAW_FRAMEBUFFER)
+        vtkOpenGLFramebufferObject.Blit(extent, extent, GL_COLOR_AND_DEPTH, GL_NEAREST)
+        state.PopFramebufferBindings()
+
+    def _save_surface(self) -> None:
+        assert self._window is not None
+        self._keep = self._buffer(self._keep)
+        self._blit(self._window.GetRenderFramebuffer(), self._keep)
+        self._kept = True
+
+    def _restore_surface(self) -> None:
+        assert self._window is not None and self._keep is not None
+        self._blit(self._keep, self._window.GetRenderFramebuffer())
+
+    # -- textures
+
+    def _skins_due(self, model: ModelScene) -> bool:
+        return self.mode == "textured" and any(
+            s.level is None or s.level > s.wanted for s in model.skins.values()
+        )
+
+    def _choose_levels(self) -> None:
+        """Without hardware mipmaps: the coarsest level with about a texel per pixel."""
+        if not self.software:
+            for model in self.models.values():
+                for skin in model.skins.values():
+                    skin.wanted = 0
+            return
+        assert self.eye is not None
+        best: dict[int, float] = {}
+        for model, part in self._seen_parts():
+            skin = model.skins.get(part.material) if part.has_uv else None
+            if skin is None:
+                continue
+            scale = np.cbrt(abs(np.linalg.det(model.to_world[:3, :3]))) or 1.0
+            centre = (part.low + part.high) / 2.0 + model.origin
+            centre = model.to_world[:3, :3] @ centre + model.to_world[:3, 3]
+            radius = float(np.linalg.norm(part.high - part.low)) / 2.0 * scale
+            depth = max(float(self.eye.depth(centre[None])[0]) - radius, self.eye.near)
+            per_pixel = self.camera.metres_per_pixel(self.size[1], depth)
+            texels = part.density / scale * max(skin.texture.levels[0].shape[:2]) * per_pixel
+            best[id(skin)] = min(best.get(id(skin), np.inf), texels)
+        for model in self.models.values():
+            for skin in model.skins.values():
+                texels = best.get(id(skin))
+                if texels is None:
+                    skin.wanted = len(skin.texture.levels) - 1 if skin.level is None else skin.level
+                else:
+                    wanted = int(np.floor(np.log2(max(texels, 1.0)) + 0.25))
+                    skin.wanted = min(wanted, len(skin.texture.levels) - 1)
+
+    def _upload_one_texture(self) -> bool:
+        if self.mode != "textured":
+            return False
+        for model in self.models.values():
+            if not model.visible:
+                continue
+            for material, skin in model.skins.items():
+                if skin.level == skin.wanted and skin.drawn is not None:
+                    continue
+                self._upload(model, material, skin)
+                return True
+        return False
+
+    def _upload(self, model: ModelScene, material: int, skin: Skin) -> None:
+        assert self._window is not None
+        self._window.MakeCurrent()
+        texture = vtkTexture()
+        texture.SetInputData(vtkdata.image(skin.texture.levels[skin.wanted]))
+        texture.InterpolateOn()
+        texture.SetMipmap(not self.software)
+        texture.Render(self._surface)
+        old, skin.drawn, skin.level = skin.drawn, texture, skin.wanted
+        for part in model.parts:
+            if part.material == material:
+                self._dress(model, part)
+        if old is not None:
+            old.ReleaseGraphicsResources(self._window)
+
+    # -- what was drawn
+
+    def pixels(self) -> npt.NDArray[np.uint8]:
+        """(height, width, 4) of the last picture, first row at the bottom; valid until the next."""
+        assert self._window is not None
+        width, height = self.size
+        self._window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, self._pixels, 0)
+        self._read_depth()
+        return vtk_to_numpy(self._pixels).reshape(height, width, 4)
+
+    def _read_depth(self) -> None:
+        assert self._window is not None
+        width, height = self.size
+        self._window.GetZbufferData(0, 0, width - 1, height - 1, self._depths)
+        self._depth = vtk_to_numpy(self._depths).reshape(height, width)
+
+    def seen(self, points: Array, slack: float = 0.0) -> npt.NDArray[np.bool_]:
+        """Whether World points (n, 3) are not behind the surface as it was last drawn."""
+        width, height = self.size
+        pixels, depth = self.camera.project(points, (width, height))
+        ok = np.isfinite(pixels).all(axis=1) & (depth > 0.0)
+        x, y = np.where(ok, pixels[:, 0], 0.0), np.where(ok, pixels[:, 1], 0.0)
+        ok &= (x >= 0) & (x < width) & (y >= 0) & (y < height)
+        if self._depth is None or self.eye is None:
+            return ok
+        column = np.clip(x.astype(int), 0, width - 1)
+        row = np.clip(height - 1 - y.astype(int), 0, height - 1)
+        buffer = self._depth[row, column].astype(np.float64)
+        surface = self.eye.depth_from_buffer(buffer)
+        back = self.eye.depth(np.asarray(points, float).reshape(-1, 3))
+        tolerance = 0.004 * np.abs(surface) + slack
+        return ok & ((buffer >= 1.0) | (back <= surface + tolerance))
+
+    # -- picking
+
+    def pick(self, x: float, y: float, size: tuple[float, float]) -> Hit | None:
+        """The front-most point of a visible model at a pixel of an image of `size`."""
+        origin, direction = self.camera.ray(x, y, size)
+        tangent = 2.0 * self.camera.tangent / max(size[1], 1.0)
+        if self.camera.orthographic:
+            radius, spread = tangent * self.camera.distance, 0.0
+        else:
+            radius, spread = 0.0, tangent
+        best, best_depth = None, np.inf
+        for model in self.models.values():
+            if not model.visible:
+                continue
+            hit = picking.pick_model(model, origin, direction, radius, spread)
+            if hit is None:
+                continue
+            world = model.to_world[:3, :3] @ np.array(hit.position) + model.to_world[:3, 3]
+            depth = float((world - origin) @ direction)
+            if depth < best_depth:
+                best, best_depth = hit, depth
+        return best

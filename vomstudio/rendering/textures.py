@@ -1,0 +1,105 @@
+"""Pictures for the surface, decoded beside the window's thread."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+Pixels = npt.NDArray[np.uint8]
+
+OVERVIEW_SIDE = 512
+LARGEST_FILE_PIXELS = 1 << 30
+
+
+class TextureProblem(Exception):  # noqa: N818 - reported as a sentence, never fatal
+    """One sentence: which picture cannot be drawn and why."""
+
+
+@dataclass(frozen=True, eq=False)
+class Texture:
+    """levels[0] is the finest; each next one has half its side. First row at the bottom.
+
+    note : one sentence where the picture had to be reduced, else empty
+    """
+
+    path: Path
+    levels: tuple[Pixels, ...]
+    note: str = ""
+
+
+def open_picture(path: Path):  # type: ignore[no-untyped-def]
+    from PIL import Image
+
+    # Large textures are normal here; the size is judged below instead.
+    Image.MAX_IMAGE_PIXELS = None
+    try:
+        picture = Image.open(path)
+    except (OSError, ValueError, SyntaxError) as error:
+        raise TextureProblem(
+            f"{path}: this texture cannot be read ({reason(error)}); "
+            "the surface is drawn without it."
+        ) from error
+    if picture.width * picture.height > LARGEST_FILE_PIXELS:
+        raise TextureProblem(
+            f"{path}: this texture claims {picture.width} x {picture.height} pixels, more than "
+            "can be drawn; the surface is drawn without it."
+        )
+    return picture
+
+
+def reason(error: Exception) -> str:
+    if isinstance(error, FileNotFoundError):
+        return "the file is missing"
+    return str(error).splitlines()[0][:120] if str(error) else type(error).__name__
+
+
+def overview(path: Path) -> Pixels | None:
+    """A small RGB version (rows from the top) to take vertex colours from; None if unreadable."""
+    try:
+        with open_picture(path) as picture:
+            picture.draft("RGB", (OVERVIEW_SIDE, OVERVIEW_SIDE))
+            small = picture.convert("RGB")
+            factor = max(1, min(small.size) // OVERVIEW_SIDE)
+            return np.asarray(small.reduce(factor) if factor > 1 else small)
+    except (TextureProblem, OSError, ValueError, SyntaxError):
+        return None
+
+
+def load_texture(path: Path, limit: int) -> Texture:
+    """Decode a picture, at most `limit` pixels a side, with its coarser levels.
+
+    Raises TextureProblem with the sentence to show.
+    """
+    from PIL import Image
+
+    note = ""
+    with open_picture(path) as picture:
+        width, height = picture.size
+        factor = 1
+        while max(width, height) / factor > limit:
+            factor *= 2
+        try:
+            if factor > 1:
+                note = (
+                    f"{path}: this texture of {width} x {height} pixels is larger than the "
+                    f"{limit} that can be drawn here; it is shown at 1/{factor} of its resolution."
+                )
+                picture.draft("RGB", (width // factor, height // factor))
+            image = picture.convert("RGB")
+            left = max(1, -(-max(image.size) // limit))
+            if left > 1:
+                image = image.reduce(left)
+        except (OSError, ValueError, SyntaxError) as error:
+            raise TextureProblem(
+                f"{path}: this texture is damaged ({reason(error)}); "
+                "the surface is drawn without it."
+            ) from error
+    image = image.transpose(Image.Transpose.FLIP_TOP_BOTTOM)
+    levels = [np.asarray(image)]
+    while min(image.size) > 256 and len(levels) < 6:
+        image = image.reduce(2)
+        levels.append(np.asarray(image))
+    return Texture(path, tuple(levels), note)

@@ -1,0 +1,989 @@
+"""The 3-D view: a plain Qt widget over an off-screen VTK scene.
+
+VTK draws into a window of its own that never appears; its pixels become a QImage, and the widget
+paints that and, over it, labels, compass, scale bar and preview. So there is one graphics context
+that Qt knows nothing of: nothing to be torn down in the right order, a grab of the window is never
+black, and moving the cursor repaints the overlays without drawing the outcrop again.
+
+The scene is drawn only inside `paintEvent` while the camera moves (once per step, coalesced by
+`update()`), and by a zero timer, piece by piece, after it has come to rest. An idle view draws
+nothing.
+"""
+
+from __future__ import annotations
+
+import collections
+import threading
+import time
+from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import (
+    QCloseEvent,
+    QColor,
+    QHideEvent,
+    QImage,
+    QLinearGradient,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QResizeEvent,
+    QShowEvent,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QWidget
+
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.rendering import painting
+from vomstudio.rendering.camera import STANDARD_VIEWS, VIEW_ALIASES, Camera
+from vomstudio.rendering.decluttering import LabelGrid, place_labels
+from vomstudio.rendering.drawing import FeatureDrawing
+from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent, Preview
+
+if TYPE_CHECKING:
+    from vomstudio.rendering.scene import Scene
+
+Array = npt.NDArray[np.float64]
+
+CLICK_PIXELS = 4.0
+HANDLE_PIXELS = 9.0
+FEATURE_PIXELS = 7.0
+REST_MS = 250
+HOVER_S = 0.016
+DEGREES_PER_PIXEL = 0.35
+ZOOM_PER_NOTCH = 0.85
+
+BUTTONS = {
+    Qt.MouseButton.LeftButton: Button.LEFT,
+    Qt.MouseButton.MiddleButton: Button.MIDDLE,
+    Qt.MouseButton.RightButton: Button.RIGHT,
+}
+
+
+class Viewport(QWidget):
+    """See the module. Pixels in the interface are logical, from the widget's top left corner."""
+
+    pointer = Signal(object)
+    """PointerEvent"""
+    camera_changed = Signal()
+    first_frame = Signal()
+    model_stage = Signal(str, str)
+    """model id and "shown", "complete" or "pickable" """
+    problem = Signal(str)
+    """One sentence about something that cannot be drawn as it should."""
+
+    _handed = Signal()
+    _imported = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setMouseTracking(True)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+        self.setMinimumSize(160, 120)
+        self.orbit_button = Qt.MouseButton.LeftButton
+        self.navigation = "turntable"
+
+        self._scene: Scene | None = None
+        self._closed = False
+        self._camera = Camera()
+        self._waiting: list[Callable[[], None]] = []
+        self._features: dict[str, FeatureDrawing] = {}
+        self._selected: frozenset[str] = frozenset()
+        self._preview: Preview | None = None
+        self._north_known = True
+        self._frame_dirty = True
+        self._features_dirty = False
+        self._moving = False
+        self._picture: QImage | None = None
+        self._base: QImage | None = None
+        self._first_done = False
+        self._stages: dict[str, set[str]] = {}
+        self._label_boxes: list[tuple[str, QRectF]] = []
+        self._labels = painting.LabelCache()
+        self._cursor: QPointF | None = None
+
+        self._press: QPointF | None = None
+        self._press_button = Qt.MouseButton.NoButton
+        self._press_handle: int | None = None
+        self._last = QPointF()
+        self._action: str | None = None
+        self._action_depth: float | None = None
+        self._last_hover = 0.0
+        self._hover_event: PointerEvent | None = None
+        self._hot_handle: int | None = None
+
+        self._inbox: collections.deque[tuple[str, int, Any]] = collections.deque()
+        self._jobs: dict[str, threading.Event] = {}
+        self._tokens: dict[str, int] = {}
+        self._next_token = 0
+        self._framing: set[str] = set()
+        self._hidden: set[str] = set()
+        self._transforms: dict[str, Array] = {}
+        self._pool: ThreadPoolExecutor | None = None
+
+        self._rest = QTimer(self)
+        self._rest.setSingleShot(True)
+        self._rest.setInterval(REST_MS)
+        self._rest.timeout.connect(self._come_to_rest)
+        self._refine = QTimer(self)
+        self._refine.setSingleShot(True)
+        self._refine.setInterval(0)
+        self._refine.timeout.connect(self._refine_step)
+        self._hover = QTimer(self)
+        self._hover.setSingleShot(True)
+        self._hover.timeout.connect(self._emit_hover)
+        self._handed.connect(self._take, Qt.ConnectionType.QueuedConnection)
+        self._imported.connect(self._start, Qt.ConnectionType.QueuedConnection)
+        self._importer: threading.Thread | None = None
+
+    def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
+        return QSize(900, 600)
+
+    # -- start and end
+
+    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
+        super().showEvent(event)
+        if self._importer is None and self._scene is None and not self._closed:
+            self._importer = threading.Thread(target=self._import, name="vtk import", daemon=True)
+            QTimer.singleShot(0, self._importer.start)
+
+    def _import(self) -> None:
+        import vomstudio.rendering.preparation
+        import vomstudio.rendering.scene  # noqa: F401 - so that the window's thread finds it ready
+
+        if not self._closed:
+            self._imported.emit()
+
+    def _start(self) -> None:
+        if self._scene is not None or self._closed:
+            return
+        from vomstudio.rendering.scene import Scene
+
+        if self._importer is not None and self._importer.is_alive():
+            self._importer.join()
+        scene = Scene()
+        scene.camera = self._camera
+        ratio = self.devicePixelRatioF()
+        scene.point_scale = ratio
+        scene.start(max(1, round(self.width() * ratio)), max(1, round(self.height() * ratio)))
+        scene.features.set_scale(ratio)
+        self._scene = scene
+        if self._features:
+            scene.set_features(self._features)
+        scene.set_selected(self._selected)
+        waiting, self._waiting = self._waiting, []
+        for job in waiting:
+            job()
+        self._frame_dirty = True
+        self.update()
+
+    def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802 - Qt's name
+        self.shutdown()
+        super().closeEvent(event)
+
+    def hideEvent(self, event: QHideEvent) -> None:  # noqa: N802 - Qt's name
+        self._refine.stop()
+        super().hideEvent(event)
+
+    def shutdown(self) -> None:
+        """Stop every worker and release VTK. The view cannot be used afterwards; calling it again
+        does nothing. The window calls it before it closes."""
+        if self._closed:
+            return
+        self._closed = True
+        for timer in (self._rest, self._refine, self._hover):
+            timer.stop()
+        for stop in self._jobs.values():
+            stop.set()
+        if self._importer is not None and self._importer.is_alive():
+            self._importer.join()
+        if self._pool is not None:
+            self._pool.shutdown(wait=True, cancel_futures=True)
+            self._pool = None
+        self._inbox.clear()
+        self._waiting.clear()
+        self._jobs.clear()
+        if self._scene is not None:
+            self._scene.close()
+            self._scene = None
+
+    # -- models
+
+    def add_model(
+        self,
+        model_id: str,
+        data: Mesh | PointCloud,
+        to_world: npt.NDArray[np.float64],
+        *,
+        frame_camera: bool,
+    ) -> None:
+        """Show a model; returns at once and prepares it beside the window.
+
+        to_world : (4, 4) float64 similarity from the file's frame to World
+        frame_camera : look at the whole of it as soon as its size is known
+        """
+        if self._closed:
+            return
+        self.remove_model(model_id)
+        self._next_token += 1
+        token = self._next_token
+        stop = threading.Event()
+        self._jobs[model_id] = stop
+        self._tokens[model_id] = token
+        self._stages[model_id] = set()
+        self._transforms[model_id] = np.array(to_world, np.float64)
+        if frame_camera:
+            self._framing.add(model_id)
+        self._when_started(lambda: self._prepare(model_id, token, data, stop))
+
+    def _when_started(self, job: Callable[[], None]) -> None:
+        if self._scene is not None:
+            job()
+        else:
+            self._waiting.append(job)
+
+    def _prepare(
+        self, model_id: str, token: int, data: Mesh | PointCloud, stop: threading.Event
+    ) -> None:
+        if stop.is_set() or self._scene is None:
+            return
+        from vomstudio.rendering import preparation
+
+        if self._pool is None:
+            self._pool = ThreadPoolExecutor(2, thread_name_prefix="viewport")
+        limit = self._scene.texture_limit
+
+        def emit(event: Any) -> None:
+            if stop.is_set():
+                raise preparation.Stopped
+            self._inbox.append((model_id, token, event))
+            self._handed.emit()
+
+        def shape() -> None:
+            try:
+                points = data.vertices if isinstance(data, Mesh) else data.points
+                bounds = preparation.finite_bounds(points, stop)
+                origin = np.round(bounds.mean(axis=0))
+                emit(_Registered(data, bounds, origin))
+                if isinstance(data, Mesh):
+                    preparation.prepare_mesh(data, origin, stop, emit)
+                else:
+                    preparation.prepare_cloud(data, origin, stop, emit)
+            except preparation.Stopped:
+                pass
+            except Exception as error:  # noqa: BLE001 - a thread has nobody above it to tell
+                self._tell(emit, preparation, error)
+
+        def pictures() -> None:
+            try:
+                if isinstance(data, Mesh):
+                    preparation.prepare_textures(data, limit, stop, emit)
+            except preparation.Stopped:
+                pass
+            except Exception as error:  # noqa: BLE001 - as above
+                self._tell(emit, preparation, error)
+
+        self._pool.submit(shape)
+        if isinstance(data, Mesh):
+            self._pool.submit(pictures)
+
+    @staticmethod
+    def _tell(emit: Callable[[Any], None], preparation: Any, error: Exception) -> None:
+        try:
+            emit(preparation.Problem(f"A model could not be prepared for drawing: {error}"))
+        except preparation.Stopped:
+            pass
+
+    def _take(self) -> None:
+        """Accept what the workers have handed over, for a few milliseconds at a time."""
+        if self._scene is None or self._closed:
+            return
+        from vomstudio.rendering import preparation
+
+        until = time.perf_counter() + 0.010
+        changed = False
+        while self._inbox and time.perf_counter() < until:
+            model_id, token, event = self._inbox.popleft()
+            if self._tokens.get(model_id) != token:
+                continue
+            if isinstance(event, preparation.Problem):
+                self.problem.emit(event.text)
+                continue
+            if isinstance(event, _Registered):
+                self._register(model_id, event)
+            else:
+                self._scene.take(model_id, event)
+            if isinstance(event, preparation.LocatorReady):
+                self._reach(model_id, "pickable")
+            else:
+                changed = True
+        if self._inbox:
+            self._handed.emit()
+        if changed:
+            self._content_changed()
+
+    def _register(self, model_id: str, event: _Registered) -> None:
+        assert self._scene is not None
+        self._scene.add_model(
+            model_id, event.data, self._transforms[model_id], event.bounds, event.origin
+        )
+        self._scene.set_visible(model_id, model_id not in self._hidden)
+        if model_id in self._framing:
+            self._framing.discard(model_id)
+            self._camera.fit(self._scene.models[model_id].corners_world(), self._extent())
+            self._moved()
+
+    def _content_changed(self) -> None:
+        """Something new can be drawn: soon, but not for every single piece of it."""
+        assert self._scene is not None
+        first = not all(
+            "shown" in self._stages.get(m.model_id, ()) for m in self._scene.models.values()
+        )
+        if first and any(m.proxy or m.parts for m in self._scene.models.values()):
+            self._frame_dirty = True
+            self.update()
+        if not self._rest.isActive():
+            self._rest.start(30)
+
+    def _reach(self, model_id: str, stage: str) -> None:
+        reached = self._stages.setdefault(model_id, set())
+        if stage not in reached:
+            reached.add(stage)
+            self.model_stage.emit(model_id, stage)
+
+    def remove_model(self, model_id: str) -> None:
+        """Forget a model; an unknown id is ignored."""
+        stop = self._jobs.pop(model_id, None)
+        if stop is not None:
+            stop.set()
+        self._tokens.pop(model_id, None)
+        self._stages.pop(model_id, None)
+        self._transforms.pop(model_id, None)
+        self._framing.discard(model_id)
+        self._hidden.discard(model_id)
+        if self._scene is not None and model_id in self._scene.models:
+            self._scene.remove_model(model_id)
+            self._redraw()
+
+    def set_model_visible(self, model_id: str, visible: bool) -> None:
+        (self._hidden.discard if visible else self._hidden.add)(model_id)
+        if self._scene is not None and model_id in self._scene.models:
+            self._scene.set_visible(model_id, visible)
+            self._redraw()
+
+    def set_model_to_world(self, model_id: str, to_world: npt.NDArray[np.float64]) -> None:
+        """Place a model anew, as after registering it."""
+        if model_id not in self._transforms:
+            return
+        self._transforms[model_id] = np.array(to_world, np.float64)
+        if self._scene is not None and model_id in self._scene.models:
+            self._scene.set_to_world(model_id, self._transforms[model_id])
+            self._redraw()
+
+    def set_display(self, mode: str) -> None:
+        """ "textured", "vertex_colors", "plain shaded", "wireframe" or "points"."""
+
+        def apply() -> None:
+            assert self._scene is not None
+            self._scene.set_mode(mode)
+            self._redraw()
+
+        self._when_started(apply)
+
+    # -- picking and projecting
+
+    def _extent(self) -> tuple[float, float]:
+        return float(max(self.width(), 1)), float(max(self.height(), 1))
+
+    def pick(self, x: float, y: float) -> Hit | None:
+        """The front-most point of a visible model at a pixel."""
+        if self._scene is None:
+            return None
+        return self._scene.pick(x, y, self._extent())
+
+    def world_of(self, hit: Hit) -> Array:
+        """World position (3,) of a hit."""
+        m = self._transforms[hit.model_id]
+        return np.asarray(m[:3, :3] @ np.array(hit.position) + m[:3, 3])
+
+    def project(
+        self, points_world: npt.NDArray[np.float64]
+    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
+        """Pixels (n, 2) of World points (n, 3), and whether each lies inside the view and not
+        behind the surface as it was last drawn."""
+        points = np.asarray(points_world, np.float64).reshape(-1, 3)
+        pixels, depth = self._camera.project(points, self._extent())
+        if self._scene is not None:
+            return pixels, self._scene.seen(points)
+        width, height = self._extent()
+        with np.errstate(invalid="ignore"):
+            inside = (
+                (depth > 0)
+                & (pixels[:, 0] >= 0)
+                & (pixels[:, 0] < width)
+                & (pixels[:, 1] >= 0)
+                & (pixels[:, 1] < height)
+            )
+        return pixels, inside
+
+    def ray(self, x: float, y: float) -> tuple[Array, Array]:
+        """Origin and unit direction in World of the line of sight through a pixel."""
+        return self._camera.ray(x, y, self._extent())
+
+    # -- features
+
+    def set_features(self, changes: Mapping[str, FeatureDrawing | None]) -> None:
+        """Add, replace or (None) remove drawings by id, all at once."""
+        for key, drawing in changes.items():
+            if drawing is None:
+                self._features.pop(key, None)
+            else:
+                self._features[key] = drawing
+        if self._scene is not None:
+            self._scene.set_features(changes)
+        self._features_dirty = True
+        self.update()
+
+    def set_selected(self, ids: Iterable[str]) -> None:
+        """Emphasise these features, and no others."""
+        self._selected = frozenset(ids)
+        if self._scene is not None:
+            self._scene.set_selected(self._selected)
+        self._features_dirty = True
+        self.update()
+
+    def pick_feature(self, x: float, y: float) -> str | None:
+        """Id of the feature whose label, line or disc lies under a pixel, in this order."""
+        for key, box in self._label_boxes:
+            if box.contains(x, y):
+                return key
+        shown = [d for d in self._features.values() if d.visible]
+        lines = [d for d in shown if len(d.line) >= 2]
+        if lines:
+            sizes = [len(d.line) for d in lines]
+            pixels, _ = self._camera.project(
+                np.concatenate([np.asarray(d.line, float) for d in lines]), self._extent()
+            )
+            owner = np.repeat(np.arange(len(lines)), sizes)
+            a, b = pixels[:-1], pixels[1:]
+            ab = b - a
+            with np.errstate(invalid="ignore", divide="ignore"):
+                t = np.einsum("ij,ij->i", np.array([x, y]) - a, ab) / np.einsum("ij,ij->i", ab, ab)
+                t = np.clip(np.nan_to_num(t), 0.0, 1.0)
+                off = np.hypot(*(a + t[:, None] * ab - np.array([x, y])).T)
+            off[(owner[:-1] != owner[1:]) | ~np.isfinite(off)] = np.inf
+            if len(off) and off.min() <= FEATURE_PIXELS:
+                return lines[int(owner[int(np.argmin(off))])].id
+        best, found = np.inf, None
+        for d in shown:
+            if d.disc is None:
+                continue
+            ring, depth = self._camera.project(np.asarray(d.disc, float), self._extent())
+            if np.isfinite(ring).all() and inside_convex(ring, x, y) and depth.mean() < best:
+                best, found = float(depth.mean()), d.id
+        return found
+
+    def set_preview(self, preview: Preview | None) -> None:
+        """What an unfinished tool shows; None for nothing."""
+        self._preview = preview
+        self.update()
+
+    # -- camera
+
+    @property
+    def orthographic(self) -> bool:
+        return self._camera.orthographic
+
+    def set_orthographic(self, orthographic: bool) -> None:
+        """Switch the projection; what lies at the pivot's distance keeps its size."""
+        if orthographic != self._camera.orthographic:
+            self._camera.orthographic = orthographic
+            self._moved()
+
+    def home(self) -> None:
+        """See all visible models from the south and a little above, as on first sight."""
+        self._camera.look_along(0.0, 35.0)
+        self._fit_all()
+
+    def _fit_all(self) -> None:
+        corners = np.zeros((0, 3))
+        if self._scene is not None:
+            corners = self._scene.corners()
+            if not len(corners):
+                corners = self._scene.features.corners()
+        self._camera.fit(corners, self._extent())
+        self._moved()
+
+    def frame(self, points_world: npt.NDArray[np.float64]) -> None:
+        """Show all these World points (n, 3), keeping the direction of view."""
+        self._camera.fit(np.asarray(points_world, float), self._extent())
+        self._moved()
+
+    def set_pivot(self, point_world: npt.NDArray[np.float64]) -> None:
+        """Orbit about this World point from now on; the view stays as it is."""
+        self._camera.set_pivot(np.asarray(point_world, float))
+        self._frame_dirty = True
+        self.update()
+
+    def standard_view(self, name: str) -> None:
+        """Look in a direction named by where the viewer looks ("north" stands in the south):
+        north, northeast, east, southeast, south, southwest, west, northwest, down, up; "top" is
+        "down" and "bottom" is "up". Everything visible is framed."""
+        trend, plunge = STANDARD_VIEWS[VIEW_ALIASES.get(name, name)]
+        self._camera.look_along(trend, plunge)
+        self._fit_all()
+
+    def look_along(self, trend_deg: float, plunge_deg: float) -> None:
+        """Look along a direction; the pivot keeps its place. Image up is Up projected, North
+        where the view is within 1 degree of vertical."""
+        self._camera.look_along(trend_deg, plunge_deg)
+        self._moved()
+
+    def view_direction(self) -> tuple[float, float]:
+        """Trend and plunge (degrees, plunge positive downwards) of where the viewer looks."""
+        return self._camera.trend_plunge()
+
+    def metres_per_pixel(self) -> float:
+        """Metres across one logical pixel at the pivot's distance (anywhere if orthographic)."""
+        return self._camera.metres_per_pixel(self._extent()[1])
+
+    def camera_state(self) -> dict[str, Any]:
+        """The view as JSON-able values, for `set_camera_state`."""
+        return self._camera.as_dict()
+
+    def set_camera_state(self, state: dict[str, Any]) -> None:
+        """Take back a view; raises ValueError where it is none, and changes nothing then."""
+        self._camera.restore(state)
+        self._framing.clear()
+        self._moved()
+
+    def set_frame(self, *, north_known: bool) -> None:
+        """Whether World's y is North; if not, the compass says "local frame"."""
+        self._north_known = north_known
+        self._base = None
+        self.update()
+
+    def _moved(self) -> None:
+        """The camera has changed: draw once in the next paint, rest a little later."""
+        self._moving = True
+        self._frame_dirty = True
+        if self._scene is not None:
+            self._scene.abandon()
+        self._refine.stop()
+        self._rest.start(REST_MS)
+        self.update()
+        self.camera_changed.emit()
+
+    def _redraw(self) -> None:
+        """The models have changed: draw again."""
+        self._frame_dirty = True
+        self._refine.stop()
+        if not self._rest.isActive():
+            self._rest.start(30)
+        self.update()
+
+    # -- drawing
+
+    def _come_to_rest(self) -> None:
+        scene = self._scene
+        self._moving = False
+        if scene is None or self._closed or not self.isVisible():
+            return
+        if scene.complete and not self._frame_dirty:
+            return
+        unfinished = any(
+            m.visible and m.proxy is not None and not m.chunks_done for m in scene.models.values()
+        )
+        if unfinished:
+            if self._frame_dirty:
+                self.update()
+            return
+        scene.begin_rest()
+        self._refine.start()
+
+    def _refine_step(self) -> None:
+        scene = self._scene
+        if scene is None or self._closed:
+            return
+        if not scene.refining:
+            return
+        if scene.refine():
+            self._frame_dirty = False
+            self._features_dirty = False
+            self._grab_picture()
+            self._report_stages()
+            self.update()
+        else:
+            self._refine.start()
+
+    def _grab_picture(self) -> None:
+        assert self._scene is not None
+        pixels = self._scene.pixels()
+        height, width = pixels.shape[:2]
+        image = QImage(pixels.data, width, height, 4 * width, QImage.Format.Format_RGBX8888)
+        self._picture = image.mirrored(False, True)
+        self._picture.setDevicePixelRatio(self.devicePixelRatioF())
+        self._base = None
+
+    def _report_stages(self) -> None:
+        assert self._scene is not None
+        for model in self._scene.models.values():
+            if (model.proxy is not None and self._scene.showing_proxy) or any(
+                p.uploaded for p in model.parts
+            ):
+                self._reach(model.model_id, "shown")
+            if (
+                self._scene.complete
+                and model.chunks_done
+                and model.textures_done
+                and all(p.uploaded for p in model.parts)
+            ):
+                self._reach(model.model_id, "complete")
+
+    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
+        scene = self._scene
+        if scene is not None and not self._closed:
+            if self._frame_dirty and not scene.refining:
+                self._frame_dirty = self._features_dirty = False
+                scene.draw(moving=self._moving)
+                self._grab_picture()
+                self._report_stages()
+                if not scene.complete and not self._rest.isActive():
+                    self._rest.start(30)
+            elif self._features_dirty:
+                self._features_dirty = False
+                scene.draw_features()
+                self._grab_picture()
+        if self._base is None:
+            self._compose()
+        painter = QPainter(self)
+        if self._base is not None:
+            painter.drawImage(QPointF(0.0, 0.0), self._base)
+        self._paint_preview(painter)
+        painter.end()
+        if scene is not None and not self._first_done:
+            self._first_done = True
+            self.first_frame.emit()
+
+    def _compose(self) -> None:
+        """The picture with all that moves only with the camera."""
+        width, height = self._extent()
+        if self._picture is not None:
+            base = self._picture.copy()
+        else:
+            ratio = self.devicePixelRatioF()
+            base = QImage(
+                max(1, round(width * ratio)),
+                max(1, round(height * ratio)),
+                QImage.Format.Format_RGBX8888,
+            )
+            base.setDevicePixelRatio(ratio)
+        painter = QPainter(base)
+        if self._picture is None:
+            gradient = QLinearGradient(0.0, 0.0, 0.0, height)
+            gradient.setColorAt(0.0, QColor.fromRgbF(0.47, 0.50, 0.53))
+            gradient.setColorAt(1.0, QColor.fromRgbF(0.30, 0.31, 0.33))
+            painter.fillRect(QRectF(0.0, 0.0, width, height), gradient)
+        elif self._scene is not None and (self._scene.models or self._features):
+            self._paint_labels(painter)
+            painting.draw_compass(painter, self._camera.frame, height, self._north_known)
+            painting.draw_scale_bar(
+                painter,
+                self.metres_per_pixel(),
+                width,
+                height,
+                orthographic=self._camera.orthographic,
+            )
+        painter.end()
+        self._base = base
+
+    def _paint_labels(self, painter: QPainter) -> None:
+        self._label_boxes = []
+        shown = [d for d in self._features.values() if d.visible and d.label]
+        if not shown or self._scene is None:
+            return
+        width, height = self._extent()
+        anchors = np.array([np.asarray(d.anchor, float) for d in shown])
+        pixels, seen = self.project(anchors)
+        selected = np.array([d.id in self._selected for d in shown])
+        candidates = np.flatnonzero(seen | (selected & np.isfinite(pixels).all(axis=1)))
+        order = candidates[np.argsort(~selected[candidates], kind="stable")]
+        sizes = np.array([self._labels.size(d.label) for d in shown])
+        grid = LabelGrid(width, height)
+        for box in (painting.compass_box(height), painting.scale_bar_box(width, height)):
+            grid.block(box.x(), box.y(), box.width(), box.height())
+        ratio = self.devicePixelRatioF()
+        for i, (x, y) in place_labels(grid, pixels, sizes, order).items():
+            d = shown[i]
+            painter.drawPixmap(
+                QPointF(x, y), self._labels.picture(d.label, d.color, bool(selected[i]), ratio)
+            )
+            self._label_boxes.append((d.id, QRectF(x, y, float(sizes[i, 0]), float(sizes[i, 1]))))
+
+    def _paint_preview(self, painter: QPainter) -> None:
+        preview = self._preview
+        if preview is None:
+            return
+        width, height = self._extent()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        color = painting.to_color(preview.color)
+        line = np.asarray(preview.line, float).reshape(-1, 3)
+        if preview.patch is not None:
+            ring, _ = self._camera.project(np.asarray(preview.patch, float), (width, height))
+            tint = painting.VERDICT_COLORS.get(preview.verdict or "")
+            painting.draw_ring(painter, ring, QColor(tint) if tint else color)
+        if len(line) >= 2:
+            self._paint_line(painter, line, color, 2.4)
+        if preview.rubber is not None and len(line):
+            band = np.stack([line[-1], np.asarray(preview.rubber, float)])
+            pixels, _ = self._camera.project(band, (width, height))
+            if np.isfinite(pixels).all():
+                painting.draw_rubber(painter, pixels, color)
+        if len(line):
+            pixels, seen = self.project(line)
+            for i, (x, y) in enumerate(pixels):
+                if np.isfinite(x) and np.isfinite(y):
+                    painting.draw_handle(
+                        painter, x, y, color, seen=bool(seen[i]), hot=i == self._hot_handle
+                    )
+        if self._cursor is not None:
+            painting.draw_reading(
+                painter,
+                self._cursor.x(),
+                self._cursor.y(),
+                preview.reading,
+                preview.verdict,
+                width,
+                height,
+            )
+
+    def _paint_line(self, painter: QPainter, line: Array, color: QColor, wide: float) -> None:
+        """A World line, cut finely enough to tell its hidden parts."""
+        pixels, _ = self._camera.project(line, self._extent())
+        if not np.isfinite(pixels).all():
+            return
+        steps = np.clip(np.hypot(*np.diff(pixels, axis=0).T) / 6.0, 1, 400).astype(int)
+        fine = [
+            line[i] + (line[i + 1] - line[i]) * np.linspace(0.0, 1.0, n, endpoint=False)[:, None]
+            for i, n in enumerate(steps)
+        ]
+        points = np.concatenate([*fine, line[-1:]])
+        pixels, seen = self.project(points)
+        painting.draw_runs(painter, pixels, seen, color, wide)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802 - Qt's name
+        super().resizeEvent(event)
+        self._rescale()
+
+    def changeEvent(self, event: QEvent) -> None:  # noqa: N802 - Qt's name
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.FontChange:
+            self._labels.clear()
+            self._base = None
+
+    def _rescale(self) -> None:
+        self._base = None
+        if self._scene is None:
+            return
+        ratio = self.devicePixelRatioF()
+        self._scene.point_scale = ratio
+        self._scene.features.set_scale(ratio)
+        self._scene.resize(
+            max(1, round(self.width() * ratio)), max(1, round(self.height() * ratio))
+        )
+        self._moving = True
+        self._frame_dirty = True
+        self._refine.stop()
+        self._rest.start(REST_MS)
+        self.update()
+
+    # -- mouse
+
+    def _handle_at(self, x: float, y: float) -> int | None:
+        if self._preview is None or not len(self._preview.line):
+            return None
+        pixels, _ = self._camera.project(np.asarray(self._preview.line, float), self._extent())
+        off = np.hypot(pixels[:, 0] - x, pixels[:, 1] - y)
+        off = np.where(np.isfinite(off), off, np.inf)
+        best = int(np.argmin(off))
+        return best if off[best] <= HANDLE_PIXELS else None
+
+    def _event(
+        self,
+        kind: Pointer,
+        at: QPointF,
+        button: Qt.MouseButton,
+        event: QMouseEvent,
+        hit: bool = True,
+    ) -> PointerEvent:
+        modifiers = event.modifiers()
+        return PointerEvent(
+            kind,
+            at.x(),
+            at.y(),
+            BUTTONS.get(button, Button.NONE),
+            bool(modifiers & Qt.KeyboardModifier.ShiftModifier),
+            bool(modifiers & Qt.KeyboardModifier.ControlModifier),
+            self.pick(at.x(), at.y()) if hit else None,
+            self._handle_at(at.x(), at.y()),
+        )
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802 - Qt's name
+        if self._press is not None:
+            return
+        self._press = self._last = event.position()
+        self._press_button = event.button()
+        self._action = None
+        left = event.button() == Qt.MouseButton.LeftButton
+        shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+        at = event.position()
+        self._press_handle = self._handle_at(at.x(), at.y()) if left and not shift else None
+        event.accept()
+
+    def _begin_action(self, event: QMouseEvent) -> None:
+        """The button has moved far enough to be a drag: say what it does."""
+        assert self._press is not None
+        shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+        button = self._press_button
+        hit = self.pick(self._press.x(), self._press.y())
+        at = None if hit is None else self.world_of(hit)
+        if self._press_handle is not None:
+            self._action = "handle"
+            start = self._event(Pointer.DRAG_START, self._press, button, event)
+            self.pointer.emit(replace(start, handle=self._press_handle))
+        elif button == Qt.MouseButton.MiddleButton or (
+            button == Qt.MouseButton.LeftButton and shift
+        ):
+            self._action = "pan"
+            self._action_depth = (
+                None if at is None else float((at - self._camera.position) @ self._camera.direction)
+            )
+        elif button == self.orbit_button:
+            self._action = "orbit"
+            if at is not None:
+                self._camera.set_pivot(at)
+        elif button == Qt.MouseButton.RightButton:
+            self._action = "zoom"
+            if at is not None:
+                self._camera.set_pivot(at)
+        else:
+            self._action = "none"
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:  # noqa: N802 - Qt's name
+        at = event.position()
+        self._cursor = at
+        if self._press is None:
+            self._hover_later(event)
+            return
+        if self._action is None:
+            if max(abs(at.x() - self._press.x()), abs(at.y() - self._press.y())) <= CLICK_PIXELS:
+                return
+            self._begin_action(event)
+            self._last = self._press
+        dx, dy = at.x() - self._last.x(), at.y() - self._last.y()
+        self._last = at
+        if self._action == "handle":
+            move = self._event(Pointer.DRAG_MOVE, at, self._press_button, event)
+            self.pointer.emit(replace(move, handle=self._press_handle))
+            return
+        if self._action == "orbit":
+            if self.navigation == "trackball":
+                self._camera.tumble(dx * DEGREES_PER_PIXEL, dy * DEGREES_PER_PIXEL)
+            else:
+                self._camera.orbit(dx * DEGREES_PER_PIXEL, dy * DEGREES_PER_PIXEL)
+        elif self._action == "pan":
+            self._camera.pan(dx, dy, self._extent()[1], self._action_depth)
+        elif self._action == "zoom":
+            self._camera.zoom(ZOOM_PER_NOTCH ** (-dy / 30.0), self._camera.pivot)
+        else:
+            return
+        self._moved()
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802 - Qt's name
+        if self._press is None or event.button() != self._press_button:
+            return
+        action, self._action = self._action, None
+        press, self._press = self._press, None
+        if action == "handle":
+            end = self._event(Pointer.DRAG_END, event.position(), event.button(), event)
+            self.pointer.emit(replace(end, handle=self._press_handle))
+        elif action is None and not self._after_double_click:
+            click = self._event(Pointer.CLICK, press, event.button(), event)
+            self.pointer.emit(click)
+        self._after_double_click = False
+        self._press_handle = None
+
+    _after_double_click = False
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:  # noqa: N802 - Qt's name
+        self._press = self._last = event.position()
+        self._press_button = event.button()
+        self._action = None
+        self._press_handle = None
+        self._after_double_click = True
+        made = self._event(Pointer.DOUBLE_CLICK, event.position(), event.button(), event)
+        if event.button() == Qt.MouseButton.LeftButton and made.hit is not None:
+            self.set_pivot(self.world_of(made.hit))
+        self.pointer.emit(made)
+
+    def wheelEvent(self, event: QWheelEvent) -> None:  # noqa: N802 - Qt's name
+        notches = event.angleDelta().y() / 120.0
+        if notches == 0.0:
+            return
+        at = event.position()
+        hit = self.pick(at.x(), at.y())
+        if hit is not None:
+            about = self.world_of(hit)
+        else:
+            about = self._camera.at_depth(at.x(), at.y(), self._extent(), self._camera.distance)
+        self._camera.zoom(ZOOM_PER_NOTCH**notches, about)
+        self._moved()
+        event.accept()
+
+    def _hover_later(self, event: QMouseEvent) -> None:
+        self._hover_event = self._event(
+            Pointer.MOVE, event.position(), Qt.MouseButton.NoButton, event, hit=False
+        )
+        wait = self._last_hover + HOVER_S - time.perf_counter()
+        if wait <= 0.0:
+            self._emit_hover()
+        elif not self._hover.isActive():
+            self._hover.start(max(1, int(wait * 1000.0)))
+
+    def _emit_hover(self) -> None:
+        event, self._hover_event = self._hover_event, None
+        if event is None or self._press is not None:
+            return
+        self._last_hover = time.perf_counter()
+        if event.handle != self._hot_handle:
+            self._hot_handle = event.handle
+            self.update()
+        self.pointer.emit(replace(event, hit=self.pick(event.x, event.y)))
+
+    def leaveEvent(self, event: QEvent) -> None:  # noqa: N802 - Qt's name
+        self._cursor = None
+        self._hover_event = None
+        if self._preview is not None:
+            self.update()
+        super().leaveEvent(event)
+
+
+class _Registered:
+    """A worker knows how large the model is."""
+
+    def __init__(self, data: Mesh | PointCloud, bounds: Array, origin: Array) -> None:
+        self.data, self.bounds, self.origin = data, bounds, origin
+
+
+def inside_convex(ring: Array, x: float, y: float) -> bool:
+    """Whether a pixel lies inside a convex ring (n, 2) of either sense."""
+    a, b = ring, np.roll(ring, -1, axis=0)
+    side = (b[:, 0] - a[:, 0]) * (y - a[:, 1]) - (b[:, 1] - a[:, 1]) * (x - a[:, 0])
+    return bool((side >= 0.0).all() or (side <= 0.0).all())

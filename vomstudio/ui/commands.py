@@ -1,0 +1,298 @@
+"""What the window can do, as one table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from PySide6.QtWidgets import QInputDialog, QMessageBox
+
+from vomstudio.document import edits
+from vomstudio.document.records import Model, Trace
+from vomstudio.errors import VomError
+from vomstudio.ui.actions import Command
+
+if TYPE_CHECKING:
+    from vomstudio.ui.main_window import MainWindow
+
+# (name, text, key, what the viewer looks toward)
+_VIEWS = (
+    ("top", "From above", "7"),
+    ("north", "Looking North", "1"),
+    ("east", "Looking East", "2"),
+    ("south", "Looking South", "3"),
+    ("west", "Looking West", "4"),
+    ("bottom", "From below", "8"),
+)
+
+
+def commands(w: MainWindow) -> list[Command]:
+    return [*_files(w), *_edits(w), *_views(w), *_models(w), *_tools(w), *_help(w)]
+
+
+def _files(w: MainWindow) -> list[Command]:
+    studio = w.studio
+
+    def no_traces() -> str | None:
+        return None if studio.session.of(Trace) else "there are no planes yet; pick a trace first"
+
+    return [
+        Command("new", "&New project", w.new_project, "file-outline", "Ctrl+N"),
+        Command("open", "&Open model…", w.choose_model, "folder-open-outline", "Ctrl+O",
+                "OBJ, PLY, LAS/LAZ; or drop a file onto the window"),
+        Command("open_sample", "Try the small outcrop", lambda: _open_sample(w),
+                "image-filter-hdr", (), "A generated cliff whose bedding is known exactly"),
+        Command("open_project", "Open &project…", w.choose_project, "folder-outline",
+                "Ctrl+Shift+O"),
+        Command("save", "&Save", w.save, "content-save-outline", "Ctrl+S",
+                "Work is in the journal already; saving marks it and writes the GIS layers"),
+        Command("save_as", "Save &as…", w.save_as, None, "Ctrl+Shift+S"),
+        Command("export_csv", "Export &table…", lambda: w.export("csv"), "table-arrow-right",
+                "Ctrl+E", "The orientation table as CSV, with every error and its reason",
+                no_traces),
+        Command("export_gpkg", "Export &GIS layers…", lambda: w.export("gpkg"),
+                "layers-outline", (), "Planes and traces as GeoPackage", no_traces),
+        Command("quit", "&Quit", w.close, None, "Ctrl+Q"),
+    ]  # fmt: skip
+
+
+def _edits(w: MainWindow) -> list[Command]:
+    studio = w.studio
+
+    def chosen() -> list[str]:
+        return [i for i in studio.selection.ids if isinstance(studio.records.get(i), Trace)]
+
+    def none_chosen() -> str | None:
+        return None if chosen() else "select a plane first"
+
+    def nothing_to_undo() -> str | None:
+        if studio.trace_tool.can_undo or studio.session.undo_label:
+            return None
+        return "there is nothing to undo"
+
+    def nothing_to_redo() -> str | None:
+        return None if studio.session.redo_label else "there is nothing to redo"
+
+    return [
+        Command("undo", "&Undo", studio.undo, "undo", "Ctrl+Z", "", nothing_to_undo),
+        Command("redo", "&Redo", studio.redo, "redo", ("Ctrl+Shift+Z", "Ctrl+Y"), "",
+                nothing_to_redo),
+        Command("delete", "&Delete planes", studio.delete_selected, "delete-outline", (), "",
+                none_chosen),
+        Command("rename", "&Rename…", lambda: _rename(w), None, "F2", "", none_chosen),
+        Command("select_all", "Select &all planes",
+                lambda: studio.selection.set(t.id for t in studio.session.of(Trace)),
+                None, "Ctrl+A"),
+        Command("find_command", "&Find a command…", lambda: _palette(w), "magnify", "Ctrl+K"),
+    ]  # fmt: skip
+
+
+def _views(w: MainWindow) -> list[Command]:
+    studio = w.studio
+
+    def no_viewport() -> str | None:
+        return None if w.viewport is not None and studio.models else "open a model first"
+
+    def none_chosen() -> str | None:
+        if studio.measured(studio.selection.ids):
+            return no_viewport()
+        return "select a plane first"
+
+    def toggle_orthographic() -> None:
+        w.viewport.set_orthographic(not w.viewport.orthographic)
+
+    def view(name: str) -> Callable[[], None]:
+        return lambda: w.viewport.standard_view(name)
+
+    def notation(name: str) -> Callable[[], None]:
+        def choose() -> None:
+            studio.settings.notation = name
+            studio.keep_settings()
+
+        return choose
+
+    def turntable() -> None:
+        studio.settings.turntable = not studio.settings.turntable
+        w.viewport.set_turntable(studio.settings.turntable)
+        studio.keep_settings()
+
+    table = [
+        Command("home", "&Whole model", lambda: w.viewport.home(), "home-outline", "Home", "",
+                no_viewport, in_viewport=True),
+        Command("frame_selection", "&Frame selection", w.frame_selection, "image-filter-center-focus",
+                "F", "Bring the selected planes into view", none_chosen, in_viewport=True),
+        Command("orthographic", "&Orthographic", toggle_orthographic, "cube-outline", "O",
+                "Without perspective: lengths across the view are true", no_viewport,
+                in_viewport=True,
+                checked=lambda: w.viewport is not None and w.viewport.orthographic),
+        Command("turntable", "&Turntable (Z stays up)", turntable, None, (),
+                "Off: the model can be turned about any axis",
+                lambda: None if w.viewport is not None else "the viewport is not there yet",
+                checked=lambda: studio.settings.turntable),
+        Command("only_outcrop", "Only the outcrop", w.show_only_outcrop, None, "F9",
+                "Hide the panels, or bring them back"),
+    ]  # fmt: skip
+    table += [
+        Command(f"view_{name}", text, view(name), None, key, "", no_viewport, in_viewport=True)
+        for name, text, key in _VIEWS
+    ]
+    for name, text, value in (
+        ("notation_dipdir", "Dip direction/dip (132/41)", "dipdir/dip"),
+        ("notation_strike", "Strike/dip, right-hand rule (042/41)", "strike/dip"),
+        ("notation_quadrant", "Quadrant (N42E 41SE)", "quadrant"),
+    ):
+        table.append(
+            Command(name, text, notation(value),
+                    checked=lambda v=value: studio.settings.notation == v)
+        )  # fmt: skip
+    return table
+
+
+def _models(w: MainWindow) -> list[Command]:
+    studio = w.studio
+
+    def no_model() -> str | None:
+        return None if studio.session.of(Model) else "open a model first"
+
+    def not_missing() -> str | None:
+        model = w.current_model()
+        if model is None:
+            return "open a model first"
+        return "the model's file is where it should be" if model.id in studio.models else None
+
+    return [
+        Command("declare_frame", "&Declare frame…", lambda: w.declare_frame(), "axis-arrow", (),
+                "Up axis, unit, and CRS or local: what makes angles geographic", no_model),
+        Command("locate", "&Locate file…", w.locate_model, "file-search-outline", (),
+                "Say where the file of a model is now", not_missing),
+        Command("remove_model", "&Remove model", w.remove_model, "close", (), "", no_model),
+    ]  # fmt: skip
+
+
+def _tools(w: MainWindow) -> list[Command]:
+    studio = w.studio
+    tool = studio.trace_tool
+
+    def not_loaded() -> str | None:
+        return None if studio.models else "open a model first"
+
+    def not_open() -> str | None:
+        return None if tool.open else "no trace is being picked"
+
+    def not_enough() -> str | None:
+        if not tool.open:
+            return "no trace is being picked"
+        missing = 3 - len(tool.vertices)
+        return None if missing <= 0 else f"a plane needs 3 points; pick {missing} more"
+
+    def no_vertex() -> str | None:
+        if not tool.open:
+            return none_chosen()
+        if tool.current_vertex is None:
+            return "click a vertex of the open trace first"
+        return None
+
+    def none_chosen() -> str | None:
+        if any(isinstance(studio.records.get(i), Trace) for i in studio.selection.ids):
+            return None
+        return "select a trace first"
+
+    def cannot_continue() -> str | None:
+        if tool.open:
+            return "a trace is being picked"
+        return none_chosen()
+
+    def delete() -> None:
+        if tool.open:
+            tool.delete_vertex()
+        else:
+            studio.delete_selected()
+
+    def back() -> None:
+        tool.undo()
+
+    def continue_trace() -> None:
+        current = [i for i in studio.selection.ids if isinstance(studio.records.get(i), Trace)][-1]
+        studio.activate("trace")
+        try:
+            tool.continue_trace(current)
+        except VomError as error:
+            studio.fail(error)
+
+    def no_beta() -> str | None:
+        return w.view_panel.why_no_beta()
+
+    def no_plane() -> str | None:
+        return w.view_panel.why_no_plane()
+
+    return [
+        Command("navigate", "&Navigate", lambda: studio.activate("navigate"), "cursor-move", "N",
+                "Turn, move and zoom; click a plane to select it", in_viewport=True,
+                checked=lambda: studio.tool_name == "navigate"),
+        Command("trace", "&Trace", lambda: studio.activate("trace"), "vector-polyline", "T",
+                "Click along a bed, fault or fracture; its plane is fitted as you go",
+                not_loaded, in_viewport=True, checked=lambda: studio.tool_name == "trace"),
+        Command("finish_trace", "Finish", tool.finish, "check", ("Return", "Enter"),
+                "Keep the trace and its plane", not_enough, in_viewport=True),
+        Command("cancel_trace", "Cancel", tool.cancel, "close", "Esc",
+                "Give the open trace up; a continued one stays as it was", not_open,
+                in_viewport=True),
+        Command("continue_trace", "Continue", continue_trace, "vector-polyline-plus", (),
+                "Take the selected trace up again: add, move, insert or delete vertices",
+                cannot_continue),
+        Command("delete_vertex", "Delete", delete, "vector-polyline-remove", "Del",
+                "The marked vertex of the open trace, else the selected planes", no_vertex,
+                in_viewport=True),
+        Command("undo_click", "Take back the last click", back, None, "Backspace", "", not_open,
+                in_viewport=True),
+        Command("along_beta", "Look along &beta", lambda: w.view_panel.along_beta(), None, "B",
+                "Orthographic view down the fold axis of the bedding", no_beta, in_viewport=True),
+        Command("face_plane", "Face the &plane", lambda: w.view_panel.face(), None, "P",
+                "Orthographic view at right angles to the selected plane", no_plane,
+                in_viewport=True),
+        Command("show_stereonet", "Show the &stereonet", lambda: w.docks["stereonet"].raise_()),
+    ]  # fmt: skip
+
+
+def _help(w: MainWindow) -> list[Command]:
+    return [
+        Command("shortcuts", "&Shortcuts", lambda: _shortcuts(w), "keyboard-outline", "F1"),
+        Command("about", "&About VOM Studio", w.about),
+    ]
+
+
+def _open_sample(w: MainWindow) -> None:
+    from vomstudio.paths import resource
+
+    w.open_path(resource("outcrop", "outcrop.obj"))
+
+
+def _rename(w: MainWindow) -> None:
+    current = [i for i in w.studio.selection.ids if isinstance(w.studio.records.get(i), Trace)][-1]
+    trace = w.studio.records[current]
+    name, accepted = QInputDialog.getText(w, "Rename", "Name", text=trace.name)
+    if accepted and name.strip() != trace.name:
+        w.studio.attempt(edits.set_attributes, [current], name=name.strip())
+
+
+def _palette(w: MainWindow) -> None:
+    from vomstudio.ui.palette import CommandPalette
+
+    dialog = CommandPalette(w, w.actions_table)
+    if dialog.exec() and dialog.chosen:
+        w.actions_table.run(dialog.chosen)
+
+
+def _shortcuts(w: MainWindow) -> None:
+    rows = []
+    for command in w.actions_table.commands():
+        keys = ", ".join(k.toString() for k in w.actions_table.all[command.name].shortcuts())
+        if keys:
+            rows.append(f"<tr><td><b>{keys}</b>&nbsp;&nbsp;</td><td>{command.text.replace('&', '')}"
+                        f"{' (in the viewport)' if command.in_viewport else ''}</td></tr>")  # fmt: skip
+    mouse = (
+        "<p><b>Mouse</b>: drag orbits about the point under the cursor, wheel zooms to the cursor, "
+        "middle button or Shift+drag pans, double click sets the pivot. While picking: click adds, "
+        "drag a vertex moves it, Ctrl+click inserts, Enter or double click finishes.</p>"
+    )
+    QMessageBox.information(w, "Shortcuts", f"<table>{''.join(rows)}</table>{mouse}")
