@@ -54,9 +54,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.text(_in_words(rows))
 
 
-def _fitted(
-    groups: PointGroups, method: Any
-) -> tuple[list[dict[str, Any]], list[dict[str, str]]]:
+def _fitted(groups: PointGroups, method: Any) -> tuple[list[dict[str, Any]], list[dict[str, str]]]:
     from vomstudio.geology.quality import judge
     from vomstudio.geometry.planes import fit_planes
     from vomstudio.io.orientation_table import plane_row

@@ -36,7 +36,7 @@ def check_target(path: str | Path, *, force: bool = False) -> Path:
         mode = target.stat().st_mode
     except FileNotFoundError:
         mode = None
-    except (OSError, RuntimeError) as error:
+    except (OSError, RuntimeError, ValueError) as error:
         raise _target_error(shown, error) from error
     parent = target.parent
     if not parent.is_dir():
@@ -111,7 +111,7 @@ def _flush_folder(folder: Path) -> None:
             os.close(descriptor)
 
 
-def _target_error(path: Path, error: OSError | RuntimeError) -> TargetError:
+def _target_error(path: Path, error: OSError | RuntimeError | ValueError) -> TargetError:
     number = getattr(error, "errno", None)
     if number in _DISK_FULL:
         said = "the disk is full; free some space or write elsewhere."

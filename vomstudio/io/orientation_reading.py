@@ -9,7 +9,6 @@ in the numbers tells: then the user must.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -25,7 +24,7 @@ from vomstudio.geology.orientation import (
     planes_to_poles,
     wrap360,
 )
-from vomstudio.io.text_rows import shortened
+from vomstudio.io.text_rows import parse_number, shortened
 from vomstudio.io.text_tables import TextTable, lines_in_words, plain, read_table
 
 Azimuth = Literal["strike", "dipdir"]
@@ -335,19 +334,16 @@ class _Reading:
         for i, words in enumerate(zip(*cells, strict=True)):
             if not all(words[:2]) or any(w.casefold() in ("nan", "na") for w in words[:2]):
                 continue
-            plane = self._located(lambda w=words: _plane_of(w, notation), i, columns[0])
+            try:
+                plane = _plane_of(words, notation)
+            except VomError as error:
+                raise InputError(
+                    error.message,
+                    file=self.table.path,
+                    line=int(self.table.line_numbers[i]),
+                    field=self.table.label(columns[0]),
+                ) from error
             self.dip_direction[i], self.dip[i] = plane.dip_direction_deg, plane.dip_deg
-
-    def _located(self, work: Callable[[], Plane], row: int, column: int) -> Plane:
-        try:
-            return work()
-        except VomError as error:
-            raise InputError(
-                error.message,
-                file=self.table.path,
-                line=int(self.table.line_numbers[row]),
-                field=self.table.label(column),
-            ) from error
 
     def _compare(self, strike: int) -> None:
         """Other programs mix strike conventions in one file; the dip direction is believed."""
@@ -457,8 +453,9 @@ class _Reading:
         )
 
     def _has_letters(self, column: int) -> bool:
-        words = (c for c in self.table.cells(column) if c.casefold() not in ("nan", "na", "n/a"))
-        return any(re.search(r"[NSEW]", w, re.IGNORECASE) for w in words)
+        """Whether a cell is a bearing such as N30E rather than a number or nothing."""
+        words = (c for c in self.table.cells(column) if parse_number(c, decimal_comma=True) is None)
+        return any(re.search(r"[NSEW]", word, re.IGNORECASE) for word in words)
 
     def _are_winds(self, column: int) -> bool:
         cells = [c for c in self.table.cells(column) if c]

@@ -124,30 +124,40 @@ def read_rows(path: Path) -> TextRows:
     )
 
 
-def read_bytes(path: Path) -> bytes:
-    """The bytes of a file or pipe; why a file cannot be read is an `InputError`."""
+def require_file(path: Path) -> int:
+    """The size in bytes of a file (0 of a pipe). Raises `InputError` for all that is none."""
     try:
         about = path.stat()
-        if stat.S_ISDIR(about.st_mode):
-            raise InputError("this is a folder; name a file in it.", file=path)
-        if not (stat.S_ISREG(about.st_mode) or stat.S_ISFIFO(about.st_mode)):
-            raise InputError("this is a device, not a file; name a file.", file=path)
-        if about.st_size > LARGEST_FILE:
-            raise InputError(
-                f"this text is {about.st_size / 2**30:.0f} GiB; convert so many points to LAS or "
-                "PLY first.",
-                file=path,
-            )
-        return path.read_bytes()
     except (FileNotFoundError, NotADirectoryError) as error:
         raise InputError("there is no such file; check the name.", file=path) from error
+    except (OSError, ValueError) as error:
+        raise _unreadable(path, error) from error
+    if stat.S_ISDIR(about.st_mode):
+        raise InputError("this is a folder; name a file in it.", file=path)
+    if not (stat.S_ISREG(about.st_mode) or stat.S_ISFIFO(about.st_mode)):
+        raise InputError("this is a device, not a file; name a file.", file=path)
+    return about.st_size
+
+
+def read_bytes(path: Path) -> bytes:
+    """The bytes of a file or pipe; why a file cannot be read is an `InputError`."""
+    size = require_file(path)
+    if size > LARGEST_FILE:
+        raise InputError(
+            f"this text is {size / 2**30:.0f} GiB; convert so many points to LAS or PLY first.",
+            file=path,
+        )
+    try:
+        return path.read_bytes()
     except PermissionError as error:
         raise InputError("no permission to read this file; ask its owner.", file=path) from error
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise InputError(
-            f"this file cannot be read ({reason}); check the name.", file=path
-        ) from error
+    except OSError as error:
+        raise _unreadable(path, error) from error
+
+
+def _unreadable(path: Path, error: OSError | ValueError) -> InputError:
+    reason = getattr(error, "strerror", None) or error
+    return InputError(f"this file cannot be read ({reason}); check the name.", file=path)
 
 
 def _read_text(path: Path) -> tuple[str, list[str]]:
@@ -275,11 +285,10 @@ def _sniff(sample: list[str]) -> str:
     quoted = any('"' in line for line in sample)
     best, best_score = " ", (-1.0, -1.0)
     for delimiter in _DELIMITERS:
-        if quoted:
-            text = [line.replace("\t", " ") if delimiter == " " else line for line in sample]
-            rows = list(csv.reader(text, delimiter=delimiter, skipinitialspace=True))
-        else:
-            rows = [cut(line, delimiter) for line in sample]
+        try:
+            rows = _cut_sample(sample, delimiter, quoted)
+        except csv.Error:  # a cell without end; reading it in earnest will name its line
+            continue
         width, count = Counter(len(row) for row in rows).most_common(1)[0]
         if width < 2:
             continue
@@ -290,6 +299,13 @@ def _sniff(sample: list[str]) -> str:
         if score > best_score:
             best, best_score = delimiter, score
     return best
+
+
+def _cut_sample(sample: list[str], delimiter: str, quoted: bool) -> list[list[str]]:
+    if not quoted:
+        return [cut(line, delimiter) for line in sample]
+    text = [line.replace("\t", " ") if delimiter == " " else line for line in sample]
+    return list(csv.reader(text, delimiter=delimiter, skipinitialspace=True))
 
 
 def _refuse_decimal_commas_between_spaces(
@@ -324,13 +340,16 @@ def _trimmed(cells: list[str]) -> list[str]:
 
 
 def _rejoined_header(header: list[str], data: list[str], rows: list[list[str]] | None) -> list[str]:
-    """`Dip direction  Dip` above two columns is two names, though spaces part them into three."""
+    """`Dip direction  Strike (RHR)` above two columns is two names, though spaces part them."""
     sample = rows[0] if rows else (data[0].split() if data else header)
     surplus = len(header) - len(sample)
     second = {"direction", "dir", "azimuth", "quadrant"}
     joined: list[str] = []
     for word in header:
-        if surplus > 0 and joined and joined[-1].casefold() == "dip" and word.casefold() in second:
+        goes_on = joined and (
+            word[0] in "([" or (joined[-1].casefold() == "dip" and word.casefold() in second)
+        )
+        if surplus > 0 and goes_on:
             joined[-1] += f" {word}"
             surplus -= 1
         else:

@@ -237,7 +237,7 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
     Raises `InputError` or `UsageError`.
     """
     table = read_table(path)
-    columns = _coordinate_columns(table)
+    columns = coordinate_columns(table)
     if not len(table):
         raise InputError(
             "there is a header and nothing below it; points need rows.",
@@ -310,7 +310,8 @@ _GROUPS = frozenset(
 )
 
 
-def _coordinate_columns(table: TextTable) -> list[int]:
+def coordinate_columns(table: TextTable) -> list[int]:
+    """Which columns are x, y and z. Raises `InputError` where they cannot be told."""
     if table.names is None:
         if table.width < 3:
             raise InputError(

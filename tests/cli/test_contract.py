@@ -1,0 +1,207 @@
+"""What all commands promise: exit codes, one object, one sentence, no traceback."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vomstudio.cli import COMMANDS, fit
+from vomstudio.cli.output import to_json
+from vomstudio.errors import WorkerError
+
+POINTS = "0 0 0\n9 0 0\n0 9 1\n9 9 1.1\n"
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_explains_itself(run, command: str) -> None:
+    ran = run(command, "--help")
+    assert ran.code == 0
+    assert ran.out.startswith(f"usage: vomstudio {command}")
+    assert "--json" in ran.out
+    assert ran.err == ""
+
+
+def test_the_program_explains_itself_and_its_version(run) -> None:
+    assert all(command in run("--help").out for command in COMMANDS)
+    assert run("--version").out.startswith("VOM Studio 0.")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        [],
+        ["dance"],
+        ["fit"],
+        ["fit", "a", "b"],
+        ["fit", "a", "--method", "magic"],
+        ["fit", "a", "--by"],
+        ["fit", "a", "--wrong"],
+        ["fold", "a", "--azimuth", "north"],
+        ["export", "a", "-o", "b"],
+        ["export", "a", "--to", "doc", "-o", "b"],
+    ],
+)
+def test_wrong_usage_is_one_sentence_and_exit_2(run, words: list[str]) -> None:
+    ran = run(*words)
+    assert ran.code == 2
+    assert "--help" in ran.said
+    assert ran.out == ""
+    failed = run(*words, "--json")
+    assert failed.code == 2
+    assert failed.json["error"]["code"] == "usage"
+    assert set(failed.json["error"]) == {"code", "file", "line", "field", "message"}
+
+
+HOSTILE = [
+    (b"", "empty"),
+    (b"\n\n", "empty"),
+    (b"\x89PNG\r\n\x1a\n\x00\x00", "text"),
+    (b"\x00" * 100, "text"),
+    (b"LASF" + b"\x00" * 300, "text"),
+    (b"x,y,z\n", "nothing"),
+    (b"strike,dip\n", "nothing"),
+    (b"# nothing\n", "comments"),
+    (b"one,two\nthree,four\n", "column"),
+    (b"x,y,z,strike,dip\n1,2,3,4,5\n1,2\n", "2 cells"),
+    (b"x,y,z,strike,dip\n1,2,3,4,5\n1;2;3;4;5\n", "1 cell"),
+    (b"x,y,z,strike,dip\n1,2,3,4,5\n1,2,three,4,steep\n", "not a number"),
+    (b"x,x,y,z,dip,dip,strike\n1,2,3,4,5,6,7\n", "rename"),
+    (b"x,y,z,strike,dip\nnan,nan,nan,nan,nan\n", "nan"),
+    (b'x,y,z,strike,dip\n1,2,3,"4,5\n', "quotation"),
+]
+
+
+@pytest.mark.parametrize("command", ["fit", "stats", "fold", "stereonet"])
+@pytest.mark.parametrize(("content", "words"), HOSTILE)
+def test_hostile_tables_are_refused_by_every_command(
+    run, write, tmp_path: Path, command: str, content: bytes, words: str
+) -> None:
+    path = write(content, "Ümläut 層.csv")
+    target = tmp_path / "out.svg"
+    output = ["-o", target] if command == "stereonet" else []
+    ran = run(command, path, *output)
+    assert ran.code == 2
+    assert str(path) in ran.said
+    if words != "nan":
+        assert words in ran.said
+    assert ran.out == ""
+    failed = run(command, path, *output, "--json")
+    assert failed.code == 2
+    assert failed.json["error"]["file"] == str(path)
+    assert failed.json["error"]["message"]
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
+@pytest.mark.parametrize("command", ["info", "fit", "stats", "fold", "export"])
+def test_a_missing_file_is_named(run, tmp_path: Path, command: str) -> None:
+    path = tmp_path / "missing.csv"
+    extra = ["--to", "csv", "-o", tmp_path / "o.csv"] if command == "export" else []
+    ran = run(command, path, *extra)
+    assert ran.code == 2
+    assert str(path) in ran.said
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("command", ["info", "fit", "stats", "fold", "export"])
+def test_a_folder_in_place_of_a_file_is_named(run, tmp_path: Path, command: str) -> None:
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    extra = ["--to", "csv", "-o", tmp_path / "o.csv"] if command == "export" else []
+    ran = run(command, folder, *extra)
+    assert ran.code == 2
+    assert str(folder) in ran.said
+
+
+@pytest.mark.parametrize("target", ["missing/out.csv", ".", "in.csv"])
+def test_an_impossible_target_is_refused_before_any_work(
+    run, write, tmp_path: Path, target: str
+) -> None:
+    path = write(POINTS)
+    before = path.read_bytes()
+    ran = run("fit", path, "-o", tmp_path / target, "--json")
+    assert ran.code == 2
+    assert ran.json["error"]["code"] == "target"
+    assert path.read_bytes() == before
+    assert [p.name for p in tmp_path.iterdir()] == ["in.csv"]
+
+
+def raises(error: BaseException):  # type: ignore[no-untyped-def]
+    def broken(args: object, out: object) -> None:
+        print("a library prints this to stdout")
+        raise error
+
+    return broken
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "words"),
+    [
+        (KeyboardInterrupt(), 130, "Cancelled"),
+        (ZeroDivisionError("division by zero"), 1, "ZeroDivisionError"),
+        (RuntimeError("two\nlines"), 1, "two lines"),
+        (MemoryError(), 1, "memory"),
+        (WorkerError("the worker died."), 1, "worker"),
+        (PermissionError(13, "Permission denied", "/secret"), 2, "/secret"),
+        (OSError(5, "Input/output error"), 1, "Input/output"),
+    ],
+)
+def test_whatever_happens_is_one_sentence_and_a_code(
+    run, write, monkeypatch: pytest.MonkeyPatch, error: BaseException, code: int, words: str
+) -> None:
+    monkeypatch.setattr(fit, "read", raises(error), raising=False)
+    monkeypatch.setattr("vomstudio.io.text_tables.read_points", lambda *a: raises(error)(*a))
+    monkeypatch.delenv("VOMSTUDIO_DEBUG", raising=False)
+    ran = run("fit", write(POINTS), "--json")
+    assert ran.code == code
+    assert words in ran.json["error"]["message"] + str(ran.json["error"]["file"])
+    assert ran.err.splitlines()[0] == "a library prints this to stdout"
+    assert len(ran.err.splitlines()) == 2
+    assert "Traceback" not in ran.err
+
+
+def test_the_traceback_is_shown_to_whoever_asks(
+    run, write, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    broken = raises(ZeroDivisionError("division by zero"))
+    monkeypatch.setattr("vomstudio.io.text_tables.read_points", lambda *a: broken(*a))
+    monkeypatch.setenv("VOMSTUDIO_DEBUG", "1")
+    assert "Traceback" in run("fit", write(POINTS)).err
+
+
+def test_undefined_and_infinite_numbers_are_null_in_json() -> None:
+    value = {
+        "a": [float("nan"), float("inf"), 1.5],
+        "b": np.array([[1.0, np.nan]]),
+        "c": np.float64("-inf"),
+        "d": np.int64(3),
+        "e": np.bool_(True),
+        "f": Path("x") / "y",
+        "g": (1, None),
+    }
+    assert json.loads(to_json(value)) == {
+        "a": [None, None, 1.5],
+        "b": [[1.0, None]],
+        "c": None,
+        "d": 3,
+        "e": True,
+        "f": str(Path("x") / "y"),
+        "g": [1, None],
+    }
+
+
+def test_text_for_people_goes_to_stderr_beside_json(run, write) -> None:
+    ran = run("fit", write(POINTS), "--json")
+    assert list(ran.json)[:2] == ["planes", "skipped"]
+    assert "quality" in ran.err
+    plain = run("fit", write(POINTS))
+    assert "quality" in plain.out
+    assert plain.err == ""
+
+
+def test_names_of_all_scripts_go_through(run, write) -> None:
+    text = "x,y,z,t\n" + "".join(f"{p.replace(' ', ',')},層 é\n" for p in POINTS.splitlines())
+    path = write(text, "层理 é.csv")
+    assert run("fit", path, "--by", "t", "--json").json["planes"][0]["id"] == "層 é"

@@ -1,0 +1,157 @@
+"""`vomstudio fit`."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vomstudio.io.orientation_table import COLUMNS, read_orientations
+
+PLANE = "x,y,z\n0,0,0\n10,0,1\n0,10,0\n10,10,1.01\n5,3,0.5\n2,8,0.21\n"
+
+
+def plane_points(dip_direction: float, dip: float, n: int = 30, seed: int = 0) -> np.ndarray:
+    """Points of a plane through the origin, a millimetre rough, over 10 m."""
+    rng = np.random.default_rng(seed)
+    dd, d = math.radians(dip_direction), math.radians(dip)
+    strike = np.array([math.cos(dd), -math.sin(dd), 0.0])
+    down = np.array([math.sin(dd) * math.cos(d), math.cos(dd) * math.cos(d), -math.sin(d)])
+    normal = np.cross(strike, down)
+    u, v, w = rng.uniform(-5, 5, n), rng.uniform(-5, 5, n), rng.normal(0, 1e-3, n)
+    return np.outer(u, strike) + np.outer(v, down) + np.outer(w, normal)
+
+
+@pytest.mark.parametrize(
+    ("name", "strike", "dip", "largest", "smallest"),
+    [
+        ("well_defined.txt", 11.266, 3.492, 0.4753, 0.1473),
+        ("poorly_defined.txt", 174.212, 13.223, 16.4899, 0.2920),
+    ],
+)
+def test_the_published_traces_give_the_published_planes_and_errors(
+    run, data_dir: Path, name: str, strike: float, dip: float, largest: float, smallest: float
+) -> None:
+    ran = run("fit", data_dir / "planes" / name, "--json")
+    assert ran.code == 0
+    (row,) = ran.json["planes"]
+    assert tuple(row) == COLUMNS
+    assert row["id"] == "1"
+    assert round(row["strike_rhr_deg"], 3) == strike
+    assert round(row["dip_deg"], 3) == dip
+    assert round(row["max_angular_error_deg"], 4) == largest
+    assert round(row["min_angular_error_deg"], 4) == smallest
+    assert ran.json["skipped"] == []
+
+
+def test_people_read_strike_dip_errors_and_verdict(run, data_dir: Path) -> None:
+    ran = run("fit", data_dir / "planes" / "well_defined.txt")
+    assert ran.code == 0
+    for words in ("011.266", "03.492", "0.4753/0.1473", "deg RHR", "quality"):
+        assert words in ran.out
+
+
+def test_groups_are_fitted_apart_in_the_order_of_the_file(run, write) -> None:
+    rows = ["x;y;z;trace"]
+    for name, (dd, dip) in {"b": (120.0, 30.0), "a": (200.0, 60.0)}.items():
+        rows += [";".join([*map(repr, p), name]) for p in plane_points(dd, dip).tolist()]
+    ran = run("fit", write("\n".join(rows)), "--by", "trace", "--json")
+    b, a = ran.json["planes"]
+    assert (b["id"], a["id"]) == ("b", "a")
+    assert b["dip_direction_deg"] == pytest.approx(120.0, abs=0.05)
+    assert a["dip_deg"] == pytest.approx(60.0, abs=0.05)
+    assert b["n_points"] == a["n_points"] == 30
+
+
+def test_without_by_a_column_of_groups_is_warned_of_and_all_points_make_one_plane(
+    run, write
+) -> None:
+    text = "x,y,z,trace\n0,0,0,a\n9,0,0,a\n0,9,1,a\n0,0,3,b\n9,0,3,b\n0,9,4,b\n"
+    ran = run("fit", write(text), "--json")
+    (row,) = ran.json["planes"]
+    assert (row["id"], row["n_points"]) == ("1", 6)
+    assert "--by trace" in ran.json["warnings"][0]
+    assert "--by trace" in ran.err
+
+
+def test_what_cannot_be_fitted_is_skipped_and_the_rest_is_done(run, write) -> None:
+    text = "x,y,z,t\n0,0,0,good\n9,0,0,good\n0,9,1,good\n0,0,0,two\n1,1,1,two\n"
+    text += "".join(f"{i},{i},{i},straight\n" for i in range(5)) + "4,4,4,same\n" * 4
+    ran = run("fit", write(text), "--by", "t", "--json")
+    assert ran.code == 0
+    assert [row["id"] for row in ran.json["planes"]] == ["good"]
+    assert [item["id"] for item in ran.json["skipped"]] == ["two", "straight", "same"]
+    for item, words in zip(
+        ran.json["skipped"], ("3 points", "straight line", "same place"), strict=True
+    ):
+        assert words in item["reason"]
+
+
+@pytest.mark.parametrize("method", ["pca", "regression"])
+def test_both_methods_are_named_and_agree_on_a_clean_plane(run, write, method: str) -> None:
+    points = "\n".join(" ".join(map(repr, p)) for p in plane_points(75.0, 35.0).tolist())
+    (row,) = run("fit", write(points), "--method", method, "--json").json["planes"]
+    assert row["method"] == method
+    assert row["dip_direction_deg"] == pytest.approx(75.0, abs=0.05)
+    assert row["dip_deg"] == pytest.approx(35.0, abs=0.05)
+
+
+def test_three_points_give_a_plane_without_errors(run, write) -> None:
+    (row,) = run("fit", write("0 0 0\n1 0 0\n0 1 1\n"), "--json").json["planes"]
+    assert row["max_confidence95_deg"] is None
+    assert row["max_angular_error_deg"] is None
+    assert row["quality"] != "good"
+    assert row["dip_deg"] == pytest.approx(45.0)
+
+
+def test_a_horizontal_plane_is_flagged_as_undefined(run, write) -> None:
+    (row,) = run("fit", write("0 0 5\n1 0 5\n0 1 5\n1 1 5\n"), "--json").json["planes"]
+    assert row["undefined"] is True
+    assert row["dip_deg"] == 0.0
+    assert row["z"] == 5.0
+
+
+def test_the_table_written_holds_the_same_planes(run, write, tmp_path: Path) -> None:
+    target = tmp_path / "planes.csv"
+    ran = run("fit", write(PLANE), "-o", target, "--json")
+    assert ran.json["table"] == str(target)
+    found = read_orientations(target)
+    assert found.dip_deg[0] == pytest.approx(ran.json["planes"][0]["dip_deg"], rel=1e-11)
+    again = run("fit", write(PLANE), "-o", target)
+    assert "--force" in again.said
+    assert run("fit", write(PLANE), "-o", target, "--force").code == 0
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "0 0 0\n1 1 1\n",
+        "".join(f"{i} {2 * i} {3 * i}\n" for i in range(9)),
+        "7 7 7\n" * 5,
+        "1e308 0 0\n-1e308 1e308 0\n0 0 1e308\n1 2 3\n",
+        "nan nan nan\n",
+    ],
+)
+def test_points_that_define_no_plane_are_refused_in_one_sentence(
+    run, write, tmp_path: Path, text: str
+) -> None:
+    path = write(text)
+    target = tmp_path / "out.csv"
+    ran = run("fit", path, "-o", target)
+    assert ran.code == 2
+    assert str(path) in ran.said
+    assert ran.out == ""
+    assert not target.exists()
+    failed = run("fit", path, "--json")
+    assert failed.code == 2
+    assert list(failed.json) == ["error"]
+    assert failed.json["error"]["file"] == str(path)
+
+
+def test_when_no_group_succeeds_the_command_fails(run, write) -> None:
+    ran = run("fit", write("x,y,z,t\n0,0,0,a\n1,1,1,a\n0,0,0,b\n"), "--by", "t", "--json")
+    assert ran.code == 2
+    assert ran.json["error"]["code"] == "geometry"
+    assert ran.json["error"]["field"] == "t a"

@@ -1,0 +1,115 @@
+"""`vomstudio fold`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+# Beds of an upright fold about a horizontal north-south axis.
+FOLD = [(90, 20), (90, 40), (90, 60), (270, 30), (270, 50), (88, 30), (272, 45)]
+
+
+def table(*columns: str, rows: list[tuple[object, ...]]) -> str:
+    return "\n".join([",".join(columns), *(",".join(map(str, row)) for row in rows)]) + "\n"
+
+
+def test_the_published_anticline_gives_its_published_axis(run, data_dir: Path) -> None:
+    path = data_dir / "planes" / "big_elk_strike_dip.txt"
+    ran = run("fold", path, "--azimuth", "strike", "--json")
+    assert ran.code == 0
+    found = ran.json
+    assert (found["n"], found["used"], found["left_out"]) == (61, 61, [])
+    assert round(found["beta"]["trend_deg"], 1) == 125.3
+    assert round(found["beta"]["plunge_deg"], 1) == 26.1
+    assert round(found["pi_plane"]["strike_rhr_deg"], 1) == 215.3
+    assert round(found["pi_plane"]["dip_deg"], 1) == 63.9
+    assert found["valid"] in ("yes", "conditional", "no")
+    assert found["verdict"] != "cylindrical"
+    assert found["reasons"]
+
+
+def test_the_same_file_with_a_header_needs_no_option(run, write, data_dir: Path) -> None:
+    text = (data_dir / "planes" / "big_elk_strike_dip.txt").read_text()
+    found = run("fold", write("strike\tdip\n" + text, "elk.txt"), "--json").json
+    assert round(found["beta"]["trend_deg"], 1) == 125.3
+    assert round(found["beta"]["plunge_deg"], 1) == 26.1
+
+
+def test_the_same_file_without_either_is_refused_with_the_way_out(run, data_dir: Path) -> None:
+    ran = run("fold", data_dir / "planes" / "big_elk_strike_dip.txt")
+    assert ran.code == 2
+    assert "--azimuth strike" in ran.said
+
+
+def test_a_table_with_kinds_is_taken_for_bedding_only(run, write) -> None:
+    rows = [("bedding", *bed) for bed in FOLD] + [("joint", 0, 85), ("Joint", 5, 80), ("", 0, 70)]
+    path = write(table("kind", "dipdir", "dip", rows=rows))
+    found = run("fold", path, "--json").json
+    assert (found["n"], found["used"]) == (10, 7)
+    assert {(o["what"], o["n"]) for o in found["left_out"]} == {
+        ("joint", 1), ("Joint", 1), ("no kind", 1),
+    }  # fmt: skip
+    assert found["beta"]["plunge_deg"] == pytest.approx(0.0, abs=1.0)
+    assert "left out" in run("fold", path).out
+
+
+def test_another_kind_is_used_when_told(run, write) -> None:
+    rows = [("bedding", 0, 30)] + [("Foliation", *bed) for bed in FOLD]
+    found = run(
+        "fold", write(table("kind", "dipdir", "dip", rows=rows)), "--kind", "foliation", "--json"
+    ).json
+    assert found["used"] == 7
+    assert found["left_out"][0]["what"] == "bedding"
+
+
+def test_a_table_of_other_kinds_is_refused_with_their_names(run, write) -> None:
+    ran = run("fold", write(table("kind", "dipdir", "dip", rows=[("joint", 1, 2), ("vein", 3, 4)])))
+    assert ran.code == 2
+    assert "joint, vein" in ran.said
+
+
+def test_a_kind_is_refused_where_the_table_has_none(run, write) -> None:
+    ran = run("fold", write(table("dipdir", "dip", rows=FOLD)), "--kind", "bedding")
+    assert ran.code == 2
+    assert "--kind" in ran.said
+
+
+def test_lines_are_left_out_and_named(run, write) -> None:
+    rows = [(*bed, "", "") for bed in FOLD] + [("", "", 10, 5)]
+    found = run("fold", write(table("dipdir", "dip", "trend", "plunge", rows=rows)), "--json").json
+    assert (found["n"], found["used"]) == (8, 7)
+    assert found["left_out"] == [{"what": "lines", "n": 1, "reason": "not planes"}]
+
+
+def test_the_axis_of_two_sets_is_where_their_means_meet(run, write) -> None:
+    # Beds dip 30 to the east, the fault 60 to the west: both contain the north-south line.
+    rows = [("beds", 90, 30)] * 3 + [("fault", 270, 60)] * 2 + [("other", 10, 80)]
+    found = run(
+        "fold", write(table("set", "dipdir", "dip", rows=rows)), "--sets", "beds,fault", "--json"
+    ).json
+    assert (found["n"], found["used"]) == (6, 5)
+    assert found["left_out"][0]["what"] == "other"
+    assert found["beta"]["plunge_deg"] == pytest.approx(0.0, abs=1e-6)
+    assert min(found["beta"]["trend_deg"] % 180, 180 - found["beta"]["trend_deg"] % 180) < 1e-6
+
+
+@pytest.mark.parametrize("sets", ["beds", "beds,", "beds,beds", "beds,none"])
+def test_sets_that_are_not_two_are_refused(run, write, sets: str) -> None:
+    path = write(table("set", "dipdir", "dip", rows=[("beds", 90, 30), ("fault", 270, 60)]))
+    ran = run("fold", path, "--sets", sets)
+    assert ran.code == 2
+    assert "--sets" in ran.said
+
+
+@pytest.mark.parametrize("rows", [[(90, 30)], [(90, 30)] * 5])
+def test_planes_that_define_no_axis_are_refused(run, write, rows: list[tuple[int, int]]) -> None:
+    path = write(table("dipdir", "dip", rows=rows))
+    ran = run("fold", path, "--json")
+    assert ran.code == 2
+    assert ran.json["error"]["code"] == "geometry"
+    assert ran.json["error"]["file"] == str(path)
+
+
+def test_only_lines_make_no_fold(run, write) -> None:
+    assert "lines" in run("fold", write("trend,plunge\n1,2\n3,4\n")).said

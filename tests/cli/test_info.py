@@ -1,0 +1,99 @@
+"""`vomstudio info`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+PROMISED = {
+    "path", "kind", "points", "faces", "materials", "textures", "bounds", "crs", "resolution_m",
+    "fields", "warnings",
+}  # fmt: skip
+OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 2\nf 1 2 3\n"
+
+
+def test_a_model_is_described_with_all_that_is_promised(run, write) -> None:
+    path = write(OBJ, "one.obj")
+    (found,) = run("info", path, "--json").json["files"]
+    assert found.keys() >= PROMISED
+    assert (found["path"], found["kind"]) == (str(path), "mesh")
+    assert (found["points"], found["faces"]) == (3, 1)
+    assert found["bounds"] == [[0.0, 0.0, 0.0], [1.0, 1.0, 2.0]]
+
+
+def test_a_text_table_of_points_is_described(run, write) -> None:
+    (found,) = run("info", write("x;y;z;name\n1;2;3;a\n4;5;;b\n7;8;9;c\n"), "--json").json["files"]
+    assert found.keys() >= PROMISED
+    assert (found["kind"], found["points"]) == ("table", 3)
+    assert found["fields"] == ["x", "y", "z", "name"]
+    assert found["bounds"] == [[1, 2, 3], [7, 8, 9]]
+    assert "1 row" in found["warnings"][0]
+
+
+def test_a_table_of_orientations_has_no_bounds(run, write) -> None:
+    (found,) = run("info", write("strike,dip\n10,20\n"), "--json").json["files"]
+    assert (found["kind"], found["bounds"]) == ("table", None)
+
+
+def test_pictures_and_folders_of_photos_are_told(run, tmp_path: Path) -> None:
+    image = pytest.importorskip("PIL.Image")
+    folder = tmp_path / "photos"
+    folder.mkdir()
+    for name in ("a.jpg", "b.JPG"):
+        image.fromarray(np.zeros((4, 6, 3), np.uint8)).save(folder / name, "JPEG")
+    photos, picture = run("info", folder, folder / "a.jpg", "--json").json["files"]
+    assert (photos["kind"], photos["photos"]) == ("photos", 2)
+    assert (picture["kind"], picture["width"], picture["height"]) == ("raster", 6, 4)
+    assert photos.keys() >= PROMISED
+
+
+def test_all_files_are_reported_though_one_cannot_be_read(run, write, tmp_path: Path) -> None:
+    good, bad = write(OBJ, "good.obj"), write(b"", "bad.obj")
+    ran = run("info", bad, good, tmp_path / "missing.ply", "--json")
+    assert ran.code == 2
+    files = ran.json["files"]
+    assert [f["path"] for f in files] == [str(bad), str(good), str(tmp_path / "missing.ply")]
+    assert files[1]["kind"] == "mesh"
+    assert files[0]["error"]["file"] == str(bad)
+    assert ran.json["error"] == files[0]["error"]
+    assert str(bad) in ran.err
+    assert "missing.ply" in ran.err
+    plain = run("info", bad, good)
+    assert plain.code == 2
+    assert "mesh" in plain.out
+
+
+@pytest.mark.parametrize(
+    ("content", "name"),
+    [
+        (b"", "a.ply"),
+        (b"", "a.txt"),
+        (b"\x00\x01", "a.csv"),
+        (b"not an image", "a.png"),
+        (b"\xff\xd8\xff\xe0 cut off", "a.jpg"),
+        (b"some words", "a.docx"),
+        (b"some words", "noending"),
+    ],
+)
+def test_what_cannot_be_read_is_refused_in_one_sentence(run, write, content: bytes, name: str):
+    path = write(content, name)
+    ran = run("info", path)
+    assert ran.code == 2
+    assert str(path) in ran.said
+    assert ran.out == ""
+
+
+def test_a_folder_without_photos_is_refused(run, tmp_path: Path) -> None:
+    assert "no photos" in run("info", tmp_path).said
+
+
+def test_the_real_model_keeps_its_millimetres_and_its_nine_textures(run, data_dir: Path) -> None:
+    path = data_dir / "brighton_model" / "brighton_utm15n.obj"
+    (found,) = run("info", path, "--json").json["files"]
+    assert found["faces"] == 133_830
+    assert len(found["materials"]) == len(found["textures"]) == 9
+    low, high = found["bounds"]
+    assert [low[0], high[0]] == pytest.approx([576_665.72, 576_765.32], abs=0.005)
+    assert [low[1], high[1]] == pytest.approx([5_188_117.06, 5_188_208.90], abs=0.005)

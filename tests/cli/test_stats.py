@@ -1,0 +1,94 @@
+"""`vomstudio stats`."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+
+def test_the_published_folds_tensor_and_shape(run, data_dir: Path) -> None:
+    path = data_dir / "planes" / "big_elk_strike_dip.txt"
+    ran = run("stats", path, "--azimuth", "strike", "--json")
+    assert ran.code == 0
+    assert ran.json["n"] == 61
+    found = ran.json["sets"]["all"]
+    assert (found["n"], found["of"], found["axial"]) == (61, "poles", True)
+    assert [round(s, 4) for s in found["tensor"]["eigenvalues"]] == [0.5901, 0.3525, 0.0573]
+    assert round(found["woodcock"]["K"], 4) == 0.2837
+    assert round(found["woodcock"]["C"], 4) == 2.3312
+    assert [round(found["vollmer"][k], 4) for k in "PGR"] == [0.2376, 0.5904, 0.1720]
+    assert found["fisher"] is None
+    assert "girdle" in found["fisher_reason"]
+    assert "right-hand rule" in ran.json["convention"]
+
+
+def test_fishers_figures_are_those_of_the_closed_form(run, write) -> None:
+    # Four lines at 10 degrees from the vertical: R = 4 cos 10, kappa = 3 / (4 - R).
+    ran = run("stats", write("trend,plunge\n0,80\n90,80\n180,80\n270,80\n"), "--json")
+    fisher = ran.json["sets"]["all"]["fisher"]
+    resultant = 4 * math.cos(math.radians(10))
+    assert fisher["R"] == pytest.approx(resultant)
+    assert fisher["kappa"] == pytest.approx(3 / (4 - resultant))
+    cos_alpha = 1 - (4 - resultant) / resultant * (20 ** (1 / 3) - 1)
+    assert fisher["alpha95_deg"] == pytest.approx(math.degrees(math.acos(cos_alpha)))
+    assert fisher["plunge_deg"] == pytest.approx(90.0)
+
+
+def test_axial_lines_across_the_horizontal_are_one_cluster(run, write) -> None:
+    text = "trend,plunge\n10,3\n190,2\n12,1\n188,4\n9,2\n"
+    axial = run("stats", write(text), "--json").json["sets"]["all"]
+    directed = run("stats", write(text), "--directed", "--json").json["sets"]["all"]
+    assert axial["axial"] is True
+    assert axial["fisher"]["R"] > 4.9
+    assert directed["axial"] is False
+    assert directed["fisher"] is None or directed["fisher"]["R"] < 2.0
+
+
+def test_directed_means_may_point_up(run, write) -> None:
+    ran = run("stats", write("trend,plunge\n0,-60\n5,-61\n355,-62\n"), "--directed", "--json")
+    assert ran.json["sets"]["all"]["fisher"]["plunge_deg"] < -55
+
+
+def test_sets_are_described_one_by_one(run, write) -> None:
+    rng = np.random.default_rng(2)
+    rows = ["strike,dip,family"]
+    rows += [f"{s:.2f},80,J1" for s in rng.normal(30, 3, 12)]
+    rows += [f"{s:.2f},80,J2" for s in rng.normal(120, 3, 8)] + ["10,10,"]
+    ran = run("stats", write("\n".join(rows)), "--set", "family", "--json")
+    sets = ran.json["sets"]
+    assert {name: s["n"] for name, s in sets.items()} == {"J1": 12, "J2": 8, "unassigned": 1}
+    assert sets["J1"]["fisher"]["trend_deg"] == pytest.approx(300, abs=3)
+    assert sets["unassigned"]["fisher"] is None
+
+
+def test_poles_and_lines_are_never_averaged_together(run, write) -> None:
+    text = "geometry,dipdir,dip,trend,plunge\nplane,10,20,,\nplane,12,20,,\nline,,,100,30\n"
+    ran = run("stats", write(text), "--json")
+    assert {k: (s["n"], s["of"]) for k, s in ran.json["sets"].items()} == {
+        "all (poles)": (2, "poles"),
+        "all (lines)": (1, "lines"),
+    }
+    assert "described apart" in ran.json["warnings"][0]
+
+
+def test_people_read_the_same_figures(run, write) -> None:
+    ran = run("stats", write("trend,plunge\n0,80\n90,80\n180,80\n270,80\n"))
+    assert "Fisher mean" in ran.out
+    assert "alpha95" in ran.out
+    assert "trend/plunge" in ran.err
+
+
+def test_identical_planes_have_an_infinite_kappa_which_is_null(run, write) -> None:
+    ran = run("stats", write("strike,dip\n" + "30,40\n" * 4), "--json")
+    found = ran.json["sets"]["all"]
+    assert found["fisher"]["kappa"] is None
+    assert found["tensor"]["eigenvalues"][0] == pytest.approx(1.0)
+
+
+def test_a_missing_set_column_is_refused(run, write) -> None:
+    ran = run("stats", write("strike,dip\n30,40\n"), "--set", "family")
+    assert ran.code == 2
+    assert "family" in ran.said

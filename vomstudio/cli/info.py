@@ -1,0 +1,169 @@
+"""`vomstudio info`: what is in a model, cloud, table, picture or folder of photos."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from vomstudio.cli.arguments import Subparsers, add_command, progress_of
+from vomstudio.cli.output import Output
+from vomstudio.errors import InputError
+from vomstudio.progress import Progress
+
+NOTHING: dict[str, Any] = {
+    "path": None, "kind": None, "points": None, "faces": None, "materials": [], "textures": [],
+    "bounds": None, "crs": None, "resolution_m": None, "fields": [], "warnings": [],
+}  # fmt: skip
+"""What is promised of every file, as far as nothing is known of it."""
+TABLES = {".csv", ".tsv", ".txt", ".dat", ".tab", ".xyz", ".asc", ".pts", ".prn"}
+PICTURES = {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".webp"}
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = add_command(subparsers, "info", run, help_="Say what is in models, tables and photos")
+    parser.add_argument("files", metavar="FILE", nargs="+", help="file, or folder of photos")
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    """All files are reported; `out.failed` where one cannot be read."""
+    progress = progress_of(args)
+    files: list[dict[str, Any]] = []
+    first_error: dict[str, Any] | None = None
+    for name in args.files:
+        try:
+            found = _described(Path(name), progress)
+        except InputError as error:
+            out.note(f"vomstudio: {error}")
+            first_error = first_error or error.as_dict()
+            found = {**NOTHING, "error": error.as_dict()}
+        else:
+            out.text(_in_words(name, found))
+            out.warn([f"{name}: {warning}" for warning in found.get("warnings", ())])
+        files.append({**NOTHING, **found, "path": name})
+    result: dict[str, Any] = {"files": files}
+    if first_error is not None:
+        result["error"] = first_error
+        out.failed = True
+    out.result(result)
+
+
+def _described(path: Path, progress: Progress) -> dict[str, Any]:
+    """Raises InputError."""
+    if path.is_dir():
+        return _folder(path)
+    ending = path.suffix.lower()
+    ways: dict[bool, Callable[[Path], dict[str, Any]]] = {
+        ending in TABLES: _table,
+        ending in PICTURES: _picture,
+    }
+    if True in ways:
+        return ways[True](path)
+    from vomstudio.io.models import describe
+
+    return dict(describe(path, progress))
+
+
+def _folder(path: Path) -> dict[str, Any]:
+    from vomstudio.io.project import is_project
+
+    if is_project(path):
+        return {**NOTHING, "kind": "project"}
+    try:
+        photos = sorted(p.name for p in path.iterdir() if p.suffix.lower() in PICTURES)
+    except OSError as error:
+        raise InputError(
+            f"this folder cannot be read ({error.strerror}); check its permissions.", file=path
+        ) from error
+    if not photos:
+        raise InputError("there are no photos in this folder; name a file in it.", file=path)
+    return {**NOTHING, "kind": "photos", "photos": len(photos)}
+
+
+def _table(path: Path) -> dict[str, Any]:
+    """Rows and columns; bounds where there are x, y and z."""
+    import numpy as np
+
+    from vomstudio.io.text_tables import coordinate_columns, read_table
+
+    table = read_table(path)
+    warnings = list(table.notes)
+    bounds = None
+    try:
+        points = table.numbers(coordinate_columns(table))
+    except InputError:
+        points = np.empty((0, 3))  # a table of something else
+    sound = np.isfinite(points).all(axis=1)
+    if sound.any():
+        bounds = [points[sound].min(axis=0).tolist(), points[sound].max(axis=0).tolist()]
+        if not sound.all():
+            warnings.append(f"{int((~sound).sum())} rows have no finite coordinates")
+    return {
+        **NOTHING,
+        "kind": "table",
+        "points": len(table),
+        "faces": 0,
+        "bounds": bounds,
+        "fields": list(table.names or (table.label(i) for i in range(table.width))),
+        "warnings": warnings,
+    }
+
+
+def _picture(path: Path) -> dict[str, Any]:
+    """Size and bands of an image file. Where on Earth it lies is not looked up here."""
+    from vomstudio.io.text_rows import require_file
+
+    require_file(path)
+    from PIL import Image, UnidentifiedImageError
+
+    try:
+        # Survey photos and orthophotos are larger than Pillow's idea of an attack; only the
+        # header is read here.
+        limit, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
+        try:
+            with Image.open(path) as image:
+                width, height = image.size
+                bands = list(image.getbands())
+                tags = getattr(image, "tag_v2", None) or {}
+        finally:
+            Image.MAX_IMAGE_PIXELS = limit
+    except UnidentifiedImageError as error:
+        raise InputError("this is not an image, or a damaged one.", file=path) from error
+    except (OSError, ValueError, SyntaxError) as error:
+        raise InputError(f"this image cannot be read ({error}).", file=path) from error
+    warnings = []
+    if 33550 in tags or 34264 in tags:
+        warnings.append("it is georeferenced, but its place is not shown here")
+    return {
+        **NOTHING,
+        "kind": "raster",
+        "width": width,
+        "height": height,
+        "fields": bands,
+        "warnings": warnings,
+    }
+
+
+def _in_words(name: str, found: dict[str, Any]) -> str:
+    lines = [f"{name}: {found['kind']}"]
+    for key, label in (
+        ("photos", "photos"),
+        ("points", "points"),
+        ("faces", "faces"),
+        ("width", "width, px"),
+        ("height", "height, px"),
+    ):
+        if found.get(key):
+            lines.append(f"  {label:<12}{found[key]}")
+    if bounds := found.get("bounds"):
+        for axis, low, high in zip("xyz", *bounds, strict=True):
+            lines.append(f"  {axis + ', m':<12}{low:.3f} to {high:.3f}")
+    if spacing := found.get("resolution_m"):
+        lines.append(f"  {'spacing, m':<12}{spacing:.4g}")
+    if found["kind"] in ("mesh", "cloud"):
+        lines.append(f"  {'CRS':<12}{found.get('crs') or 'none in the file'}")
+    for key in ("fields", "materials", "textures"):
+        if found.get(key):
+            lines.append(f"  {key:<12}{', '.join(map(str, found[key]))}")
+    return "\n".join(lines)
