@@ -18,7 +18,7 @@ Subparsers = Any
 Run = Callable[[argparse.Namespace, "Output"], None]
 
 
-class HelpWanted(Exception):  # noqa: N818 - not an error
+class HelpWanted(Exception):
     """--help or --version: the text to show."""
 
 
