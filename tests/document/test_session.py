@@ -8,13 +8,12 @@ import random
 import numpy as np
 import pytest
 
+from tests.samples import bed
 from vomstudio.document import edits
 from vomstudio.document.journal import replay
 from vomstudio.document.records import Frame, Trace
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError, GeometryError
-
-from tests.samples import bed
 
 
 def test_an_edit_is_in_the_journal_before_anyone_hears_of_it(session, journal):

@@ -12,13 +12,12 @@ from pathlib import Path
 
 import pytest
 
+from tests.samples import bed
 from vomstudio.document import edits
 from vomstudio.document.records import Frame, Model, Trace
 from vomstudio.errors import InputError, TargetError
-from vomstudio.io.journal import SqliteJournal, read_records
+from vomstudio.io.journal import read_records
 from vomstudio.io.project import Project, project_folder
-
-from tests.samples import bed
 
 MODEL = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"))
 
@@ -54,10 +53,12 @@ def test_a_project_comes_back_as_it_was(tmp_path):
 
 
 def test_float64_coordinates_come_back_to_the_last_bit(project):
-    vertices = ((576665.7249999999, 5188117.06 + 1e-9, 0.1), (1 / 3, 2 / 3, 1e-300), (4.0, 5.0, 6.5))
-    project.session.apply(
-        edits.add_trace(project.session.records, bed("t1", vertices=vertices))
+    vertices = (
+        (576665.7249999999, 5188117.06 + 1e-9, 0.1),
+        (1 / 3, 2 / 3, 1e-300),
+        (4.0, 5.0, 6.5),
     )
+    project.session.apply(edits.add_trace(project.session.records, bed("t1", vertices=vertices)))
     assert read_records(project.folder)["t1"].vertices == vertices
 
 
@@ -121,12 +122,8 @@ def test_a_torn_journal_is_named(tmp_path):
     whole = path.read_bytes()
     for size in (100, 4096, 5000, len(whole) // 2, len(whole) - 10):
         path.write_bytes(whole[:size])
-        try:
-            project = Project.open(tmp_path / "a.vom")
-        except InputError as refused:
-            assert "journal.sqlite" in str(refused)
-        else:
-            project.close()
+        with pytest.raises(InputError, match=r"journal\.sqlite"):
+            Project.open(tmp_path / "a.vom").close()
 
 
 @pytest.mark.parametrize("what", ["nothing", "folder", "file"])

@@ -132,9 +132,7 @@ def inflate(
     return q1, q2, n_effective, long
 
 
-def _compare(
-    series: Floats, n: int, dof: Floats
-) -> tuple[Floats, Floats, Floats, Floats, Bools]:
+def _compare(series: Floats, n: int, dof: Floats) -> tuple[Floats, Floats, Floats, Floats, Bools]:
     """Inflation of q along e1 and e2 under every model (k, models), its degrees of freedom, the
     models' weights, and the flag."""
     models = _library(n) if n <= 1024 else _Library(n)

@@ -16,9 +16,7 @@ from vomstudio.io.project_table import ProjectTable, project_table
 FORMATS = ("csv", "gpkg")
 
 
-def export_project(
-    folder: Path, format_: str, out: Path, *, force: bool = False
-) -> ProjectTable:
+def export_project(folder: Path, format_: str, out: Path, *, force: bool = False) -> ProjectTable:
     """Export the project in `folder`, which may be open in a window; returns what was written.
 
     Raises InputError where the project cannot be read or holds no features, UsageError for a format

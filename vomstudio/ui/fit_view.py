@@ -63,9 +63,7 @@ class FitView(QWidget):
         layout.addLayout(grid)
         layout.addWidget(self._reasons)
 
-    def show_measurement(
-        self, measured: Measurement | None, notation: str, *, local: bool
-    ) -> None:
+    def show_measurement(self, measured: Measurement | None, notation: str, *, local: bool) -> None:
         fit = measured.fit if measured else None
         verdict = measured.verdict if measured else None
         self._plane.setText(plane_text(fit, notation))

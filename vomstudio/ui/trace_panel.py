@@ -1,4 +1,4 @@
-"""The panel of the trace tool: vertices, what is made next, the live fit and why it is judged so."""
+"""The panel of the trace tool: vertices, what is made next, the live fit and its reasons."""
 
 from __future__ import annotations
 
@@ -85,9 +85,7 @@ class TracePanel(QWidget):
             self.type_box.clear()
             for kind in self._studio.session.of(FeatureType):
                 self.type_box.addItem(theme.swatch(kind.color), kind.name, kind.id)
-            self.type_box.setCurrentIndex(
-                max(0, self.type_box.findData(self._studio.next_type_id))
-            )
+            self.type_box.setCurrentIndex(max(0, self.type_box.findData(self._studio.next_type_id)))
         self.refresh()
 
     def _edited(self, edit: object) -> None:
