@@ -141,6 +141,11 @@ def test_turning_the_world_about_up_turns_intersections(a: Plane, b: Plane, turn
     assert same_axis(intersection(*turned).vector(), expected) < 1e-4
 
 
+def test_azimuths_over_360_are_the_same_planes() -> None:
+    assert Plane.from_strike(371, 20) == Plane.from_strike(11, 20)
+    assert Plane(-228, 41) == Plane(132, 41)
+
+
 # What is undefined, vertical, horizontal
 
 

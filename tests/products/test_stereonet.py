@@ -181,6 +181,17 @@ def test_selection_emphasises_in_the_same_colour_and_can_be_taken_back() -> None
     assert len(artists.axes.lines) == count
 
 
+def test_the_legend_names_the_ellipse_as_long_as_there_is_one() -> None:
+    figure, artists = draw(replace(FULL, selected=frozenset(), ellipses=()))
+    name = "joint 95 % of the selected pole"
+    assert name not in texts(artists)
+    artists.select({"Bedding3"}, FULL.ellipses)
+    assert name in texts(artists)
+    assert artists.axes in figure.axes
+    artists.select({"Bedding4"})
+    assert name not in texts(artists)
+
+
 def test_thousands_of_great_circles_are_one_collection() -> None:
     many = make_sets({"Facets": cluster(132, 41, 1000, 20)})
     _, artists = draw(NetContents(many, circles=True))

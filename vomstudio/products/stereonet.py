@@ -295,8 +295,16 @@ class NetArtists:
         )
 
     def select(self, selected: Iterable[str], ellipses: Sequence[NetEllipse] = ()) -> None:
-        """Emphasises other features and leaves the rest; the caller redraws the canvas."""
+        """Emphasises other features and leaves the rest; the caller redraws the canvas. All is
+        drawn anew only where the legend gains or loses the ellipse."""
+        had_ellipse = bool(self.contents.ellipses)
         self.contents = self.contents.with_selection(selected, ellipses)
+        if had_ellipse != bool(ellipses):
+            figure = self.axes.get_figure(root=True)
+            assert figure is not None
+            anew = draw_stereonet(figure, self.contents, self.style)
+            self.__dict__.update(anew.__dict__)
+            return
         for artist in self.emphasis:
             artist.remove()  # type: ignore[attr-defined]
         self.emphasis = _draw_emphasis(self.axes, self.contents, self.style, self.positions)
