@@ -1,0 +1,44 @@
+"""A user's folders of their own, and the small outcrop with its known picks."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests import driver
+from vomstudio.paths import resource
+
+
+@pytest.fixture
+def outcrop() -> Path:
+    return resource("outcrop", "outcrop.obj")
+
+
+@pytest.fixture(scope="session")
+def picks() -> dict[str, np.ndarray]:
+    """Points on the outcrop in World, by trace."""
+    with resource("outcrop", "picks.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    return {
+        name: np.array([[float(r[c]) for c in "xyz"] for r in rows if r["trace"] == name])
+        for name in dict.fromkeys(r["trace"] for r in rows)
+    }
+
+
+@pytest.fixture(scope="session")
+def truth() -> dict[str, tuple[float, float]]:
+    """Dip direction and dip of each trace's plane."""
+    with resource("outcrop", "truth.csv").open(newline="") as stream:
+        rows = csv.DictReader(line for line in stream if not line.startswith("#"))
+        return {r["trace"]: (float(r["dip_direction_deg"]), float(r["dip_deg"])) for r in rows}
+
+
+@pytest.fixture
+def window(own_folders, qtbot):
+    """The real window of a new user."""
+    made = driver.make_window()
+    yield made
+    driver.dismiss(made)
