@@ -17,15 +17,19 @@ def outcrop() -> Path:
     return resource("outcrop", "outcrop.obj")
 
 
-@pytest.fixture(scope="session")
-def picks() -> dict[str, np.ndarray]:
-    """Points on the outcrop in World, by trace."""
+def read_picks() -> dict[str, np.ndarray]:
     with resource("outcrop", "picks.csv").open(newline="") as stream:
         rows = list(csv.DictReader(stream))
     return {
         name: np.array([[float(r[c]) for c in "xyz"] for r in rows if r["trace"] == name])
         for name in dict.fromkeys(r["trace"] for r in rows)
     }
+
+
+@pytest.fixture(scope="session")
+def picks() -> dict[str, np.ndarray]:
+    """Points on the outcrop in World, by trace."""
+    return read_picks()
 
 
 @pytest.fixture(scope="session")

@@ -15,8 +15,8 @@ from typing import Any
 
 from vomstudio.document.records import Model
 from vomstudio.document.session import Session
-from vomstudio.errors import InputError, TargetError
-from vomstudio.io.journal import SqliteJournal
+from vomstudio.errors import InputError, TargetError, VomError
+from vomstudio.io.journal import SqliteJournal, read_replay
 from vomstudio.io.lock import ProjectLock
 
 SUFFIX = ".vom"
@@ -81,6 +81,8 @@ class Project:
     def save_as(self, folder: Path) -> None:
         """Move to another folder: history and copies go along. A project with a name stays behind
         as it was last saved; an untitled one is gone. Raises TargetError."""
+        if folder.exists() and not folder.is_dir():
+            raise TargetError("there is a file of this name; choose another name", file=folder)
         if folder.exists() and any(folder.iterdir()):
             raise TargetError("the folder is not empty; choose another name", file=folder)
         part = folder.with_name(folder.name + ".part")
@@ -96,6 +98,9 @@ class Project:
         except OSError as error:
             shutil.rmtree(part, ignore_errors=True)
             raise TargetError(f"cannot be written ({error.strerror})", file=folder) from error
+        except VomError:
+            shutil.rmtree(part, ignore_errors=True)
+            raise
         lock = ProjectLock(folder / "lock")
         journal = SqliteJournal(folder / JOURNAL)
         left, untitled = self.folder, self.untitled
@@ -111,8 +116,13 @@ class Project:
         self.session.save()
 
     def close(self) -> None:
+        """An untitled project leaves its journal only where there is something in it."""
+        session = self.session
+        blank = not (session.undo_label or session.redo_label or session.draft or session.problems)
         self.session.close()
         self._lock.release()
+        if self.untitled:
+            shutil.rmtree(self.folder if blank else self.cache, ignore_errors=True)
 
     def model_path(self, path: Path) -> str:
         """How the path of a model is written down: relative inside the folder, else absolute."""
@@ -174,8 +184,18 @@ def unfinished_untitled() -> list[Path]:
     for folder in sorted(untitled_folder().glob(f"*{SUFFIX}"), reverse=True):
         try:
             ProjectLock(folder / "lock").release()
-        except InputError:
+        except (InputError, TargetError):
             continue
-        if (folder / JOURNAL).is_file():
+        if (folder / JOURNAL).is_file() and has_unsaved_work(folder):
             found.append(folder)
     return found
+
+
+def has_unsaved_work(folder: Path) -> bool:
+    """Opening the project would bring edits that were not saved, or an unfinished tool."""
+    try:
+        played = read_replay(folder)
+    except InputError:
+        # Opening it says what is wrong; hiding it would lose it.
+        return True
+    return played.top != played.saved_top or played.draft is not None
