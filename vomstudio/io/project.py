@@ -181,14 +181,22 @@ def create_untitled(settings: Callable[[], Mapping[str, Any]] = dict) -> Project
 def unfinished_untitled() -> list[Path]:
     """Untitled projects that a crash or a power cut has left behind, the newest first."""
     found = []
-    for folder in sorted(untitled_folder().glob(f"*{SUFFIX}"), reverse=True):
+    journals = untitled_folder().glob(f"*{SUFFIX}/{JOURNAL}")
+    for folder in (j.parent for j in sorted(journals, key=_time_of, reverse=True)):
         try:
             ProjectLock(folder / "lock").release()
         except (InputError, TargetError):
             continue
-        if (folder / JOURNAL).is_file() and has_unsaved_work(folder):
+        if has_unsaved_work(folder):
             found.append(folder)
     return found
+
+
+def _time_of(path: Path) -> float:
+    try:
+        return path.stat().st_mtime
+    except OSError:
+        return 0.0
 
 
 def has_unsaved_work(folder: Path) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 
 from PySide6.QtCore import QPoint, QSignalBlocker, Qt
@@ -23,7 +22,7 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.records import FeatureType, Model, Record, Trace
 from vomstudio.ui import theme
 from vomstudio.ui.studio import Studio
-from vomstudio.ui.wording import plane_text
+from vomstudio.ui.wording import natural, plane_text
 
 _ID = Qt.ItemDataRole.UserRole
 _SORT = Qt.ItemDataRole.UserRole + 1
@@ -110,7 +109,7 @@ class ProjectTree(QWidget):
             item = _Item(parent)
             self._items[record.id] = item
         item.setData(0, _ID, record.id)
-        item.setData(0, _SORT, _natural(record.name))
+        item.setData(0, _SORT, natural(record.name))
         item.setText(0, record.name)
         item.setFlags(
             Qt.ItemFlag.ItemIsEnabled
@@ -205,12 +204,3 @@ def _take_out(item: QTreeWidgetItem) -> None:
 
 def _check(visible: bool) -> Qt.CheckState:
     return Qt.CheckState.Checked if visible else Qt.CheckState.Unchecked
-
-
-def _natural(name: str) -> tuple[tuple[int, int, str], ...]:
-    """B2 before B10."""
-    return tuple(
-        (0, int(part), "") if part.isdigit() else (1, 0, part.casefold())
-        for part in re.split(r"(\d+)", name)
-        if part
-    )
