@@ -40,7 +40,9 @@ def main() -> None:
     first = time.perf_counter() - start
     print(f"{len(counts)} traces, {len(points)} points")
     print(f"fit_planes, first call           {first:8.3f} s")
-    print(f"fit_planes, every figure         {best_of(3, lambda: fit_planes(points, offsets)):8.3f} s")
+    print(
+        f"fit_planes, every figure         {best_of(3, lambda: fit_planes(points, offsets)):8.3f} s"
+    )
     unordered = best_of(3, lambda: fit_planes(points, offsets, ordered=False))
     print(f"fit_planes, unordered            {unordered:8.3f} s")
     print(f"numpy SVD in a loop, normal only {best_of(3, loop):8.3f} s")

@@ -48,7 +48,6 @@ class FitView(QWidget):
             label, value = QLabel(title), QLabel("–")
             label.setToolTip(tip)
             value.setToolTip(tip)
-            label.setEnabled(False)
             value.setAlignment(Qt.AlignmentFlag.AlignRight)
             value.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
             grid.addWidget(label, row, 0)

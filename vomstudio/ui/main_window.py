@@ -16,6 +16,7 @@ from PySide6.QtGui import (
     QDropEvent,
     QGuiApplication,
     QKeyEvent,
+    QShowEvent,
 )
 from PySide6.QtWidgets import (
     QDockWidget,
@@ -79,6 +80,7 @@ class MainWindow(QMainWindow):
         self.resize(1400, 900)
         self.studio = Studio(settings)
         self.viewport: Viewport | None = None
+        self._arranged = False
         self._put_away: list[QDockWidget] = []
         self._layers_time: datetime | None = None
         self.actions_table = Actions(self)
@@ -120,6 +122,8 @@ class MainWindow(QMainWindow):
         self._net_place = QWidget()
         left, right = Qt.DockWidgetArea.LeftDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea
         bottom = Qt.DockWidgetArea.BottomDockWidgetArea
+        self.setCorner(Qt.Corner.BottomLeftCorner, left)
+        self.setCorner(Qt.Corner.BottomRightCorner, right)
         self._dock("project", self.tr("Project"), self.tree, left)
         self._dock("trace", self.tr("Trace"), self.trace_panel, left)
         self._dock("stereonet", self.tr("Stereonet"), self._net_place, right)
@@ -127,16 +131,6 @@ class MainWindow(QMainWindow):
         self._dock("properties", self.tr("Properties"), self.properties, right)
         self._dock("table", self.tr("Orientations"), self.table, bottom)
         self._dock("messages", self.tr("Messages"), self.messages, bottom)
-        self.tabifyDockWidget(self.docks["stereonet"], self.docks["view"])
-        self.tabifyDockWidget(self.docks["table"], self.docks["messages"])
-        self.docks["stereonet"].raise_()
-        self.docks["table"].raise_()
-        for corner, area in (
-            (Qt.Corner.BottomLeftCorner, left),
-            (Qt.Corner.BottomRightCorner, right),
-        ):
-            self.setCorner(corner, area)
-        self._default_sizes()
 
     def _dock(self, name: str, title: str, widget: QWidget, area: Qt.DockWidgetArea) -> None:
         dock = QDockWidget(title, self)
@@ -145,8 +139,12 @@ class MainWindow(QMainWindow):
         self.addDockWidget(area, dock)
         self.docks[name] = dock
 
-    def _default_sizes(self) -> None:
+    def _arrange(self) -> None:
         docks = self.docks
+        self.tabifyDockWidget(docks["stereonet"], docks["view"])
+        self.tabifyDockWidget(docks["table"], docks["messages"])
+        docks["stereonet"].raise_()
+        docks["table"].raise_()
         width, height = Qt.Orientation.Horizontal, Qt.Orientation.Vertical
         self.resizeDocks([docks["project"], docks["stereonet"]], [290, 330], width)
         self.resizeDocks([docks["project"], docks["trace"]], [330, 440], height)
@@ -646,8 +644,16 @@ class MainWindow(QMainWindow):
                 for screen in QGuiApplication.screens()
             ):
                 self.move(40, 40)
-        if "docks" in kept:
-            self.restoreState(_bytes(kept["docks"]), _LAYOUT_VERSION)
+
+    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802
+        super().showEvent(event)
+        if self._arranged:
+            return
+        # Docks that are tabbed before the window is shown leave a stray tab bar behind.
+        self._arranged = True
+        docks = self.studio.settings.window.get("docks")
+        if docks is None or not self.restoreState(_bytes(docks), _LAYOUT_VERSION):
+            self._arrange()
 
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802
         if not self.ask_to_keep():
