@@ -1,6 +1,6 @@
-"""How often the 95 % region of a fitted plane holds the true normal: the table of the documentation.
+"""How often the 95 % region of a fitted plane holds the true normal: the table of the docs.
 
-Run from the project root:  python tests/benchmarks/coverage.py [--repeats 20000] [--quick]
+Run from the project root:  python tests/benchmarks/coverage.py [--repeats 20000]
 
 Each row simulates traces of one known plane and counts how often its true normal lies inside the
 joint region of `max_confidence95_deg` and `min_confidence95_deg`. `width` is the median of the
@@ -100,7 +100,9 @@ def known_width_deg(points: Floats, s: Floats) -> float:
     x = np.concatenate([points - points.mean(axis=0), np.ones((len(points), 1))], axis=1)
     inverse = np.linalg.inv(x.T @ x)
     slopes = (inverse @ x.T @ s @ x @ inverse)[:2, :2]
-    return float(np.degrees(np.arctan(np.sqrt(-2.0 * np.log(0.05) * np.linalg.eigvalsh(slopes)[1]))))
+    return float(
+        np.degrees(np.arctan(np.sqrt(-2.0 * np.log(0.05) * np.linalg.eigvalsh(slopes)[1])))
+    )
 
 
 def simulate(case: Case, repeats: int, seed: int) -> tuple[float, float, float, float]:
@@ -118,10 +120,11 @@ def simulate(case: Case, repeats: int, seed: int) -> tuple[float, float, float, 
     fits = fit_planes(points.reshape(-1, 3), np.arange(repeats + 1) * case.n)
     held = inside(fits, np.array([0.0, 0.0, 1.0]))
     width = float(np.median(fits.max_confidence95_deg))
-    wider = np.maximum(fits.max_confidence95_deg, fits.max_angular_error_deg)
-    del wider
-    return float(held.mean()), width, width / known_width_deg(flat, s), float(
-        fits.long_roughness.mean()
+    return (
+        float(held.mean()),
+        width,
+        width / known_width_deg(flat, s),
+        float(fits.long_roughness.mean()),
     )
 
 
