@@ -100,7 +100,9 @@ def known_width_deg(points: Floats, s: Floats) -> float:
     x = np.concatenate([points - points.mean(axis=0), np.ones((len(points), 1))], axis=1)
     inverse = np.linalg.inv(x.T @ x)
     slopes = (inverse @ x.T @ s @ x @ inverse)[:2, :2]
-    return float(np.degrees(np.arctan(np.sqrt(-2.0 * np.log(0.05) * np.linalg.eigvalsh(slopes)[1]))))
+    return float(
+        np.degrees(np.arctan(np.sqrt(-2.0 * np.log(0.05) * np.linalg.eigvalsh(slopes)[1])))
+    )
 
 
 def simulate(case: Case, repeats: int, seed: int) -> tuple[float, float, float, float]:
@@ -120,8 +122,11 @@ def simulate(case: Case, repeats: int, seed: int) -> tuple[float, float, float, 
     width = float(np.median(fits.max_confidence95_deg))
     wider = np.maximum(fits.max_confidence95_deg, fits.max_angular_error_deg)
     del wider
-    return float(held.mean()), width, width / known_width_deg(flat, s), float(
-        fits.long_roughness.mean()
+    return (
+        float(held.mean()),
+        width,
+        width / known_width_deg(flat, s),
+        float(fits.long_roughness.mean()),
     )
 
 
