@@ -43,7 +43,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     table = read_orientations(args.table, args.azimuth)
     choice = _Choice(table)
     choice.planes_only()
-    if args.kind is not None or (args.sets is None and table.kinds is not None):
+    # A column of kinds that says nothing, as `fit` writes it, is no table with kinds.
+    has_kinds = table.kinds is not None and any(table.kinds)
+    if args.kind is not None or (args.sets is None and has_kinds):
         choice.one_kind(args.kind)
     try:
         axis = choice.axis() if args.sets is None else choice.common_axis(_names(args.sets))

@@ -17,16 +17,16 @@ Plain = dict[str, Any]
 
 def encode(record: Record) -> Plain:
     """A record as JSON values, with its kind."""
-    return {"kind": _NAMES[type(record)], **dataclasses.asdict(record)}
+    return {"record": _NAMES[type(record)], **dataclasses.asdict(record)}
 
 
 def decode(plain: Mapping[str, Any]) -> Record:
     """The record; raises DocumentError that names the kind or field that cannot be read."""
     values = dict(plain)
-    kind = values.pop("kind", None)
+    kind = values.pop("record", None)
     cls = _KINDS.get(kind) if isinstance(kind, str) else None
     if cls is None:
-        raise DocumentError(f"a record of unknown kind {kind!r} cannot be read", field="kind")
+        raise DocumentError(f"a record of unknown kind {kind!r} cannot be read", field="record")
     names = {field.name for field in dataclasses.fields(cls)}
     unknown = set(values) - names
     if unknown:

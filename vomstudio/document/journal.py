@@ -24,7 +24,7 @@ class Row:
     """
 
     seq: int
-    kind: RowKind
+    kind: str
     of_seq: int | None
     label: str
     before: Plain | None

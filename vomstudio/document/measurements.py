@@ -49,9 +49,7 @@ class Measurements:
             or kept[0] is not trace
             or kept[1] is not model
         ]
-        for (trace, model), measurement in zip(
-            new, measure(new, self._thresholds), strict=True
-        ):
+        for (trace, model), measurement in zip(new, measure(new, self._thresholds), strict=True):
             self._kept[trace.id] = (trace, model, measurement)
         return {trace.id: self._kept[trace.id][2] for trace in traces}
 

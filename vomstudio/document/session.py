@@ -37,9 +37,7 @@ class Session:
     settings that affect results; they are written beside every edit.
     """
 
-    def __init__(
-        self, journal: Journal, settings: Callable[[], Mapping[str, Any]] = dict
-    ) -> None:
+    def __init__(self, journal: Journal, settings: Callable[[], Mapping[str, Any]] = dict) -> None:
         self.changed: Signal[Edit] = Signal()
         self.history_changed: Signal[None] = Signal()
         self._journal = journal

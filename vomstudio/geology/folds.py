@@ -7,8 +7,9 @@ variance S3 Sj / (n (Sj - S3)^2) toward axis j (Anderson 1963, Annals of Mathema
 replaced by n - 2 in S3 and F(0.95; 2, n - 2) in place of chi-square, as in the regression that it
 becomes where the scatter about the great circle is small. It is joint (both tilts at once), 95 %,
 and supposes that each pole strays from the great circle on its own and by the same law.
-Simulated coverage is 93 to 97 % where the stated semi-axes are under some 20 degrees; it falls to
-85 % where they are over 30 (`WEAK_AXIS_DEG`), and the result then says that the axis is weak.
+Simulated coverage (arcs of 40 to 180 degrees, 5 to 100 planes) is 93 to 97 % where the larger
+semi-axis is under 20 degrees; it falls to 85 % where it is over 30, and from `WEAK_AXIS_DEG` on the
+result says that the axis is weak.
 """
 
 from __future__ import annotations
@@ -53,6 +54,7 @@ JUDGING_LATER = (
 class FoldAxis:
     """A view direction found from planes, with its uncertainty and its verdict.
 
+    n: of the planes, or of the sets of a common axis.
     beta: the axis, plunging down. pi_plane: the plane normal to it, the best through the poles.
     max/min_confidence95_deg: semi-axes of the joint 95 % region of beta, None where the data have
     no redundancy.

@@ -20,7 +20,6 @@ from vomstudio.geometry import plane_errors
 from vomstudio.geometry.vectors import (
     TILT_FLOOR,
     dip_of_normals,
-    strike_and_dip_lines,
     upward,
 )
 

@@ -1,12 +1,16 @@
 """How much the residuals of a trace depend on each other, and what that costs.
 
 Neighbouring points of a trace share the roughness of the surface, so n points are worth fewer. The
-residuals' cosine spectrum is compared with a small family of roughness models (none; exponential
-and Gaussian correlation of several lengths, with and without white picking noise), the fit's own
-appetite taken into account: each cosine counts with the share the fit has left in it. Each
-model says how far the fitted plane may tilt; the tail of their mixture, weighted by how well each
-explains the residuals, gives the 95 % limit. No length is selected, so a doubtful one costs width,
-not coverage.
+residuals' cosine spectrum is compared with a small family of roughness models: none, exponential
+and Gaussian correlation of several lengths, and exponential with as much white picking noise. What
+the fit itself has swallowed is allowed for: each cosine counts with the share the fit has left.
+Every model then says how far the plane may tilt, and on how many degrees of freedom its own scale
+stands; the mixture of these laws, weighted by how well each model explains the residuals, gives the
+95 % limit. No single length is chosen, so doubt about it costs width instead of coverage.
+
+Lengths are counted along the trace in points, as if they were evenly spaced. The weights below were
+set by simulation (tests/benchmarks/coverage.py, docs/plane_errors.md): white noise is hardly
+penalised, and lengths up to a tenth of the trace keep their coverage from 30 points on.
 """
 
 from __future__ import annotations
@@ -17,146 +21,151 @@ import numpy as np
 import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
-# Correlation lengths as fractions of the trace. Those beyond a tenth cannot be told from the plane
-# itself by looking at what the fit has left; they are there to be recognised, with little weight.
-SHORT = tuple(0.1 * 0.5 ** (i / 2) for i in range(-1, 9))
-LONG = (1 / 4, 1 / 2)
-SLOPE = 0.5
-WEIGHT_WHITE = 0.7
-WEIGHT_LONG = 0.01
-WEIGHT_MIXED = 0.25  # share, among the short ones, of those with as much white noise on top
+# Correlation lengths as fractions of the trace. The long ones cannot be told from the plane itself
+# by what the fit has left; they are there to be recognised, and with little weight.
+SHORT = tuple(0.1 * 0.5 ** (i / 2) for i in range(-1, 8))
+LONG = (0.25, 0.5)
+LONGER_THAN_A_TENTH = 0.12
+FEWEST = 12  # below this many points nothing can be said about correlation
+MOST = 1024  # tables for more points are not kept
+# Weights before anything is seen; pairs are for exponential and Gaussian correlation.
+WHITE_FROM, WHITE_OVER, WHITE_LEAST = 10.0, 57.0, 0.3
+KIND_WEIGHT = (0.75, 0.25)
+LONG_WEIGHT = (0.11, 0.003)
+SLOPE = (0.3, 0.45)  # weight of a length grows with this power of it
+MIXED_WEIGHT = 0.05
 # White variance added to data and models alike: no model may stand or fall with frequencies in
 # which nothing happens, and no surface is as smooth as a Gaussian correlation would have it.
-FLOOR = 0.03
-TEMPER = 1.0
-FEWEST = 8  # below this many points nothing can be said about correlation
+FLOOR = 0.05
+# The degrees of freedom of a correlated noise's variance are themselves an estimate.
+FREEDOM = 0.78
 LOG_LEVEL = np.log(0.05)
+TINY = float(np.finfo(np.float64).tiny)
 
 
-def _models() -> tuple[Floats, Floats, Bools, Floats, Floats]:
-    """Length, white share, smoothness and two weights (width, flag) of all but the white model."""
+def _models() -> tuple[Floats, Floats, Bools, Floats]:
+    """Length, white share, smoothness and weight of every model but the white one."""
     rows: list[tuple[float, float, bool, float]] = []
     for smooth in (False, True):
-        for white, share in ((0.0, 1.0 - WEIGHT_MIXED), (0.5, WEIGHT_MIXED)):
-            total = sum(length**SLOPE for length in SHORT)
-            weight = (1.0 - WEIGHT_WHITE - WEIGHT_LONG) * share / (2 * total)
-            rows += [(length, white, smooth, weight * length**SLOPE) for length in SHORT]
-        rows += [(length, 0.0, smooth, WEIGHT_LONG / (2 * len(LONG))) for length in LONG]
-    length, white_share, smoothness, weights = (np.array(c) for c in zip(*rows, strict=True))
-    flat = np.where(white_share == 0.0, 1.0, 0.0)
-    return length, white_share, smoothness, weights, flat
+        rest = KIND_WEIGHT[smooth] * (1.0 - LONG_WEIGHT[smooth])
+        total = sum(length ** SLOPE[smooth] for length in SHORT)
+        rows += [(x, 0.0, smooth, rest * x ** SLOPE[smooth] / total) for x in SHORT]
+        each = KIND_WEIGHT[smooth] * LONG_WEIGHT[smooth] / len(LONG)
+        rows += [(x, 0.0, smooth, each) for x in LONG]
+    rows += [(x, 0.5, False, MIXED_WEIGHT / len(SHORT[::2])) for x in SHORT[::2]]
+    length, white, smoothness, weight = (np.array(column) for column in zip(*rows, strict=True))
+    return length, white, smoothness, weight
 
 
-LENGTH, WHITE, SMOOTH, WEIGHT, FLAT = _models()
-LOG_WEIGHT = np.log(np.concatenate([[WEIGHT_WHITE], WEIGHT]))
-FLAT_WEIGHT = np.concatenate([[1.0], FLAT])
-IS_LONG = np.concatenate([[False], LENGTH > 0.11])
+LENGTH, WHITE, SMOOTH, WEIGHT = _models()
+PURE = np.concatenate([[True], WHITE == 0.0])
+IS_LONG = np.concatenate([[False], LENGTH > LONGER_THAN_A_TENTH])
 
 
 class _Library:
-    """What the models expect of a trace of n evenly spaced points.
+    """What the models expect of a trace of n evenly spaced points; the first model is white.
 
     log, inverse : (models, n - 1) of the expected squared coefficients 1..n-1 of the orthonormal
-        cosine transform (DCT-II) of noise of variance 1, floor added
-    square : (models, n - 1) those coefficients squared, no floor
+        cosine transform (DCT-II), scaled to what the fit leaves, floor added
+    square : (models, n - 1) those coefficients for noise of variance 1, squared
     toeplitz : (models, n + 1) weights that turn the power spectrum of a series padded to 2 n, as of
         rfft, into the quadratic form series' R series of its correlation matrix R
     mean : (models,) that form for the constant series of norm 1
+    half_step : (n - 1,) turns the spectrum of such a series into its cosine transform
+    log_weight : (models,) of the weights before anything is seen
     """
 
     def __init__(self, n: int) -> None:
-        h = np.arange(n) / (n - 1.0) / LENGTH[:, None]
-        rho = np.where(SMOOTH[:, None], np.exp(-0.5 * h * h), np.exp(-h)) * (1 - WHITE)[:, None]
+        lag = np.arange(n) / (n - 1.0) / LENGTH[:, None]
+        rho = np.exp(np.where(SMOOTH[:, None], -0.5 * lag * lag, -lag)) * (1.0 - WHITE)[:, None]
         rho = np.vstack([np.zeros(n), rho])
         rho[:, 0] = 0.0
+        taper = 1.0 - np.arange(n) / n
         # Coefficient j: 1 + 2 sum_h rho(h) [(1 - h / n) cos(t h) - sin(t h) / (n sin t)],
         # t = pi j / n.
         t = np.pi * np.arange(1, n) / n
-        cosine = np.fft.rfft(rho * (1.0 - np.arange(n) / n), 2 * n).real[:, 1:n]
         transform = np.fft.rfft(rho, 2 * n)
+        cosine = np.fft.rfft(rho * taper, 2 * n).real[:, 1:n]
         sine = -transform.imag[:, 1:n]
         s = np.maximum(1.0 + 2.0 * (cosine - sine / (n * np.sin(t))), 0.0)
-        self.mean = 1.0 + 2.0 * (rho * (1.0 - np.arange(n) / n)).sum(axis=1)
+        self.half_step = np.exp(-0.5j * t)
+        self.square = s * s
+        self.mean = 1.0 + 2.0 * (rho * taper).sum(axis=1)
         # Scaled to leave a variance of 1 when a fit has taken the two lowest of them.
         remains = np.maximum(n - self.mean - s[:, 0] - s[:, 1], 1e-3 * n)
         scaled = s * ((n - 3.0) / remains)[:, None] + FLOOR
         self.log = np.log(scaled)
         self.inverse = 1.0 / scaled
-        self.square = s * s
-        weight = np.full(n + 1, 2.0)
-        weight[[0, n]] = 1.0
-        self.toeplitz = (1.0 + 2.0 * transform.real) * weight / (2 * n)
+        twice = np.full(n + 1, 2.0)
+        twice[[0, n]] = 1.0
+        self.toeplitz = (1.0 + 2.0 * transform.real) * twice / (2 * n)
+        # A length below the spacing is white noise under another name.
+        weight = np.concatenate([[0.0], np.where(LENGTH * (n - 1.0) > 1.0, WEIGHT, 0.0)])
+        white = min(max(1.0 - (n - WHITE_FROM) / WHITE_OVER, WHITE_LEAST), 1.0)
+        weight *= (1.0 - white) / weight.sum()
+        weight[0] = white
+        self.log_weight = np.log(np.maximum(weight, TINY))
 
 
 _library = lru_cache(maxsize=256)(_Library)
 
 
-def _cosine_squares(x: Floats) -> Floats:
-    """Squared coefficients 1..n-1 of the orthonormal DCT-II along the last axis."""
-    n = x.shape[-1]
-    shuffled = np.concatenate([x[..., ::2], x[..., 1::2][..., ::-1]], axis=-1)
-    spectrum = np.fft.fft(shuffled, axis=-1)[..., 1:]
-    turn = np.exp(-0.5j * np.pi * np.arange(1, n) / n)
-    c: Floats = (spectrum * turn).real
-    return c * c * (2.0 / n)
-
-
 def inflate(
-    u: Floats,
-    v: Floats,
-    r: Floats,
-    starts: npt.NDArray[np.int64],
-    counts: npt.NDArray[np.int64],
-    dof: Floats,
-    white: Floats,
+    u: Floats, v: Floats, r: Floats, starts: Ints, counts: Ints, dof: Floats, white: Floats
 ) -> tuple[Floats, Floats, Floats, Bools]:
-    """See plane_errors.quantiles; `white` is the answer for independent points."""
+    """See plane_errors.quantiles; `white` (m,) is the answer for independent points."""
     q1, q2 = white.copy(), white.copy()
-    n_effective = dof + 3.0
+    effective = dof + 3.0
     long = np.zeros(len(dof), bool)
-    for n in np.unique(counts):
-        if n < FEWEST:
-            continue
-        rows = np.flatnonzero((counts == n) & (dof > 0))
-        if not len(rows):
+    order = np.argsort(counts, kind="stable")
+    sizes, first = np.unique(counts[order], return_index=True)
+    for n, rows in zip(sizes, np.split(order, first[1:]), strict=True):
+        # A trace of few different places, or exactly in its plane, has nothing to be compared.
+        rows = rows[(dof[rows] > 1.0)]
+        if n < FEWEST or not len(rows):
             continue
         index = starts[rows][:, None] + np.arange(n)
-        series = np.stack([u[index], v[index], r[index]])
-        g1, g2, freedom, weight, long[rows] = _compare(series, int(n), dof[rows])
-        q1[rows] = _mixture_quantile(g1, freedom, weight, dof[rows])
-        q2[rows] = _mixture_quantile(g2, freedom, weight, dof[rows])
+        g, freedom, weight, long[rows] = _compare(
+            np.stack([u[index], v[index], r[index]]), int(n), dof[rows]
+        )
+        q = _mixture_quantile(g, freedom, weight, dof[rows])
+        q1[rows], q2[rows] = q
         # The number of independent points that would give the same limit.
-        n_effective[rows] = 3.0 - 2.0 * LOG_LEVEL / np.log1p(q2[rows])
-    return q1, q2, n_effective, long
+        effective[rows] = np.minimum(3.0 - 2.0 * LOG_LEVEL / np.log1p(q[1]), dof[rows] + 3.0)
+    return q1, q2, effective, long
 
 
-def _compare(
-    series: Floats, n: int, dof: Floats
-) -> tuple[Floats, Floats, Floats, Floats, Bools]:
-    """Inflation of q along e1 and e2 under every model (k, models), its degrees of freedom, the
-    models' weights, and the flag."""
-    models = _library(n) if n <= 1024 else _Library(n)
-    squares = _cosine_squares(series)
-    sums = np.maximum(squares.sum(axis=-1), np.finfo(np.float64).tiny)
-    relative = squares / sums[..., None]
-    left = np.maximum(1.0 - relative[0] - relative[1], 0.0)
+def _compare(series: Floats, n: int, dof: Floats) -> tuple[Floats, Floats, Floats, Bools]:
+    """What every model says of k traces of n points.
+
+    series : (3, k, n) coordinates along e1 and e2, residuals
+    Returns the inflation of the variance along e1 and e2 against white noise (2, k, models), its
+    degrees of freedom and the models' weights (k, models), and the flag (k,).
+    """
+    models = _library(n) if n <= MOST else _Library(n)
+    spectrum = np.fft.rfft(series, 2 * n)
+    sums = np.maximum((series * series).sum(axis=-1, keepdims=True), TINY)
+    # The orthonormal DCT-II is the real part of this one, half a step on.
+    squares = (spectrum[..., 1:n] * models.half_step).real ** 2 * (2.0 / n / sums)
+    left = np.maximum(1.0 - squares[0] - squares[1], 0.0)
     # How much noise of variance 1 leans on each coordinate, what of it the fit leaves, and on
     # how many degrees of freedom that stands.
-    power = np.abs(np.fft.rfft(series[:2], 2 * n)) ** 2 / sums[:2, :, None]
-    lean1, lean2 = power[0] @ models.toeplitz.T, power[1] @ models.toeplitz.T
-    remains = np.maximum(n - models.mean - lean1 - lean2, 1e-3 * n)
-    misfit = (relative[2] * (n - 3.0) + FLOOR * left) @ models.inverse.T
-    likelihood = -0.5 * TEMPER * (left @ models.log.T + dof[:, None] * np.log(misfit))
-    weight = _normalised(likelihood + LOG_WEIGHT)
-    flat = _normalised(likelihood) * FLAT_WEIGHT
-    long = flat[:, IS_LONG].sum(axis=1) > 0.5 * flat.sum(axis=1)
-    freedom = np.minimum(remains**2 / (left @ models.square.T), n - 3.0)
-    scale = dof[:, None] / remains
-    g1 = np.maximum(scale * lean1, 1.0)
-    g2 = np.maximum(scale * lean2, 1.0)
-    return g1, g2, freedom * (dof / (n - 3.0))[:, None], weight, long
+    power = (spectrum[:2].real ** 2 + spectrum[:2].imag ** 2) / sums[:2]
+    lean = power @ models.toeplitz.T
+    remains = np.maximum(n - models.mean - lean[0] - lean[1], 1e-3 * n)
+    freedom = np.minimum(FREEDOM * remains**2 / (left @ models.square.T), n - 3.0)
+    freedom[:, 0] = n - 3.0
+    g = np.maximum(lean * (dof[:, None] / remains), 1.0)
+    # Whittle's likelihood, the scale profiled.
+    misfit = (squares[2] * (n - 3.0) + FLOOR * left) @ models.inverse.T
+    likelihood = -0.5 * (left @ models.log.T + dof[:, None] * np.log(misfit))
+    weight = _normalised(likelihood + models.log_weight)
+    even = _normalised(likelihood) * PURE
+    long = even[:, IS_LONG].sum(axis=1) > 0.5 * even.sum(axis=1)
+    return g, freedom * (dof / (n - 3.0))[:, None], weight, long
 
 
 def _normalised(logarithms: Floats) -> Floats:
@@ -166,20 +175,28 @@ def _normalised(logarithms: Floats) -> Floats:
 
 
 def _mixture_quantile(g: Floats, freedom: Floats, weight: Floats, dof: Floats) -> Floats:
-    """q with sum_k weight_k P(F_k > q) = 0.05, each Fisher's law with 2 and freedom_k degrees.
+    """q (2, k) with sum_j weight_j P(F_j > q) = 0.05, F_j Fisher's law with 2 and freedom_j degrees.
 
-    Bisection on log(1 + q): the tails fall over many orders of magnitude.
+    Newton's steps on the logarithm of the tail against x = log(1 + q), kept between bounds.
     """
     half = 0.5 * freedom
     rate = dof[:, None] / (g * freedom)
-    each = np.expm1(-LOG_LEVEL / half) / rate
-    low, high = np.log1p(each.min(axis=1)), np.log1p(each.max(axis=1))
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        tail = (weight * np.exp(-half * np.log1p(rate * np.expm1(middle)[:, None]))).sum(axis=1)
-        above = tail > 0.05
-        low, high = np.where(above, middle, low), np.where(above, high, middle)
-        if np.all(high - low <= 1e-6 * high):
+    each = np.log1p(np.expm1(-LOG_LEVEL / half) / rate)
+    low, high = each.min(axis=-1), each.max(axis=-1)
+    x = np.clip((weight * each).sum(axis=-1), low, high)
+    for _ in range(60):
+        grown = np.exp(x)[..., None]
+        base = 1.0 + rate * (grown - 1.0)
+        tail = weight * np.exp(-half * np.log(base))
+        value = tail.sum(axis=-1)
+        slope = (tail * half * rate * grown / base).sum(axis=-1) / value
+        excess = np.log(value) - LOG_LEVEL
+        low, high = np.where(excess > 0.0, x, low), np.where(excess > 0.0, high, x)
+        step = x + excess / slope
+        step = np.where((step > low) & (step < high), step, 0.5 * (low + high))
+        done = np.abs(step - x) <= 1e-5 * x
+        x = step
+        if done.all():
             break
-    result: Floats = np.expm1(high)
+    result: Floats = np.expm1(x)
     return result

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.document.measurements import Measurement
-from vomstudio.document.records import FeatureType, Model, Record, Trace
+from vomstudio.document.measurements import Measurements
+from vomstudio.document.records import FeatureType, Record, Trace
 from vomstudio.errors import TargetError
 from vomstudio.io.atomic import atomic_write
 from vomstudio.io.orientation_table import COLUMNS
+from vomstudio.io.project_table import ProjectTable
 
 _TEXT = {"id", "name", "kind", "geometry", "set", "quality", "quality_reason", "method", "model",
          "frame", "notes"}  # fmt: skip
@@ -23,36 +24,32 @@ _FLAGS = {"overturned", "undefined"}
 def write_layers(
     out: Path,
     records: Mapping[str, Record],
-    traces: Sequence[Trace],
-    models: Sequence[Model | None],
-    measured: Sequence[Measurement],
+    table: ProjectTable,
+    measurements: Measurements,
     *,
-    crs: str | None,
     force: bool = False,
 ) -> None:
     """Layers `planes` and `traces` in World coordinates. Raises TargetError."""
     import shapely
 
-    from vomstudio.io.export import trace_row
-
-    rows = [
-        trace_row(records, trace, model, m)
-        for trace, model, m in zip(traces, models, measured, strict=True)
-    ]
-    fitted = [row for row in rows if row is not None]
-    centres = shapely.points(np.array([[row["x"], row["y"], row["z"]] for row in fitted]).reshape(-1, 3))
-    lines = [shapely.linestrings(m.points) if len(m.points) > 1 else None for m in measured]
-    kept = [i for i, line in enumerate(lines) if line is not None]
+    centres = shapely.points(
+        np.array([[row["x"], row["y"], row["z"]] for row in table.rows]).reshape(-1, 3)
+    )
+    traces = [r for r in records.values() if isinstance(r, Trace)]
+    measured = measurements.of(records, [trace.id for trace in traces])
+    drawn = [trace for trace in traces if len(trace.vertices) > 1]
+    lines = [shapely.linestrings(measured[trace.id].points) for trace in drawn]
+    rows = {row["id"]: row for row in table.rows}
     with atomic_write(out, force=force) as part:
         part.unlink(missing_ok=True)
-        _write(part, "planes", "Point Z", centres, _columns(fitted), crs, append=False)
+        _write(part, "planes", "Point Z", centres, _columns(table.rows), table.crs, append=False)
         _write(
             part,
             "traces",
             "LineString Z",
-            np.array([lines[i] for i in kept], dtype=object),
-            _trace_columns(records, [traces[i] for i in kept], [rows[i] for i in kept]),
-            crs,
+            np.array(lines, dtype=object),
+            _trace_columns(records, drawn, [rows.get(trace.id) for trace in drawn]),
+            table.crs,
             append=True,
         )
 

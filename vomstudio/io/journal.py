@@ -11,7 +11,7 @@ import sqlite3
 from collections.abc import Callable, Iterator, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 from vomstudio import __version__
 from vomstudio.document.journal import Row, RowKind, replay
@@ -196,7 +196,7 @@ def _rows(db: sqlite3.Connection, path: Path) -> Iterator[Row]:
         for seq, kind, of_seq, label, before, after, time, version, settings in cursor:
             yield Row(
                 seq,
-                kind if kind in get_args(RowKind) else "unknown",
+                kind,
                 of_seq,
                 label,
                 _load(before),
@@ -225,7 +225,7 @@ def _load(text: str | None) -> Any:
     try:
         return json.loads(text)
     except ValueError:
-        return _Damaged({"?": {"kind": "damaged"}})
+        return _Damaged({"?": {"record": "damaged"}})
 
 
 def _open_error(error: sqlite3.Error, path: Path) -> InputError | TargetError:

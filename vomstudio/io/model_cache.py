@@ -126,7 +126,7 @@ def open_cached(folder: Path) -> LoadedModel:
         return _open(folder, meta)
     except InputError:
         raise
-    except (OSError, ValueError, TypeError, KeyError, AttributeError, IndexError) as error:
+    except (OSError, EOFError, ValueError, TypeError, LookupError, AttributeError) as error:
         raise _damaged(folder, str(error)) from error
 
 

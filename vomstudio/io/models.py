@@ -37,7 +37,9 @@ def read_model(path: str | Path, progress: Progress | None = None) -> LoadedMode
     hasher = _Hasher(path)
     hasher.start()
     try:
-        loaded = reader.read(path, progress)
+        # Damaged files hold NaN of every kind; readers look for them themselves.
+        with np.errstate(all="ignore"):
+            loaded = reader.read(path, progress)
     except MemoryError:
         hasher.stop()
         raise InputError(

@@ -41,14 +41,14 @@ class Project:
         self.session = Session(journal, settings)
 
     @classmethod
-    def create(
-        cls, folder: Path, *, settings: Callable[[], Mapping[str, Any]] = dict
-    ) -> Project:
+    def create(cls, folder: Path, *, settings: Callable[[], Mapping[str, Any]] = dict) -> Project:
         """A new project in `folder`, which must not hold one. Raises TargetError."""
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise TargetError(f"the folder cannot be made ({error.strerror})", file=folder) from error
+            raise TargetError(
+                f"the folder cannot be made ({error.strerror})", file=folder
+            ) from error
         if (folder / JOURNAL).exists():
             raise TargetError("there is a project here already", file=folder)
         lock = ProjectLock(folder / "lock")

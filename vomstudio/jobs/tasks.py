@@ -1,4 +1,4 @@
-"""What a worker can be asked to do. A task takes JSON values and a Progress, returns JSON values."""
+"""What a worker can be asked to do: JSON values and a Progress in, JSON values out."""
 
 from __future__ import annotations
 

@@ -174,8 +174,9 @@ def means_of(
             text = format_plane(line.normal_plane(), notation, decimals)
         else:
             text = format_line(line, decimals)
-        name = s.name if len(chosen) > 1 else "mean"
-        means.append(NetMean(line, f"{name} {text}", s.color, s.marker))
+        # Colour and symbol tell whose mean it is; a name would not fit where sets are many.
+        label = text if len(chosen) > 1 else f"mean {text}"
+        means.append(NetMean(line, label, s.color, s.marker))
     return tuple(means)
 
 
@@ -294,8 +295,16 @@ class NetArtists:
         )
 
     def select(self, selected: Iterable[str], ellipses: Sequence[NetEllipse] = ()) -> None:
-        """Emphasises other features and leaves the rest; the caller redraws the canvas."""
+        """Emphasises other features and leaves the rest; the caller redraws the canvas. All is
+        drawn anew only where the legend gains or loses the ellipse."""
+        had_ellipse = bool(self.contents.ellipses)
         self.contents = self.contents.with_selection(selected, ellipses)
+        if had_ellipse != bool(ellipses):
+            figure = self.axes.get_figure(root=True)
+            assert figure is not None
+            anew = draw_stereonet(figure, self.contents, self.style)
+            self.__dict__.update(anew.__dict__)
+            return
         for artist in self.emphasis:
             artist.remove()  # type: ignore[attr-defined]
         self.emphasis = _draw_emphasis(self.axes, self.contents, self.style, self.positions)
@@ -322,8 +331,8 @@ def draw_stereonet(figure: Figure, net: NetContents, style: NetStyle = PRINT) ->
     if net.fold is not None:
         page.draw_fold(net.fold)
     emphasis = _draw_emphasis(ax, net, style, positions)
-    page.draw_means_and_labels()
     page.draw_legend()
+    page.draw_means_and_labels()  # last, so that labels can keep clear of all other text
     return NetArtists(
         ax, net, style, page.radius * page.px, (page.cx * page.px, page.cy * page.px),
         positions, arcs, rows, poles, emphasis,
@@ -417,32 +426,57 @@ class _Page:
     # Layout
 
     def _arrange(self) -> None:
-        """Where the net goes, and where legend and colour bar have room."""
+        """Where the net goes, and where legend and colour bar have room: beside the net or below
+        it, whichever leaves the larger net."""
         head = self.row + 0.6 * self.font  # N and its tick
         tick = 0.9 * self.font
         bar = 4.5 * self.font if self.net.contour is not None else 0.0
-        self.beside = self.width >= 1.25 * self.height
+
+        gap = tick + 1.5 * self.font
+        column = self._column_width()
+        beside = min(
+            self.height - head - tick - self.pad,
+            self.width - 2 * self.pad - tick - gap - column,
+        )
+
+        rows = self._flow(self.width - 2 * self.pad)
+        low = (len(rows) + 1) * self.row + self.pad
+        while len(rows) > 1 and self.height - head - tick - low < 0.55 * self.height:
+            rows.pop()
+            low = (len(rows) + 1) * self.row + self.pad
+        below = min(
+            self.height - head - tick - low,
+            self.width - 2 * (self.pad + tick) - bar,
+        )
+
+        self.beside = beside >= below
+        self.radius = max(beside, below, 20.0) / 2.0
         if self.beside:
-            size = min(self.height - head - tick - self.pad, 0.64 * self.width - 2 * tick)
-            self.radius = max(size / 2.0, 10.0)
+            most = int((self.height - 2 * self.pad - self._foot()) / (1.15 * self.row))
+            self.rows = [[(0.0, e)] for e in self.entries[: max(most, 1)]]
             self.cx = self.pad + tick + self.radius
-            self.cy = self.height - head - self.pad / 2 - self.radius
-            self.legend_x = self.cx + self.radius + tick + 1.5 * self.font
+            self.cy = self.height - head - self.radius - self.pad / 2
+            self.legend_x = self.cx + self.radius + gap
             self.legend_width = self.width - self.legend_x - self.pad
-            self.rows = [[(0.0, e)] for e in self.entries]
-            return
-        self.rows = self._flow(self.width - 2 * self.pad)
-        below = (len(self.rows) + 1) * self.row + self.pad
-        while len(self.rows) > 1 and self.height - head - tick - below < 0.55 * self.height:
-            self.rows.pop()
-            below = (len(self.rows) + 1) * self.row + self.pad
-        tall = self.height - head - tick - below
-        wide = self.width - 2 * (self.pad + tick) - bar
-        self.radius = max(min(tall, wide) / 2.0, 10.0)
-        self.cx = (self.width - bar) / 2.0
-        self.cy = self.height - head - self.radius
-        self.legend_x = self.pad
-        self.legend_width = self.width - 2 * self.pad
+        else:
+            self.rows = rows
+            self.cx = (self.width - bar) / 2.0
+            self.cy = self.height - head - self.radius
+            self.legend_x = self.pad
+            self.legend_width = self.width - 2 * self.pad
+
+    def _column_width(self) -> float:
+        """Width of a legend beside the net; long names are shortened rather than the net."""
+        texts = [self.caption]
+        if self.net.contour is not None:
+            texts += [DENSITY_NAMES[self.net.contour], nets.DENSITY_UNITS[self.net.contour]]
+        entries = [2.2 * self.font + _text_width(e.text, self.font) for e in self.entries]
+        widest = min(max(entries, default=0.0), 24.0 * self.font)
+        return 1.05 * max(widest, *(_text_width(t, self.font) for t in texts))
+
+    def _foot(self) -> float:
+        """Height of what stands under a legend beside the net: the caption and the colour bar."""
+        return 2.0 * self.row + (12.0 * self.font + 3.0 * self.row if self.net.contour else 0.0)
 
     def _flow(self, width: float) -> list[list[tuple[float, _Entry]]]:
         """Entries set side by side in rows: (offset, entry)."""
@@ -665,16 +699,17 @@ class _Page:
         crowd = np.array([self.cx, self.cy]) + self.radius * crowd
         marks = [np.array([self.cx, self.cy]) + self.radius * at for at, _, _ in wanted]
         for mark, (_, text, color) in zip(marks, wanted, strict=True):
-            x, y = self._free_place(mark, text, crowd, marks)
-            self.text(x, y, text, color=color, halo=True)
+            place = self._free_place(mark, text, crowd, marks)
+            if place is not None:
+                self.text(*place, text, color=color, halo=True)
 
     def _free_place(
         self, mark: Array, text: str, crowd: Array, marks: list[Array]
-    ) -> tuple[float, float]:
-        """Left end and middle height of a label near a mark: the place that meets no other label
-        or mark, stays in the figure, and hides the fewest poles."""
+    ) -> tuple[float, float] | None:
+        """Left end and middle height of a label near a mark: the place that meets no other text
+        or mark, stays in the figure, and hides the fewest poles; None where there is no room."""
         width, half = _text_width(text, self.font), 0.62 * self.font
-        best, cost = (float(mark[0]), float(mark[1])), math.inf
+        best, cost = None, math.inf
         for reach in (1.0, 1.7, 2.6, 4.0):
             away = reach * 1.1 * self.font
             for i in range(12):
@@ -685,14 +720,20 @@ class _Page:
                 box = (x - 2, y - half, x + width + 2, y + half)
                 if box[0] < 2 or box[2] > self.width - 2:
                     continue
-                hits = sum(_meet(box, other) for other in self.text_boxes)
-                hits += sum(_holds(box, m, 0.6 * self.font) for m in marks)
+                if box[1] < 2 or box[3] > self.height - 2:
+                    continue
+                if any(_meet(box, other) for other in self.text_boxes):
+                    continue
+                gaps = [_gap(box, m) for m in marks]
+                if min(gaps) < _gap(box, mark):  # it would be read as another mark's
+                    continue
+                hits = sum(_holds(box, m, 0.6 * self.font) for m in marks)
                 inside = ((crowd > [box[0], box[1]]) & (crowd < [box[2], box[3]])).all(axis=1).sum()
                 corner = max(
                     math.hypot(cx - self.cx, cy - self.cy) for cx in box[::2] for cy in box[1::2]
                 )
                 rim = 3.0 if corner > self.radius else 0.0  # would lie across the rim
-                now = 1000.0 * hits + float(inside) + rim + 1.5 * reach
+                now = 30.0 * hits + float(inside) + rim + 1.5 * reach
                 if now < cost:
                     best, cost = (x, y), now
         return best
@@ -831,6 +872,13 @@ def _distance_to_arcs(point: Array, arcs: Array) -> Array:
 
 def _meet(a: Box, b: Box) -> bool:
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
+
+
+def _gap(box: Box, mark: Array) -> float:
+    """Distance of a mark from a box."""
+    dx = max(box[0] - float(mark[0]), 0.0, float(mark[0]) - box[2])
+    dy = max(box[1] - float(mark[1]), 0.0, float(mark[1]) - box[3])
+    return math.hypot(dx, dy)
 
 
 def _holds(box: Box, mark: Array, margin: float) -> bool:

@@ -35,7 +35,7 @@ Colors = npt.NDArray[np.uint8]
 Float32 = npt.NDArray[np.float32]
 
 
-class Stopped(Exception):  # noqa: N818 - not an error, the model was removed
+class Stopped(Exception):
     """The model is no longer wanted."""
 
 

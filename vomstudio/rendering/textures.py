@@ -14,7 +14,7 @@ OVERVIEW_SIDE = 512
 LARGEST_FILE_PIXELS = 1 << 30
 
 
-class TextureProblem(Exception):  # noqa: N818 - reported as a sentence, never fatal
+class TextureProblem(Exception):
     """One sentence: which picture cannot be drawn and why."""
 
 

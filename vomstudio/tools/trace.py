@@ -152,7 +152,8 @@ class TraceTool:
         self._show()
 
     def _end_drag(self) -> None:
-        assert self._drag_from is not None and self._trace is not None
+        assert self._drag_from is not None
+        assert self._trace is not None
         before, after, self._drag_from = self._drag_from, self.vertices, None
         if before != after:
             self._trace = replace(self._trace, vertices=before)
@@ -314,7 +315,7 @@ class TraceTool:
                 )
         except (KeyError, TypeError, ValueError):
             return False
-        self._steps = [vertices[:count] for count in range(0, len(vertices))]
+        self._steps = [vertices[:count] for count in range(len(vertices))]
         if self._continued:
             self._steps = []
         self._look()
@@ -366,9 +367,9 @@ class TraceTool:
         )
 
     def _patch(self) -> np.ndarray | None:
-        if self.measurement is None or self.measurement.fit is None:
+        fit = self.measurement.fit if self.measurement else None
+        if fit is None or fit.extent is None:
             return None
-        fit = self.measurement.fit
         return disc(fit.centroid, fit.normal, 0.5 * fit.extent)
 
     def _reading(self) -> tuple[str, ...]:
@@ -382,7 +383,9 @@ class TraceTool:
         else:
             error = f"95 %: {fit.max_confidence95_deg:.1f}° × {fit.min_confidence95_deg or 0:.1f}°"
         indices = "   ".join(
-            f"{name} {value:.1f}" for name, value in (("M", fit.M), ("K", fit.K)) if value is not None
+            f"{name} {value:.1f}"
+            for name, value in (("M", fit.M), ("K", fit.K))
+            if value is not None
         )
         return (
             self._context.format_plane(measurement),

@@ -99,10 +99,19 @@ def _views(w: MainWindow) -> list[Command]:
         return "select a plane first"
 
     def toggle_orthographic() -> None:
-        w.viewport.set_orthographic(not w.viewport.orthographic)
+        if w.viewport is not None:
+            w.viewport.set_orthographic(not w.viewport.orthographic)
+
+    def home() -> None:
+        if w.viewport is not None:
+            w.viewport.home()
 
     def view(name: str) -> Callable[[], None]:
-        return lambda: w.viewport.standard_view(name)
+        def look() -> None:
+            if w.viewport is not None:
+                w.viewport.standard_view(name)
+
+        return look
 
     def notation(name: str) -> Callable[[], None]:
         def choose() -> None:
@@ -111,24 +120,18 @@ def _views(w: MainWindow) -> list[Command]:
 
         return choose
 
-    def turntable() -> None:
-        studio.settings.turntable = not studio.settings.turntable
-        w.viewport.set_turntable(studio.settings.turntable)
-        studio.keep_settings()
+    def is_notation(name: str) -> Callable[[], bool]:
+        return lambda: studio.settings.notation == name
 
     table = [
-        Command("home", "&Whole model", lambda: w.viewport.home(), "home-outline", "Home", "",
+        Command("home", "&Whole model", home, "home-outline", "Home", "",
                 no_viewport, in_viewport=True),
-        Command("frame_selection", "&Frame selection", w.frame_selection, "image-filter-center-focus",
-                "F", "Bring the selected planes into view", none_chosen, in_viewport=True),
+        Command("frame_selection", "&Frame selection", w.frame_selection,
+                "image-filter-center-focus", "F", "Bring the selected planes into view", none_chosen, in_viewport=True),
         Command("orthographic", "&Orthographic", toggle_orthographic, "cube-outline", "O",
                 "Without perspective: lengths across the view are true", no_viewport,
                 in_viewport=True,
                 checked=lambda: w.viewport is not None and w.viewport.orthographic),
-        Command("turntable", "&Turntable (Z stays up)", turntable, None, (),
-                "Off: the model can be turned about any axis",
-                lambda: None if w.viewport is not None else "the viewport is not there yet",
-                checked=lambda: studio.settings.turntable),
         Command("only_outcrop", "Only the outcrop", w.show_only_outcrop, None, "F9",
                 "Hide the panels, or bring them back"),
     ]  # fmt: skip
@@ -141,10 +144,7 @@ def _views(w: MainWindow) -> list[Command]:
         ("notation_strike", "Strike/dip, right-hand rule (042/41)", "strike/dip"),
         ("notation_quadrant", "Quadrant (N42E 41SE)", "quadrant"),
     ):
-        table.append(
-            Command(name, text, notation(value),
-                    checked=lambda v=value: studio.settings.notation == v)
-        )  # fmt: skip
+        table.append(Command(name, text, notation(value), checked=is_notation(value)))
     return table
 
 

@@ -48,7 +48,6 @@ class FitView(QWidget):
             label, value = QLabel(title), QLabel("–")
             label.setToolTip(tip)
             value.setToolTip(tip)
-            label.setEnabled(False)
             value.setAlignment(Qt.AlignmentFlag.AlignRight)
             value.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
             grid.addWidget(label, row, 0)
@@ -63,9 +62,7 @@ class FitView(QWidget):
         layout.addLayout(grid)
         layout.addWidget(self._reasons)
 
-    def show_measurement(
-        self, measured: Measurement | None, notation: str, *, local: bool
-    ) -> None:
+    def show_measurement(self, measured: Measurement | None, notation: str, *, local: bool) -> None:
         fit = measured.fit if measured else None
         verdict = measured.verdict if measured else None
         self._plane.setText(plane_text(fit, notation))

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Callable
+from datetime import datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QByteArray, Qt, QTimer
 from PySide6.QtGui import (
@@ -14,6 +16,7 @@ from PySide6.QtGui import (
     QDropEvent,
     QGuiApplication,
     QKeyEvent,
+    QShowEvent,
 )
 from PySide6.QtWidgets import (
     QDockWidget,
@@ -23,7 +26,7 @@ from PySide6.QtWidgets import (
     QMenu,
     QMessageBox,
     QProgressBar,
-    QPushButton,
+    QSizePolicy,
     QToolBar,
     QToolButton,
     QVBoxLayout,
@@ -49,6 +52,9 @@ from vomstudio.ui.table_panel import TablePanel
 from vomstudio.ui.trace_panel import TracePanel
 from vomstudio.ui.view_panel import ViewPanel
 
+if TYPE_CHECKING:
+    from vomstudio.rendering.viewport import Viewport
+
 _LAYOUT_VERSION = 1
 _MENUS = (
     ("&File", ("new", "open", "open_project", "*recent", "|", "save", "save_as", "|",
@@ -56,7 +62,7 @@ _MENUS = (
     ("&Edit", ("undo", "redo", "|", "delete", "rename", "|", "select_all", "|", "find_command")),
     ("&View", ("home", "frame_selection", "orthographic", "|", "view_top", "view_north",
                "view_east", "view_south", "view_west", "view_bottom", "|", "*notation",
-               "turntable", "|", "only_outcrop", "*docks")),
+               "|", "only_outcrop", "*docks")),
     ("&Model", ("declare_frame", "locate", "remove_model")),
     ("&Interpret", ("navigate", "trace", "|", "finish_trace", "cancel_trace", "continue_trace",
                     "delete_vertex")),
@@ -73,7 +79,10 @@ class MainWindow(QMainWindow):
         self.setDockNestingEnabled(True)
         self.resize(1400, 900)
         self.studio = Studio(settings)
-        self.viewport: QWidget | None = None
+        self.viewport: Viewport | None = None
+        self._arranged = False
+        self._put_away: list[QDockWidget] = []
+        self._layers_time: datetime | None = None
         self.actions_table = Actions(self)
         for command in commands(self):
             self.actions_table.add(command)
@@ -113,6 +122,8 @@ class MainWindow(QMainWindow):
         self._net_place = QWidget()
         left, right = Qt.DockWidgetArea.LeftDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea
         bottom = Qt.DockWidgetArea.BottomDockWidgetArea
+        self.setCorner(Qt.Corner.BottomLeftCorner, left)
+        self.setCorner(Qt.Corner.BottomRightCorner, right)
         self._dock("project", self.tr("Project"), self.tree, left)
         self._dock("trace", self.tr("Trace"), self.trace_panel, left)
         self._dock("stereonet", self.tr("Stereonet"), self._net_place, right)
@@ -120,16 +131,6 @@ class MainWindow(QMainWindow):
         self._dock("properties", self.tr("Properties"), self.properties, right)
         self._dock("table", self.tr("Orientations"), self.table, bottom)
         self._dock("messages", self.tr("Messages"), self.messages, bottom)
-        self.tabifyDockWidget(self.docks["stereonet"], self.docks["view"])
-        self.tabifyDockWidget(self.docks["table"], self.docks["messages"])
-        self.docks["stereonet"].raise_()
-        self.docks["table"].raise_()
-        for corner, area in (
-            (Qt.Corner.BottomLeftCorner, left),
-            (Qt.Corner.BottomRightCorner, right),
-        ):
-            self.setCorner(corner, area)
-        self._default_sizes()
 
     def _dock(self, name: str, title: str, widget: QWidget, area: Qt.DockWidgetArea) -> None:
         dock = QDockWidget(title, self)
@@ -138,10 +139,14 @@ class MainWindow(QMainWindow):
         self.addDockWidget(area, dock)
         self.docks[name] = dock
 
-    def _default_sizes(self) -> None:
+    def _arrange(self) -> None:
         docks = self.docks
+        self.tabifyDockWidget(docks["stereonet"], docks["view"])
+        self.tabifyDockWidget(docks["table"], docks["messages"])
+        docks["stereonet"].raise_()
+        docks["table"].raise_()
         width, height = Qt.Orientation.Horizontal, Qt.Orientation.Vertical
-        self.resizeDocks([docks["project"], docks["stereonet"]], [260, 330], width)
+        self.resizeDocks([docks["project"], docks["stereonet"]], [290, 330], width)
         self.resizeDocks([docks["project"], docks["trace"]], [330, 440], height)
         self.resizeDocks([docks["stereonet"], docks["properties"]], [400, 370], height)
         self.resizeDocks([docks["table"]], [190], height)
@@ -158,10 +163,6 @@ class MainWindow(QMainWindow):
                     self._submenu(menu, name[1:])
                 else:
                     menu.addAction(self.actions_table.all[name])
-        find = QPushButton(theme.icon("magnify"), self.tr("Find a command  Ctrl+K"))
-        find.setFlat(True)
-        find.clicked.connect(self.actions_table.all["find_command"].trigger)
-        self.menuBar().setCornerWidget(find)
 
     def _submenu(self, menu: QMenu, name: str) -> None:
         if name == "recent":
@@ -210,6 +211,15 @@ class MainWindow(QMainWindow):
                 widget = bar.widgetForAction(self.actions_table.all[name])
                 if isinstance(widget, QToolButton):
                     widget.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        space = QWidget()
+        space.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        bar.addWidget(space)
+        find = QToolButton()
+        find.setIcon(theme.icon("magnify"))
+        find.setText(self.tr("Find a command  Ctrl+K"))
+        find.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        find.clicked.connect(self.actions_table.all["find_command"].trigger)
+        bar.addWidget(find)
         self.addToolBar(bar)
 
     def _make_status(self) -> None:
@@ -271,7 +281,7 @@ class MainWindow(QMainWindow):
         self._presenter.rebuild()
         viewport.pointer.connect(self._pointer)
         viewport.camera_changed.connect(self._camera_changed)
-        viewport.problem.connect(self.studio.warn)
+        viewport.problem.connect(lambda text: self.studio.warn(text))
         viewport.setFocus()
         self._camera_timer = QTimer(self)
         self._camera_timer.setSingleShot(True)
@@ -406,7 +416,9 @@ class MainWindow(QMainWindow):
     def _offer_recovery(self, folders: list[Path]) -> None:
         newest = folders[0]
         self.message_bar.say(
-            Notice("Work that was not saved before the program ended last time was found.", "warning"),
+            Notice(
+                "Work that was not saved before the program ended last time was found.", "warning"
+            ),
             (self.tr("Bring it back"), lambda: self.open_path(newest)),
         )
 
@@ -490,14 +502,13 @@ class MainWindow(QMainWindow):
 
     def show_only_outcrop(self) -> None:
         """Hide every panel, or bring back those that were there."""
-        if hasattr(self, "_hidden_docks"):
-            for dock in self._hidden_docks:
+        if self._put_away:
+            for dock in self._put_away:
                 dock.show()
-            del self._hidden_docks
+            self._put_away = []
         else:
-            self._hidden_docks = [d for d in self.docks.values() if d.isVisible() or
-                                  self.tabifiedDockWidgets(d) and not d.isHidden()]  # fmt: skip
-            for dock in self._hidden_docks:
+            self._put_away = [dock for dock in self.docks.values() if not dock.isHidden()]
+            for dock in self._put_away:
                 dock.hide()
 
     def _pointer(self, event: PointerEvent) -> None:
@@ -522,9 +533,8 @@ class MainWindow(QMainWindow):
 
     def _camera_changed(self) -> None:
         if self.viewport is not None:
-            self.view_panel.show_direction(
-                *self.viewport.view_direction(), self.viewport.orthographic
-            )
+            trend, plunge = self.viewport.view_direction()
+            self.view_panel.show_direction(trend, plunge, self.viewport.orthographic)
             self._camera_timer.start()
             self.actions_table.refresh()
 
@@ -607,14 +617,12 @@ class MainWindow(QMainWindow):
             self.studio.jobs.cancel(job)
 
     def _layers_written(self, path: str) -> None:
-        from datetime import datetime
-
         if path:
             self._layers_time = datetime.now()
             self._layers.setText("")
             self._layers.setToolTip(path)
         else:
-            when = getattr(self, "_layers_time", None)
+            when = self._layers_time
             self._layers.setText(
                 f"GIS layers are from {when:%H:%M}" if when else "GIS layers are not written yet"
             )
@@ -636,14 +644,22 @@ class MainWindow(QMainWindow):
                 for screen in QGuiApplication.screens()
             ):
                 self.move(40, 40)
-        if "docks" in kept:
-            self.restoreState(_bytes(kept["docks"]), _LAYOUT_VERSION)
+
+    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802
+        super().showEvent(event)
+        if self._arranged:
+            return
+        # Docks that are tabbed before the window is shown leave a stray tab bar behind.
+        self._arranged = True
+        docks = self.studio.settings.window.get("docks")
+        if docks is None or not self.restoreState(_bytes(docks), _LAYOUT_VERSION):
+            self._arrange()
 
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802
         if not self.ask_to_keep():
             event.ignore()
             return
-        if hasattr(self, "_hidden_docks"):
+        if self._put_away:
             self.show_only_outcrop()
         self.studio.settings.window = {
             "geometry": _text(self.saveGeometry()),

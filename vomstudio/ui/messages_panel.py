@@ -14,13 +14,16 @@ from PySide6.QtWidgets import (
     QListWidgetItem,
     QPushButton,
     QToolButton,
-    QWidget,
 )
 
 from vomstudio.ui import theme
 from vomstudio.ui.studio import Notice
 
-_ICONS = {"info": "information-outline", "warning": "alert-outline", "error": "alert-octagon-outline"}
+_ICONS = {
+    "info": "information-outline",
+    "warning": "alert-outline",
+    "error": "alert-octagon-outline",
+}
 _COLORS = {"info": "#56b4e9", "warning": "#e69f00", "error": "#d55e00"}
 
 
@@ -75,17 +78,14 @@ class MessageBar(QFrame):
     def say(self, notice: Notice, *buttons: tuple[str, object]) -> None:
         """`buttons` are (text, callable); a press also closes the bar."""
         while (item := self._buttons.takeAt(0)) is not None:
-            item.widget().deleteLater()
+            if (old := item.widget()) is not None:
+                old.deleteLater()
         for text, call in buttons:
             button = QPushButton(text)
             button.clicked.connect(self.hide)
             button.clicked.connect(call)
             self._buttons.addWidget(button)
         self._icon.setPixmap(theme.icon(_ICONS[notice.level]).pixmap(18, 18))
-        self.setStyleSheet(
-            f"#message_bar {{ border-left: 5px solid {_COLORS[notice.level]}; }}"
-        )
+        self.setStyleSheet(f"#message_bar {{ border-left: 5px solid {_COLORS[notice.level]}; }}")
         self._text.setText(notice.text)
         self.show()
-
-

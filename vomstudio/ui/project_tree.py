@@ -104,7 +104,7 @@ class ProjectTree(QWidget):
         item = self._items.get(record.id)
         parent = self._items["models" if isinstance(record, Model) else record.type_id]
         if item is not None and item.parent() is not parent:
-            item.parent().removeChild(item)
+            _take_out(item)
             item = None
         if item is None:
             item = _Item(parent)
@@ -151,7 +151,7 @@ class ProjectTree(QWidget):
                 if isinstance(record, Model | Trace):
                     self._put(record)
                 elif (item := self._items.pop(id_, None)) is not None:
-                    item.parent().removeChild(item)
+                    _take_out(item)
             self._finish()
         self._show_selection(self._studio.selection.ids)
 
@@ -195,6 +195,12 @@ class ProjectTree(QWidget):
         menu.addActions(self._menu_actions(record))
         if not menu.isEmpty():
             menu.exec(self.tree.viewport().mapToGlobal(at))
+
+
+def _take_out(item: QTreeWidgetItem) -> None:
+    parent = item.parent()
+    if parent is not None:
+        parent.removeChild(item)
 
 
 def _check(visible: bool) -> Qt.CheckState:

@@ -92,7 +92,9 @@ class PropertiesPanel(QWidget):
         return page
 
     def _chosen(self) -> list[str]:
-        return [i for i in self._studio.selection.ids if isinstance(self._studio.records.get(i), Trace)]
+        return [
+            i for i in self._studio.selection.ids if isinstance(self._studio.records.get(i), Trace)
+        ]
 
     def _change(self, **values: object) -> None:
         ids = [

@@ -62,9 +62,7 @@ class ScenePresenter:
         return self._studio.visible(model_id) and self._studio.visible("models")
 
     def _frame(self) -> None:
-        self._viewport.set_frame(
-            north_known=self._studio.north_known(), label=self._studio.frame_name()
-        )
+        self._viewport.set_frame(north_known=self._studio.north_known())
 
     # --- features ----------------------------------------------------------------------------
     def _edited(self, edit: Edit) -> None:

@@ -43,7 +43,8 @@ class StartPage(QFrame):
 
     def _fill(self) -> None:
         while (item := self._recent.takeAt(0)) is not None:
-            item.widget().deleteLater()
+            if (old := item.widget()) is not None:
+                old.deleteLater()
         existing = [Path(p) for p in self._studio.settings.recent if Path(p).exists()][:5]
         if existing:
             self._recent.addWidget(QLabel(self.tr("Recent")))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from matplotlib.backend_bases import MouseEvent
 from matplotlib.backends.backend_qtagg import FigureCanvasQTAgg
 from matplotlib.figure import Figure
@@ -119,8 +120,8 @@ class StereonetPanel(QWidget):
                     NetSet(
                         kind.name,
                         "plane",
-                        [fit.dip_direction_deg for _, fit in own],
-                        [fit.dip_deg for _, fit in own],
+                        np.array([fit.dip_direction_deg for _, fit in own], dtype=float),
+                        np.array([fit.dip_deg for _, fit in own], dtype=float),
                         tuple(id_ for id_, _ in own),
                         kind.color,
                         _MARKERS.get(kind.symbol, "o"),
@@ -160,7 +161,7 @@ class StereonetPanel(QWidget):
             return ()
         return (
             NetEllipse(
-                Plane(fit.dip_direction_deg, fit.dip_deg),
+                Plane.from_normal(fit.normal),
                 fit.max_confidence95_deg,
                 fit.min_confidence95_deg or 0.0,
                 fit.error_rake_deg,

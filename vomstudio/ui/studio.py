@@ -129,9 +129,7 @@ class Studio(QObject):
         for model in self.session.of(Model):
             self._load(model)
         if self.session.recovered:
-            self.warn(
-                "Work that had not been saved is back. Save it, or take it back with Undo."
-            )
+            self.warn("Work that had not been saved is back. Save it, or take it back with Undo.")
         draft = self.session.draft
         if draft is not None:
             self.activate("trace")

@@ -7,7 +7,7 @@ from PySide6.QtGui import QColor, QFont, QIcon, QPainter, QPalette, QPen, QPixma
 from PySide6.QtWidgets import QApplication
 
 # Colour-blind safe, and each with a shape and a word of its own.
-VERDICT_COLORS = {"good": "#009e73", "doubtful": "#e69f00", "poor": "#d55e00"}
+VERDICT_COLORS = {"good": "#009e73", "doubtful": "#e69f00", "poor": "#d7301f"}
 
 
 def icon(name: str) -> QIcon:

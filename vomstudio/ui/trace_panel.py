@@ -1,4 +1,4 @@
-"""The panel of the trace tool: vertices, what is made next, the live fit and why it is judged so."""
+"""The panel of the trace tool: vertices, what is made next, the live fit and its reasons."""
 
 from __future__ import annotations
 
@@ -48,7 +48,9 @@ class TracePanel(QWidget):
         self.table = QTableWidget(0, 3)
         self.table.setObjectName("trace_vertices")
         self.table.setHorizontalHeaderLabels(["E (m)", "N (m)", "Z (m)"])
-        self.table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+        self.table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        self.table.horizontalHeader().setStretchLastSection(True)
+        self.table.verticalHeader().setFixedWidth(22)
         self.table.verticalHeader().setDefaultSectionSize(22)
         self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
@@ -85,9 +87,7 @@ class TracePanel(QWidget):
             self.type_box.clear()
             for kind in self._studio.session.of(FeatureType):
                 self.type_box.addItem(theme.swatch(kind.color), kind.name, kind.id)
-            self.type_box.setCurrentIndex(
-                max(0, self.type_box.findData(self._studio.next_type_id))
-            )
+            self.type_box.setCurrentIndex(max(0, self.type_box.findData(self._studio.next_type_id)))
         self.refresh()
 
     def _edited(self, edit: object) -> None:

@@ -140,7 +140,7 @@ class ViewPanel(QWidget):
         if current is None or not isinstance(self._studio.records.get(current), Trace):
             return None
         fit = self._studio.measured([current])[current].fit
-        return None if fit is None else Plane(fit.dip_direction_deg, fit.dip_deg)
+        return None if fit is None else Plane.from_normal(fit.normal)
 
     def bedding(self) -> list[str]:
         """Bedding only: kinds are never pooled silently."""
@@ -158,7 +158,8 @@ class ViewPanel(QWidget):
             which = "selected " if self.only_selected.isChecked() else ""
             return f"beta needs 2 or more {which}bedding planes; there are {len(fits)}"
         try:
-            return fold_axis([f.dip_direction_deg for f in fits], [f.dip_deg for f in fits])
+            planes = [Plane.from_normal(fit.normal) for fit in fits]
+            return fold_axis([p.dip_direction_deg for p in planes], [p.dip_deg for p in planes])
         except VomError as error:
             return str(error)
 

@@ -13,7 +13,7 @@ def plane_text(fit: PlaneFit | None, notation: str, *, local: bool = False) -> s
         return "–"
     error = fit.max_confidence95_deg
     decimals = 1 if error is not None and error < 1.0 else 0
-    text = format_plane(Plane(fit.dip_direction_deg, fit.dip_deg), notation, decimals)
+    text = format_plane(Plane.from_normal(fit.normal), notation, decimals)
     return f"{text} (local frame)" if local else text
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -15,27 +16,41 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.progress import Progress
 
 BLOCK_BYTES = 8 * 1024 * 1024
+READERS = 3
 
 
-def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> bytearray:
-    """All bytes of a file, then `tail`; read in steps so that it can be stopped.
+def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> npt.NDArray[np.uint8]:
+    """All bytes of a file, then `tail`; read in steps, so that it can be stopped.
 
     Not mapped: a file that shrinks under a map, or a network drive that drops out, kills a process.
     """
     try:
-        with open(path, "rb") as file:
-            size = os.fstat(file.fileno()).st_size
-            buffer = bytearray(size + len(tail))
-            view = memoryview(buffer)
-            progress.stage("Reading the file", size)
-            done = 0
-            while done < size:
-                n = file.readinto(view[done : min(done + BLOCK_BYTES, size)])
-                if not n:
-                    break
-                done += n
-                progress.step(done)
-            view.release()
+        size = os.stat(path).st_size
+        data = np.empty(size + len(tail), np.uint8)
+        view = data.data
+        progress.stage("Reading the file", size)
+
+        def fill(start: int) -> int:
+            stop = min(start + BLOCK_BYTES, size)
+            with open(path, "rb", buffering=0) as file:
+                file.seek(start)
+                at = start
+                while at < stop and (n := file.readinto(view[at:stop])):
+                    at += n
+            return at
+
+        done = 0
+        with ThreadPoolExecutor(READERS) as pool:
+            jobs = [pool.submit(fill, start) for start in range(0, size, BLOCK_BYTES)]
+            try:
+                for job in jobs:
+                    done = job.result()
+                    progress.step(done)
+                    if done % BLOCK_BYTES and done < size:
+                        break  # it has become shorter meanwhile
+            finally:
+                for job in jobs:
+                    job.cancel()
     except PermissionError:
         raise InputError("You may not read this file; change its permissions.", file=path) from None
     except MemoryError:
@@ -44,9 +59,9 @@ def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> bytearray:
         ) from None
     except OSError as error:
         raise InputError(f"The file cannot be read ({error.strerror}).", file=path) from error
-    del buffer[done:]
-    buffer += tail
-    return buffer
+    data = data[: done + len(tail)]
+    data[done:] = np.frombuffer(tail, np.uint8)
+    return data
 
 
 def some(n: int, what: str) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import logging
 import struct
 from pathlib import Path
 from typing import Any
@@ -21,6 +23,11 @@ POINTS_PER_STEP = 500_000
 # Kept where they say something, that is, are not 0 everywhere.
 STANDARD_FIELDS = ("intensity", "classification", "return_number", "gps_time")
 MIN_HEADER_BYTES = 227
+POINTS_PER_CAREFUL_STEP = 200
+POINT_FORMAT_AT, COMPRESSED = 104, 0x80
+
+# laspy logs what it raises as well; without any handler Python would print it.
+logging.getLogger("laspy").addHandler(logging.NullHandler())
 
 
 def matches(path: Path, head: bytes) -> bool:
@@ -59,12 +66,21 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         NotImplementedError,
         UnicodeError,
     ) as error:
-        raise InputError(
-            f"The LAS/LAZ file is damaged and cannot be read ({_short(error)}); copy or export it"
-            " again.",
-            file=path,
-        ) from error
+        raise _damaged(path, error) from error
+    except BaseException as error:
+        # Rust's panics arrive outside of Exception.
+        if type(error).__name__ != "PanicException":
+            raise
+        raise _damaged(path, error) from error
     return LoadedModel(drop_unsound_points(cloud, said, path), "cloud", crs, tuple(said), path)
+
+
+def _damaged(path: Path, error: BaseException) -> InputError:
+    return InputError(
+        f"The LAS/LAZ file is damaged and cannot be read ({_short(error)}); copy or export it"
+        " again.",
+        file=path,
+    )
 
 
 def _short(error: BaseException) -> str:
@@ -104,23 +120,41 @@ def _read(
 ) -> tuple[PointCloud, str | None]:
     import laspy
 
-    backends = [laspy.LazBackend.LazrsParallel, laspy.LazBackend.Lazrs]
-    for last, backend in ((False, backends[0]), (True, backends[1])):
-        try:
-            with laspy.open(path, laz_backend=backend, read_evlrs=False) as reader:
-                return _read_points(reader, path, size, progress, said)
-        except (Cancelled, InputError):
-            raise
-        except Exception:
-            # The parallel reader needs the table of chunks at the end of the file, which is the
-            # first thing that a file cut short loses; the plain one goes from front to back.
-            if last:
-                raise
-    raise AssertionError
+    stream = _mended(path, size)
+    if stream is None:
+        with laspy.open(path, laz_backend=laspy.LazBackend.LazrsParallel, read_evlrs=False) as r:
+            return _read_points(r, path, size, POINTS_PER_STEP, progress, said)
+    with laspy.open(stream, laz_backend=laspy.LazBackend.Lazrs, read_evlrs=False) as reader:
+        return _read_points(reader, path, size, POINTS_PER_CAREFUL_STEP, progress, said)
+
+
+def _mended(path: Path, size: int) -> io.BytesIO | None:
+    """A LAZ file whose table of chunks has been cut off, with an empty table in its place.
+
+    The table lies at the end of the file, and the decoder wants it first; but from front to back it
+    can do without. None where the file needs no mending.
+    """
+    with open(path, "rb") as file:
+        head = file.read(MIN_HEADER_BYTES)
+        if not head[POINT_FORMAT_AT] & COMPRESSED:
+            return None
+        (points_at,) = struct.unpack_from("<I", head, 96)
+        file.seek(points_at)
+        where = file.read(8)
+        if len(where) < 8:
+            raise InputError("The file ends before its first point; copy it again.", file=path)
+        (table_at,) = struct.unpack("<q", where)
+        if table_at == -1 or points_at < table_at <= size - 8:
+            return None
+        file.seek(0)
+        content = bytearray(file.read())
+    struct.pack_into("<q", content, points_at, len(content))
+    content += struct.pack("<II", 0, 0)
+    return io.BytesIO(content)
 
 
 def _read_points(
-    reader: Any, path: Path, size: int, progress: Progress, said: list[str]
+    reader: Any, path: Path, size: int, at_once: int, progress: Progress, said: list[str]
 ) -> tuple[PointCloud, str | None]:
     header = reader.header
     promised = int(header.point_count)
@@ -143,10 +177,12 @@ def _read_points(
     done = 0
     progress.stage("Reading the points", limit)
     while done < limit:
-        n = min(POINTS_PER_STEP, limit - done)
+        n = min(at_once, limit - done)
         try:
             chunk = reader.read_points(n)
         except Exception:
+            # The last points before the end may have been decoded from bytes that are not theirs.
+            done -= min(done, at_once)
             if done == 0:
                 raise
             break
@@ -166,7 +202,8 @@ def _read_points(
         for name in wanted:
             columns.add(f"field {name}", np.asarray(chunk[name]), limit)
         done += got
-        progress.step(done)
+        if done % POINTS_PER_STEP < got:
+            progress.step(done)
     if done == 0:
         raise InputError(
             "The file holds no points that can be read; copy or export it again.", file=path

@@ -5,6 +5,7 @@ from __future__ import annotations
 import bisect
 import itertools
 import os
+import re
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -25,6 +26,7 @@ BLOCK_BYTES = 8 * 1024 * 1024
 MAX_THREADS = 8
 MAX_ROWS = 2**31 - 1
 LISTED = 5
+HEAD = 65536
 
 
 def matches(path: Path, head: bytes) -> bool:
@@ -74,13 +76,10 @@ class _Reading:
     """One file on its way in."""
 
     path: Path
-    buffer: bytearray
+    data: npt.NDArray[np.uint8]  # ends with a line end that is not in the file
     progress: Progress
     said: list[str] = field(default_factory=list)
     joined: list[int] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        self.data = np.frombuffer(self.buffer, np.uint8)
 
     def model(self) -> LoadedModel:
         self._settle_line_ends()
@@ -101,33 +100,28 @@ class _Reading:
 
     def _line(self, offset: int) -> int:
         """The 1-based line of a byte, in the file as it stands on the disk."""
-        return 1 + self.buffer.count(b"\n", 0, offset) + bisect.bisect(self.joined, offset)
+        ends = int(np.count_nonzero(self.data[:offset] == 10))
+        return 1 + ends + bisect.bisect(self.joined, offset)
 
     def _settle_line_ends(self) -> None:
         """Old line ends become new ones, continued lines become one line, all in place."""
-        data, buffer = self.data, self.buffer
+        data = self.data
         size = len(data) - 1
-        if buffer.find(0, 0, 65536) >= 0:
+        if np.any(data[:HEAD] == 0):
             raise InputError(
                 "This is a binary file, not a Wavefront OBJ text; check what it really is.",
                 file=self.path,
             )
-        if buffer.find(b"\n", 0, size) < 0 and buffer.find(b"\r") >= 0:
+        if not np.any(data[: min(size, HEAD)] == 10) and np.any(data[:HEAD] == 13):
             data[data == 13] = 10
         if size and data[size - 1] != 10:
             self.said.append(
                 "The last line has no line end, so the file may have been cut short: compare its"
                 " number of faces with the program that wrote it."
             )
-        at = buffer.find(b"\\")
-        while at >= 0:
-            after = at + 1
-            if after < size and data[after] == 13:
-                after += 1
-            if after < size and data[after] == 10:
-                data[at : after + 1] = 32
-                self.joined.append(after)
-            at = buffer.find(b"\\", at + 1)
+        for found in re.finditer(rb"\\\r?\n", data.data[:size]):
+            data[found.start() : found.end()] = 32
+            self.joined.append(found.end() - 1)
 
     def _blocks(self) -> list[tuple[int, int]]:
         size = len(self.data)
@@ -248,7 +242,7 @@ class _Reading:
         first = None
         for block in self.left_over:
             for target, at, start, end in block.tolist():
-                value = python_number(bytes(self.buffer[start:end]))
+                value = python_number(self.data[start:end].tobytes())
                 if value is None:
                     wrong += 1
                     if first is None:
@@ -282,18 +276,17 @@ class _Reading:
         names, starts, libraries = self._words()
         materials = self._materials(names, libraries)
         faces, uv_faces = self.corners, self.uv_corners
-        n_faces = len(faces)
-        ids = np.repeat(np.array(starts[1], np.int64), np.diff([*starts[0], n_faces]))
+        edges = np.array([*starts[0], len(faces)], np.int64)
         sound = faces[:, 0] >= 0
-        if not sound.all():
-            faces, ids = faces[sound], ids[sound]
-            uv_faces = uv_faces[sound] if len(uv_faces) else uv_faces
-        if np.any(np.diff(ids) < 0):
-            order = np.argsort(
-                ids.astype(np.uint16 if len(materials) < 65536 else np.int64), kind="stable"
-            )
+        if sound.all() and all(a < b for a, b in itertools.pairwise(starts[1])):
+            offsets = edges
+        else:
+            ids = np.repeat(np.array(starts[1], np.int32), np.diff(edges))
+            order = np.flatnonzero(sound)
+            order = order[np.argsort(ids[order], kind="stable")]
             faces, ids = faces[order], ids[order]
             uv_faces = uv_faces[order] if len(uv_faces) else uv_faces
+            offsets = np.searchsorted(ids, np.arange(len(names) + 1)).astype(np.int64)
         vertices, colors = self.vertices, scale_colors(self.colors) if len(self.colors) else None
         uv = None
         if len(uv_faces) and np.any(uv_faces >= 0):
@@ -308,12 +301,7 @@ class _Reading:
                 worn = texture >= 0
                 uv[worn] = self.uvs[texture[worn]]
         if not names:
-            materials = ()
-        offsets = (
-            np.searchsorted(ids, np.arange(len(materials) + 1)).astype(np.int64)
-            if materials
-            else np.zeros(1, np.int64)
-        )
+            offsets = np.zeros(1, np.int64)
         mesh = Mesh(vertices, faces, materials, offsets, uv, colors)
         return drop_unsound(mesh, self.said, self.path)
 
@@ -326,7 +314,7 @@ class _Reading:
         odd = 0
         known: dict[bytes, int] = {}
         for start, end, triangle in self.words.tolist():
-            line = bytes(self.buffer[start:end])
+            line = self.data[start:end].tobytes()
             id_ = known.get(line)
             if id_ is None:
                 word, _, value = line.strip().replace(b"\t", b" ").partition(b" ")

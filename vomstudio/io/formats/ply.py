@@ -101,23 +101,21 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     Records that are missing or unsound are left out and counted in the warnings. Raises InputError
     where the header cannot be understood or nothing sound follows it.
     """
-    buffer = read_whole(path, progress)
-    header = read_header(buffer, path)
+    data = read_whole(path, progress)
+    header = read_header(data[:MAX_HEADER_BYTES].tobytes(), path)
     said: list[str] = []
-    tables = (
-        _read_text(buffer, header, path, said, progress)
-        if header.order == ""
-        else (_read_binary(buffer, header, path, said, progress))
-    )
-    del buffer
-    data = _assemble(header, tables, path, said)
-    kind: Literal["mesh", "cloud"] = "cloud" if isinstance(data, PointCloud) else "mesh"
-    return LoadedModel(data, kind, None, tuple(said), path)
+    if header.order == "":
+        tables = _read_text(bytearray(data), header, path, said, progress)
+    else:
+        tables = _read_binary(data, header, said, progress)
+    del data
+    model = _assemble(header, tables, path, said)
+    kind: Literal["mesh", "cloud"] = "cloud" if isinstance(model, PointCloud) else "mesh"
+    return LoadedModel(model, kind, None, tuple(said), path)
 
 
-def read_header(buffer: bytearray, path: Path) -> Header:
+def read_header(top: bytes, path: Path) -> Header:
     """The header; raises InputError with the line that is wrong."""
-    top = bytes(buffer[:MAX_HEADER_BYTES])
     if not matches(path, top):
         raise InputError("This is not a PLY file: it does not begin with 'ply'.", file=path, line=1)
     at = 0
@@ -186,7 +184,7 @@ def _missing(element: Element, found: int, said: list[str]) -> None:
 
 
 def _read_binary(
-    buffer: bytearray, header: Header, path: Path, said: list[str], progress: Progress
+    buffer: npt.NDArray[np.uint8], header: Header, said: list[str], progress: Progress
 ) -> dict[str, Table]:
     tables: dict[str, Table] = {}
     at = header.body
@@ -208,7 +206,7 @@ def _read_binary(
 
 
 def _binary_table(
-    buffer: bytearray, at: int, element: Element, n: int, order: str
+    buffer: npt.NDArray[np.uint8], at: int, element: Element, n: int, order: str
 ) -> tuple[Table, int]:
     """Up to n records from byte `at`, and the byte after them."""
     lists = [p for p in element.properties if p.count_type]
@@ -244,7 +242,9 @@ def _binary_table(
     return table, at + fitting * record.itemsize
 
 
-def _first_lengths(buffer: bytearray, at: int, element: Element, order: str) -> dict[str, int]:
+def _first_lengths(
+    buffer: npt.NDArray[np.uint8], at: int, element: Element, order: str
+) -> dict[str, int]:
     """Lengths of the lists of the first record; fewer than there are where it is unsound."""
     found: dict[str, int] = {}
     for p in element.properties:
@@ -264,11 +264,11 @@ def _first_lengths(buffer: bytearray, at: int, element: Element, order: str) -> 
 
 
 def _ragged_table(
-    buffer: bytearray, at: int, element: Element, n: int, order: str
+    buffer: npt.NDArray[np.uint8], at: int, element: Element, n: int, order: str
 ) -> tuple[Table, int]:
     from vomstudio.io.formats import _ply_kernels as k
 
-    data = np.frombuffer(buffer, np.uint8)
+    data = buffer
     kinds = [np.dtype(p.type) for p in element.properties]
     sizes = np.array([kind.itemsize for kind in kinds], np.int64)
     count_kinds = [np.dtype(p.count_type) if p.count_type else None for p in element.properties]
@@ -348,6 +348,8 @@ def _read_text(
             element.name,
             _text_table(element, np.concatenate(parts or [np.empty(0)]), starts[: row + 1], said),
         )
+    if cut and not any("cut short" in s for s in said):
+        said.append("The last line has no line end: its last number may have been cut short.")
     if first_wrong is not None:
         line = 1 + buffer.count(b"\n", 0, first_wrong)
         said.append(f"{some(wrong, 'value')} not a number, first in line {line}.")

@@ -1,0 +1,212 @@
+"""Field-book notations: what is read, what is refused and why, and that printing comes back."""
+
+from __future__ import annotations
+
+import contextlib
+
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from vomstudio.errors import InputError
+from vomstudio.geology.notation import (
+    NOTATIONS,
+    format_azimuth,
+    format_line,
+    format_plane,
+    parse_line,
+    parse_plane,
+)
+from vomstudio.geology.orientation import (
+    Line,
+    Plane,
+    angle_between_lines,
+    angle_between_planes,
+)
+
+SAME_PLANE = [
+    "132/41", "132-41", "132 41", "132 - 41", "132°/41°", "132º 41º", "(132/41)", "132;41",
+    "132, 41", "132,41", "132,0/41,0", "132.0 41.0", "132\u00a041", "132–41", "132°0'/41°0'",
+    "041->132", "41 → 132", "41° → S48E", "dip direction 132, dip 41", "DipDir 132 Dip 41",
+    "dd: 132; dip: 41", "042/41 RHR", "042/41 rhr", "42 41 RH", "222/41 LHR", "042/41 SE",
+    "042/41SE", "222/41 SE", "042,41 SE", "strike 042 dip 41", "strike 042 dip 41 SE",
+    "strike 222, dip 41 SE", "N42E 41SE", "N42E41SE", "N 42° E, 41° SE", "S42W/41SE",
+    "n42e / 41 se", "N42E 41 S", "N42E 41 E", "N42E 41 SSE", "N42E/41 RHR", "N42E at 41 SE",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", SAME_PLANE)
+def test_one_plane_in_every_usual_notation(text: str) -> None:
+    plane = parse_plane(text)
+    assert plane.dip_direction_deg == pytest.approx(132)
+    assert plane.dip_deg == pytest.approx(41)
+
+
+@pytest.mark.parametrize(
+    ("text", "dip_direction", "dip"),
+    [
+        ("E-W 30N", 0, 30),
+        ("W-E 30 N", 0, 30),
+        ("EW 30S", 180, 30),
+        ("N-S 45E", 90, 45),
+        ("NS/45W", 270, 45),
+        ("NE-SW 30 SE", 135, 30),
+        ("N90E 5N", 0, 5),
+        ("N0E 45E", 90, 45),
+        ("N30W 60NE", 60, 60),
+        ("S30E 60SW", 240, 60),
+        ("360/45", 0, 45),
+        ("7°30'/41°15'", 7.5, 41.25),
+        ("132,5/41,25", 132.5, 41.25),
+        ("N42E 90", 132, 90),
+        ("horizontal", 0, 0),
+        ("000/00", 0, 0),
+    ],
+)
+def test_planes_of_other_notations(text: str, dip_direction: float, dip: float) -> None:
+    assert parse_plane(text) == Plane(dip_direction, dip)
+
+
+def test_bare_numbers_mean_what_the_caller_says_but_the_text_goes_first() -> None:
+    assert parse_plane("042/41", "strike/dip") == Plane(132, 41)
+    assert parse_plane("222/41", "strike/dip lhr") == Plane(132, 41)
+    assert parse_plane("042/41 RHR", "dipdir/dip") == Plane(132, 41)
+    assert parse_plane("222/41 LHR", "strike/dip") == Plane(132, 41)
+    assert parse_plane("41 → 132", "strike/dip") == Plane(132, 41)
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("", "empty"),
+        ("   ", "empty"),
+        ("132", "only one angle"),
+        ("N42E", "only one angle"),
+        ("132/41/20", "132/41"),
+        ("41/132", "over 90"),
+        ("132 → 41", "before the arrow"),
+        ("400/20", "0 to 360"),
+        ("-10/30", "sign"),
+        ("132/-41", "sign"),
+        ("N100E 20SE", "0 to 90"),
+        ("N42E 41", "quadrant"),
+        ("N42E 41NE", "does not dip to NE"),
+        ("132/41 SE", "does not dip to SE"),
+        ("042/41 XY", "XY"),
+        ("042/41 right", "RIGHT"),
+        ("abc", "ABC"),
+        ("nan/41", "NAN"),
+        ("1e3/41", "cannot be read"),
+        ("132/41?", "?"),
+        ("strike 042", "strike"),
+        ("strike dip 042 41", "no number follows"),
+        ("trend 130 plunge 25", "a plane has"),
+        ("dip direction 132 dip 41 SE", "needs no quadrant"),
+    ],
+)
+def test_what_is_no_plane_is_refused_with_the_reason(text: str, why: str) -> None:
+    with pytest.raises(InputError) as refusal:
+        parse_plane(text)
+    assert why in refusal.value.message
+
+
+def test_a_bare_pair_is_refused_where_a_quadrant_is_expected() -> None:
+    with pytest.raises(InputError, match="quadrant"):
+        parse_plane("042/41", "quadrant")
+
+
+@pytest.mark.parametrize(
+    ("text", "trend", "plunge"),
+    [
+        ("130/25", 130, 25),
+        ("130-25", 130, 25),
+        ("130° 25°", 130, 25),
+        ("25 → 130", 130, 25),
+        ("25->130", 130, 25),
+        ("25 toward S50E", 130, 25),
+        ("N30E 25", 30, 25),
+        ("25 N30E", 30, 25),
+        ("S20W/30", 200, 30),
+        ("NE 30", 45, 30),
+        ("130,5/25,5", 130.5, 25.5),
+        ("130,25", 130, 25),
+        ("130/-25", 130, -25),
+        ("-25 → 130", 130, -25),
+        ("trend 130 plunge 25", 130, 25),
+        ("plunge 25, trend 130", 130, 25),
+        ("vertical", 0, 90),
+    ],
+)
+def test_lines_in_the_usual_notations(text: str, trend: float, plunge: float) -> None:
+    assert parse_line(text) == Line(trend, plunge)
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [("130", "only one"), ("130/95", "over 90"), ("130 -25", "minus"), ("25/130", "over 90"),
+     ("130/25 SE", "trend/plunge"), ("", "empty"), ("strike 10 dip 20", "a line has")],
+)  # fmt: skip
+def test_what_is_no_line_is_refused_with_the_reason(text: str, why: str) -> None:
+    with pytest.raises(InputError) as refusal:
+        parse_line(text)
+    assert why in refusal.value.message
+
+
+def test_planes_print_with_fixed_digits() -> None:
+    plane = Plane(2.34, 5.06)
+    assert format_plane(plane) == "002/05"
+    assert format_plane(plane, decimals=1) == "002.3/05.1"
+    assert format_plane(plane, "strike/dip", 1) == "272.3/05.1 RHR"
+    assert format_plane(plane, "strike/dip", bare=True) == "272/05"
+    assert format_plane(plane, "quadrant") == "N88W 05N"
+    assert format_plane(Plane(132, 41), "quadrant") == "N42E 41SE"
+    assert format_line(Line(5, 7)) == "005/07"
+
+
+@pytest.mark.parametrize(
+    ("azimuth", "decimals", "text"),
+    [(359.96, 1, "000.0"), (359.94, 1, "359.9"), (359.6, 0, "000"), (-1e-12, 2, "000.00")],
+)
+def test_what_rounds_to_360_is_printed_as_zero(azimuth: float, decimals: int, text: str) -> None:
+    assert format_azimuth(azimuth, decimals) == text
+
+
+def test_no_minus_before_a_plunge_that_rounds_to_zero() -> None:
+    assert format_line(Line(10, -0.04), 1) == "010.0/00.0"
+    assert format_line(Line(10, -3.06), 1) == "010.0/-03.1"
+
+
+@given(
+    st.floats(0, 360), st.floats(0, 90), st.sampled_from(NOTATIONS), st.integers(0, 4)
+)  # fmt: skip
+@example(359.996, 90.0, "quadrant", 2)
+@example(90.0, 0.3, "quadrant", 0)
+@example(0.5, 89.5, "quadrant", 0)
+def test_a_printed_plane_comes_back(azimuth: float, dip: float, name: str, decimals: int) -> None:
+    plane = Plane(azimuth, dip)
+    text = format_plane(plane, name, decimals)
+    back = parse_plane(text)
+    assert angle_between_planes(plane, back) <= 1.01 * 10.0**-decimals
+    assert format_plane(back, name, decimals) == text or back.undefined
+    assert len(text) == len(format_plane(Plane(132, 41), name, decimals)) or name == "quadrant"
+
+
+@given(st.floats(0, 360), st.floats(-90, 90), st.integers(0, 4))
+def test_a_printed_line_comes_back(trend: float, plunge: float, decimals: int) -> None:
+    line = Line(trend, plunge)
+    back = parse_line(format_line(line, decimals))
+    assert angle_between_lines(line, back, directed=True) <= 1.01 * 10.0**-decimals
+
+
+@given(st.text(max_size=20))
+def test_no_text_ends_in_anything_but_an_orientation_or_a_reason(text: str) -> None:
+    for parse in (parse_plane, parse_line):
+        with contextlib.suppress(InputError):
+            assert parse(text) is not None
+
+
+@given(st.text(alphabet="NSEWnsew0123456789 .,/-°'→>RHLdip", max_size=16))
+def test_no_near_miss_ends_in_anything_but_an_orientation_or_a_reason(text: str) -> None:
+    for parse in (parse_plane, parse_line):
+        with contextlib.suppress(InputError):
+            assert parse(text) is not None

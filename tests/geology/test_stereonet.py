@@ -1,0 +1,185 @@
+"""Net geometry against closed forms, mplstereonet, and what the projections are named for."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vomstudio.errors import GeometryError
+from vomstudio.geology import stereonet as nets
+from vomstudio.geology.orientation import (
+    Line,
+    Plane,
+    angle_between_lines,
+    lines_to_vectors,
+    planes_to_poles,
+)
+
+azimuths = st.floats(0, 360)
+steeps = st.floats(0, 90)
+projections = st.sampled_from(nets.PROJECTIONS)
+
+
+@pytest.mark.parametrize("projection", nets.PROJECTIONS)
+def test_north_is_on_top_and_down_is_in_the_middle(projection: str) -> None:
+    vectors = lines_to_vectors([0, 90, 180, 270, 0], [0, 0, 0, 0, 90])
+    np.testing.assert_allclose(
+        nets.project(vectors, projection), [[0, 1], [1, 0], [0, -1], [-1, 0], [0, 0]], atol=1e-15
+    )
+
+
+def test_radii_are_those_of_the_two_projections() -> None:
+    half = math.radians((90 - 30) / 2)
+    assert nets.project(Line(90, 30).vector(), "area")[0, 0] == pytest.approx(
+        math.sqrt(2) * math.sin(half)
+    )
+    assert nets.project(Line(90, 30).vector(), "angle")[0, 0] == pytest.approx(math.tan(half))
+
+
+def test_equal_area_keeps_areas() -> None:
+    # A hemisphere's even scatter stays even: each ring of equal area of the net has its share.
+    rng = np.random.default_rng(0)
+    z = -rng.random(200_000)
+    t = rng.uniform(0, 2 * math.pi, z.size)
+    h = np.sqrt(1 - z**2)
+    r = np.hypot(*nets.project(np.stack([h * np.cos(t), h * np.sin(t), z], 1), "area").T)
+    counts, _ = np.histogram(r**2, bins=20, range=(0, 1))
+    assert np.abs(counts / z.size - 0.05).max() < 5 * math.sqrt(0.05 / z.size)
+
+
+def test_equal_angle_turns_every_cone_into_a_circle() -> None:
+    (part,) = nets.small_circle(Line(200, 50), 20, "angle")
+    x, y = part.T
+    # Fit x^2 + y^2 = a x + b y + c exactly.
+    solution, *_ = np.linalg.lstsq(np.stack([x, y, np.ones_like(x)], 1), x**2 + y**2, rcond=None)
+    np.testing.assert_allclose(np.stack([x, y, np.ones_like(x)], 1) @ solution, x**2 + y**2)
+
+
+def test_upward_vectors_are_shown_by_their_lower_end_and_stay_as_they_were() -> None:
+    v = np.array([[0.3, 0.4, 0.5]])
+    before = v.copy()
+    np.testing.assert_allclose(nets.project(v), nets.project(-v))
+    np.testing.assert_array_equal(v, before)
+
+
+def test_projection_agrees_with_mplstereonet(mplstereonet: Any) -> None:
+    rng = np.random.default_rng(1)
+    trend, plunge = rng.uniform(0, 360, 100), rng.uniform(0, 90, 100)
+    lon, lat = mplstereonet.line(plunge.copy(), trend.copy())
+    # mplstereonet's longitudes and latitudes are those of a globe seen from its equator.
+    x, y = np.sin(lon) * np.cos(lat), np.sin(lat)
+    down = np.cos(lon) * np.cos(lat)
+    r = np.sqrt(2) * np.sin(np.arccos(down) / 2) / np.hypot(x, y) / 1.0
+    ours = nets.project(lines_to_vectors(trend, plunge), "area")
+    np.testing.assert_allclose(ours, np.stack([x * r, y * r], 1), atol=1e-9)
+
+
+@given(azimuths, steeps, projections)
+def test_a_click_finds_the_line_again(trend: float, plunge: float, projection: str) -> None:
+    line = Line(trend, plunge)
+    x, y = nets.project(line.vector(), projection)[0]
+    back = nets.line_at(float(x), float(y), projection)
+    assert back is not None
+    assert angle_between_lines(line, back) < 1e-5
+
+
+def test_a_click_outside_the_net_is_no_line() -> None:
+    assert nets.line_at(0.8, 0.8) is None
+    assert np.isnan(nets.project([[0, 0, 0.0]])).all()
+
+
+@given(azimuths, st.floats(0.01, 90), projections)
+def test_a_great_circle_holds_lines_of_its_plane_from_rim_to_rim(
+    dip_direction: float, dip: float, projection: str
+) -> None:
+    plane = Plane(dip_direction, dip)
+    arc = nets.great_circle(plane, projection)
+    assert np.hypot(*arc[0]) == pytest.approx(1)
+    assert np.hypot(*arc[-1]) == pytest.approx(1)
+    assert (np.hypot(*arc.T) < 1 + 1e-9).all()
+    lines = nets.unproject(np.clip(arc, -1, 1) * (1 - 1e-13), projection)
+    np.testing.assert_allclose(lines @ plane.normal(), 0, atol=1e-5)
+
+
+def test_the_great_circle_of_a_horizontal_plane_is_the_rim() -> None:
+    arc = nets.great_circle(Plane(0, 0))
+    np.testing.assert_allclose(np.hypot(*arc.T), 1)
+    np.testing.assert_allclose(arc[0], arc[-1], atol=1e-15)
+
+
+@given(azimuths, steeps, st.floats(0.5, 89), projections)
+def test_a_cone_keeps_its_angle_and_is_split_on_the_rim(
+    trend: float, plunge: float, angle: float, projection: str
+) -> None:
+    axis = Line(trend, plunge)
+    parts = nets.small_circle(axis, angle, projection)
+    for part in parts:
+        assert (np.hypot(*part.T) < 1 + 1e-9).all()
+        lines = nets.unproject(part * (1 - 1e-13), projection)
+        away = np.degrees(np.arccos(np.clip(np.abs(lines @ axis.vector()), 0, 1)))
+        # Crossing points are interpolated between neighbours 2 degrees apart on the cone.
+        np.testing.assert_allclose(away, angle, atol=0.05)
+    if len(parts) > 1:
+        for part in parts:
+            for end in (part[0], part[-1]):
+                assert np.hypot(*end) == pytest.approx(1, abs=1e-9)
+    if plunge > angle + 0.01:
+        assert len(parts) == 1
+    elif plunge < angle - 0.01 and plunge + angle < 90:
+        assert len(parts) == 2
+
+
+def test_the_ellipse_of_a_pole_reaches_its_semi_axes() -> None:
+    plane = Plane(132, 41)
+    (part,) = nets.pole_ellipse(plane, 6.0, 2.0, 30.0)
+    lines = nets.unproject(part)
+    pole = plane.pole().vector()
+    away = np.degrees(np.arccos(lines @ pole))
+    assert away.max() == pytest.approx(6, abs=1e-6)
+    assert away.min() == pytest.approx(2, abs=1e-6)
+    far = lines[np.argmax(away)] - pole * (lines[np.argmax(away)] @ pole)
+    toward = math.cos(math.radians(30)) * plane.strike_vector() + 0.5 * plane.dip_vector()
+    assert abs(far @ toward) / np.linalg.norm(far) == pytest.approx(1)
+
+
+def test_the_ellipse_of_a_steep_plane_is_split_at_the_rim() -> None:
+    parts = nets.pole_ellipse(Plane(132, 88), 6.0, 3.0, 90.0)
+    assert len(parts) == 2
+    assert {round(float(np.hypot(*p[i])), 9) for p in parts for i in (0, -1)} == {1.0}
+
+
+def test_cones_and_ellipses_without_a_shape_are_refused() -> None:
+    with pytest.raises(GeometryError):
+        nets.small_circle(Line(0, 0), 0)
+    with pytest.raises(GeometryError):
+        nets.confidence_ellipse([0, 0, -1], [0, 0, 1], 5, 2)
+
+
+# Density
+
+
+@pytest.mark.parametrize("method", nets.DENSITY_METHODS)
+def test_densities_agree_with_mplstereonet(
+    method: str, mplstereonet: Any, big_elk: tuple[np.ndarray, np.ndarray]
+) -> None:
+    dip_direction, dip = big_elk
+    lon, lat, theirs = mplstereonet.density_grid(
+        dip_direction - 90, dip.copy(), measurement="poles", method=method, gridsize=(20, 20)
+    )
+    plunge, bearing = mplstereonet.geographic2plunge_bearing(lon.ravel(), lat.ravel())
+    ours = nets.density(
+        planes_to_poles(dip_direction, dip), lines_to_vectors(bearing, plunge), method
+    )
+    np.testing.assert_allclose(ours, theirs.ravel(), atol=1e-9)
+
+
+def test_a_uniform_scatter_has_schmidt_density_one() -> None:
+    v = np.random.default_rng(2).normal(size=(100_000, 3))
+    v /= np.linalg.norm(v, axis=1)[:, None]
+    found = nets.density(v, lines_to_vectors([0, 40, 200], [90, 20, 50]), "schmidt")
+    np.testing.assert_allclose(found, 1, atol=5 * math.sqrt(1 / 1000))

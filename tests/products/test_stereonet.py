@@ -1,0 +1,265 @@
+"""The drawn net: what it says, where things are, that nothing overlaps or is cut off."""
+
+from __future__ import annotations
+
+import time
+import warnings
+import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+
+from vomstudio.errors import UsageError
+from vomstudio.geology.folds import fold_axis
+from vomstudio.geology.orientation import Line, Plane, angle_between_lines, normals_to_planes
+from vomstudio.geology.stereonet import DENSITY_METHODS
+from vomstudio.products.stereonet import (
+    PRINT,
+    PRINT_SIZE_MM,
+    NetArtists,
+    NetContents,
+    NetEllipse,
+    NetStyle,
+    draw_stereonet,
+    make_sets,
+    means_of,
+    write_stereonet,
+)
+
+
+def cluster(dip_direction: float, dip: float, n: int, spread: float) -> tuple:
+    rng = np.random.default_rng(n)
+    normals = Plane(dip_direction, dip).normal() + np.radians(spread) * rng.normal(size=(n, 3))
+    return "plane", *normals_to_planes(normals)[:2]
+
+
+GROUPS = {
+    "Bedding": cluster(132, 41, 12, 4),
+    "Fault": cluster(300, 75, 2, 3),
+    "Joints": cluster(40, 82, 20, 6),
+    "Striae": ("line", np.array([310.0, 315, 305, 300]), np.array([55.0, 60, 58, 61])),
+}
+SETS = make_sets(GROUPS, {k: [f"{k}{i}" for i in range(len(v[1]))] for k, v in GROUPS.items()})
+FULL = NetContents(
+    SETS,
+    means=means_of(SETS),
+    fold=fold_axis(SETS[0].azimuth_deg, SETS[0].angle_deg),
+    selected=frozenset({"Bedding3"}),
+    ellipses=(NetEllipse(Plane(132, 41), 6, 2, 70),),
+)
+EMPTY = NetContents()
+MANY = make_sets(
+    {f"Joint set {i} of the upper unit": cluster(30 * i, 60 + i, 9, 5) for i in range(12)}
+)
+CROWDED = NetContents(MANY, means=means_of(MANY))
+
+
+def draw(
+    net: NetContents, width: int = 360, height: int = 360, style: NetStyle | None = None
+) -> tuple[Figure, NetArtists]:
+    figure = Figure(figsize=(width / 100, height / 100), dpi=100)
+    FigureCanvasAgg(figure)
+    return figure, draw_stereonet(figure, net, style or NetStyle.dock())
+
+
+def texts(artists: NetArtists) -> list[str]:
+    return [t.get_text() for t in artists.axes.texts]
+
+
+def pixel(artists: NetArtists, line: Line) -> tuple[float, float]:
+    from vomstudio.geology.stereonet import project
+
+    at = project(line.vector(), artists.contents.projection)[0]
+    x, y = artists.axes.transData.transform(at)
+    return float(x), float(y)
+
+
+def test_the_net_says_what_it_is() -> None:
+    _, artists = draw(FULL, 600, 400)
+    words = texts(artists)
+    assert "N" in words
+    assert "Equal area, lower hemisphere" in words
+    for s in SETS:
+        assert any(w.startswith(f"{s.name}, ") and f"(n = {len(s)})" in w for w in words)
+    assert any(w.startswith("β ") for w in words)
+    assert any("joint 95 %" in w for w in words)
+    _, artists = draw(replace(FULL, projection="angle"))
+    assert "Equal angle, lower hemisphere" in texts(artists)
+
+
+@pytest.mark.parametrize(
+    ("width", "height"), [(360, 360), (300, 420), (520, 360), (1000, 700), (420, 300)]
+)
+@pytest.mark.parametrize(
+    "net",
+    [FULL, replace(FULL, contour="schmidt"), CROWDED, replace(CROWDED, contour="kamb"), EMPTY],
+    ids=["full", "contoured", "crowded", "crowded and contoured", "empty"],
+)
+def test_no_text_overlaps_or_is_cut_off(net: NetContents, width: int, height: int) -> None:
+    figure, artists = draw(net, width, height)
+    renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
+    boxes = {t.get_text(): t.get_window_extent(renderer) for t in artists.axes.texts}
+    for text, box in boxes.items():
+        assert box.x0 >= 0, text
+        assert box.y0 >= 0, text
+        assert box.x1 <= width, text
+        assert box.y1 <= height, text
+    for (a, one), (b, other) in combinations(boxes.items(), 2):
+        apart = (
+            one.x1 <= other.x0 + 1 or other.x1 <= one.x0 + 1
+            or one.y1 <= other.y0 + 1 or other.y1 <= one.y0 + 1
+        )  # fmt: skip
+        assert apart, (a, b)
+
+
+def test_text_is_large_enough_to_read() -> None:
+    _, dock = draw(FULL)
+    assert min(t.get_fontsize() for t in dock.axes.texts) * 100 / 72 >= 9
+    figure = Figure(figsize=tuple(v / 25.4 for v in PRINT_SIZE_MM), dpi=100)
+    FigureCanvasAgg(figure)
+    printed = draw_stereonet(figure, FULL, PRINT)
+    assert min(t.get_fontsize() for t in printed.axes.texts) >= 7
+
+
+def test_the_net_is_round_and_inside_the_figure() -> None:
+    for size in ((360, 360), (300, 500), (700, 360)):
+        _, artists = draw(FULL, *size)
+        east, north = pixel(artists, Line(90, 0)), pixel(artists, Line(0, 0))
+        centre = pixel(artists, Line(0, 90))
+        assert centre == pytest.approx(artists.centre_px)
+        assert east[0] - centre[0] == pytest.approx(artists.radius_px)
+        assert north[1] - centre[1] == pytest.approx(artists.radius_px)
+        assert artists.radius_px > 0.25 * min(size)
+
+
+def test_a_click_finds_the_nearest_feature_and_the_line_under_it() -> None:
+    _, artists = draw(replace(FULL, circles=False))
+    for s, name in ((SETS[1], "Fault1"), (SETS[3], "Striae2")):
+        row = s.ids.index(name)
+        line = Line.from_vector(s.vectors()[row])
+        x, y = pixel(artists, line)
+        assert artists.feature_at(x + 1, y - 1) == name
+        found = artists.line_at(x, y)
+        assert found is not None
+        assert angle_between_lines(found, line) < 1e-6
+    assert artists.feature_at(*artists.centre_px) is None
+    assert artists.line_at(1, 1) is None
+
+
+def test_a_click_on_a_great_circle_finds_its_plane() -> None:
+    _, artists = draw(NetContents(SETS[1:2]))
+    plane = Plane(float(SETS[1].azimuth_deg[0]), float(SETS[1].angle_deg[0]))
+    x, y = pixel(artists, Line(plane.dip_direction_deg, plane.dip_deg))
+    assert artists.feature_at(x, y) == "Fault0"
+    _, bare = draw(NetContents(SETS[1:2], circles=False))
+    assert bare.feature_at(x, y) is None
+
+
+def test_a_lasso_holds_what_is_inside_it() -> None:
+    _, artists = draw(FULL)
+    w, h = 2 * artists.centre_px[0], 360.0
+    assert len(artists.features_within([(0, 0), (w, 0), (w, h), (0, h)])) == 38
+    x, y = pixel(artists, Line.from_vector(SETS[1].vectors()[0]))
+    square = [(x - 2, y - 2), (x + 2, y - 2), (x + 2, y + 2), (x - 2, y + 2)]
+    assert "Fault0" in artists.features_within(square)
+
+
+def test_selection_emphasises_in_the_same_colour_and_can_be_taken_back() -> None:
+    _, artists = draw(replace(FULL, selected=frozenset(), ellipses=()))
+    count = len(artists.axes.lines)
+    artists.select({"Joints4"})
+    fills = {line.get_markerfacecolor() for line in artists.emphasis if line.get_marker() == "^"}  # type: ignore[attr-defined]
+    assert fills == {SETS[2].color}
+    assert len(artists.axes.lines) > count
+    artists.select(())
+    assert len(artists.axes.lines) == count
+
+
+def test_the_legend_names_the_ellipse_as_long_as_there_is_one() -> None:
+    figure, artists = draw(replace(FULL, selected=frozenset(), ellipses=()))
+    name = "joint 95 % of the selected pole"
+    assert name not in texts(artists)
+    artists.select({"Bedding3"}, FULL.ellipses)
+    assert name in texts(artists)
+    assert artists.axes in figure.axes
+    artists.select({"Bedding4"})
+    assert name not in texts(artists)
+
+
+def test_thousands_of_great_circles_are_one_collection() -> None:
+    many = make_sets({"Facets": cluster(132, 41, 1000, 20)})
+    _, artists = draw(NetContents(many, circles=True))
+    circles = [
+        c for c in artists.axes.collections
+        if isinstance(c, LineCollection) and len(c.get_segments()) == 1000
+    ]  # fmt: skip
+    assert len(circles) == 1
+    _, artists = draw(NetContents(many))
+    assert not artists.arcs[0].size  # too many to see the poles: left out unless asked
+
+
+def test_ten_thousand_poles_draw_smoothly() -> None:
+    many = make_sets(
+        {"Facets": cluster(132, 41, 10_000, 20)}, {"Facets": [str(i) for i in range(10_000)]}
+    )
+    draw(NetContents(many))
+    best = np.inf
+    for _ in range(3):
+        start = time.perf_counter()
+        figure, artists = draw(NetContents(many))
+        figure.canvas.draw()
+        best = min(best, time.perf_counter() - start)
+    assert best < 0.25  # some 0.04 s where nothing else runs
+    assert artists.feature_at(*pixel(artists, Line.from_vector(many[0].vectors()[7]))) == "7"
+
+
+@pytest.mark.parametrize("method", DENSITY_METHODS)
+def test_contours_have_levels_and_a_bar_with_units(method: str) -> None:
+    _, artists = draw(replace(FULL, contour=method), 700, 450)
+    words = texts(artists)
+    assert any(w in ("standard deviations", "% of data per 1 % area") for w in words)
+    levels = sorted(float(w) for w in words if w.replace(".", "").isdigit())
+    assert 1 <= len(levels) <= 8
+    draw(replace(EMPTY, contour=method))
+
+
+def test_an_unknown_contour_or_format_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="exponential_kamb"):
+        draw(replace(FULL, contour="heat"))
+    with pytest.raises(UsageError, match="svg"):
+        write_stereonet(tmp_path / "net.bmp", FULL, format="bmp")
+
+
+@pytest.mark.parametrize("format", ["svg", "pdf", "png"])
+def test_figures_are_written_with_text_as_text(tmp_path: Path, format: str) -> None:
+    out = tmp_path / f"net.{format}"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        write_stereonet(out, FULL, format=format)
+    data = out.read_bytes()
+    if format == "svg":
+        words = "".join(ElementTree.fromstring(data).itertext())
+        assert "Equal area, lower hemisphere" in words
+        assert "Bedding, poles (n = 12)" in words
+    else:
+        assert data.startswith({"pdf": b"%PDF", "png": b"\x89PNG"}[format])
+
+
+def test_rows_that_are_no_numbers_are_left_out_with_their_ids() -> None:
+    (s,) = make_sets({"a": ("plane", [10, np.nan, 30], [20, 20, 20])}, {"a": ["x", "y", "z"]})
+    assert s.ids == ("x", "z")
+    assert len(s) == 2
+
+
+def test_every_theme_keeps_colours_apart_from_its_ground() -> None:
+    for style in (NetStyle(), NetStyle.dark()):
+        assert style.ink != style.net
+        assert style.color("#000000") != style.net
+    figure, _ = draw(FULL, style=NetStyle.dock(dark=True))
+    assert figure.get_facecolor()[:3] < (0.3, 0.3, 0.3)

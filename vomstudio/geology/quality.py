@@ -1,0 +1,168 @@
+"""Whether a fitted plane is worth keeping: good, doubtful or poor, with the reasons in words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geometry.planes import PlaneFit
+
+Quality = Literal["good", "doubtful", "poor"]
+Kind = Literal["trace", "patch"]
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """What counts as good. The textbook (section 4.1) gives no limits but the two of 4.1.3.
+
+    good_confidence95_deg, poor_confidence95_deg : ours: 5 degrees is about what two geologists
+        differ by with a compass on the same bed, beyond 15 a plane says little about a structure
+    good_M, good_K : M = ln(l1 / l3) above, K = ln(l1 / l2) / ln(l2 / l3) below. Quoted in later work
+        and programs (for example S. Thiele's plane fitting: "values > 4 are considered good ...
+        values < 0.8 are considered good") after O. Fernandez (2005), Obtaining a best fitting
+        plane through 3D georeferenced data, J. Struct. Geol. 27, 855-858, which defines them
+    extent_over_resolution : two orders of magnitude between a feature and the spacing of the
+        model (textbook 4.1.3)
+    surface_effect_deg : ours: a trace's plane this close to the outcrop face probably measures the
+        face
+    """
+
+    good_confidence95_deg: float = 5.0
+    poor_confidence95_deg: float = 15.0
+    good_M: float = 4.0  # noqa: N815 - the name the literature uses
+    good_K: float = 0.8  # noqa: N815
+    extent_over_resolution: float = 100.0
+    surface_effect_deg: float = 10.0
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """quality, and one short sentence for every reason that kept it from being good."""
+
+    quality: Quality
+    reasons: tuple[str, ...]
+
+
+DEFAULTS = Thresholds()
+
+
+def confidence_that_counts_deg(fit: PlaneFit, kind: Kind = "trace") -> float | None:
+    """The half-angle a plane is judged by: None where undefined.
+
+    The wider of confidence and hyperbolic error where the roughness is as long as the trace, and
+    for a patch: its points are close neighbours on one rough surface, so a confidence that counts
+    every one of them as independent shrinks with the resolution of the model, not with knowledge.
+    """
+    figures = [fit.max_confidence95_deg]
+    if fit.long_roughness or kind == "patch":
+        figures.append(fit.max_angular_error_deg)
+    known = [x for x in figures if x is not None]
+    return max(known) if known else None
+
+
+def judge(
+    fit: PlaneFit,
+    *,
+    resolution_m: float | None,
+    outcrop_normal: npt.ArrayLike | None,
+    kind: Kind = "trace",
+    thresholds: Thresholds = DEFAULTS,
+) -> Verdict:
+    """The verdict on a plane, with what to do about it where something can be done.
+
+    resolution_m : mean vertex or point spacing of the model around the pick; None: unknown, no rule
+    outcrop_normal : (3,) normal of the outcrop face around a trace, either sense; None: unknown
+    kind : a patch is the outcrop face, so the surface effect is looked for in traces only
+    """
+    t = thresholds
+    if fit.error is not None:
+        return Verdict("poor", (f"no plane: {fit.error}",))
+    poor = False
+    reasons: list[str] = []
+    more = "add points where the trace bends" if kind == "trace" else "enlarge the patch"
+    more_points = "pick more points" if kind == "trace" else "enlarge the patch"
+
+    angle = confidence_that_counts_deg(fit, kind)
+    if angle is None:
+        if fit.n <= 3:
+            reasons.append(f"three points only: no error can be stated; {more_points}")
+        else:
+            poor = True
+            reasons.append(
+                f"only 3 of the {fit.n} points differ: no error can be stated; {more_points}"
+                if fit.normal is not None
+                else "no error can be stated"
+            )
+    elif angle > t.poor_confidence95_deg:
+        poor = True
+        reasons.append(
+            f"direction uncertain by {_deg(angle)} ({_deg(t.poor_confidence95_deg)} is the limit); "
+            + more
+        )
+    elif angle > t.good_confidence95_deg:
+        reasons.append(
+            f"direction uncertain by {_deg(angle)} ({_deg(t.good_confidence95_deg)} wanted); {more}"
+        )
+
+    # None is infinite: points exactly in one plane.
+    if fit.M is not None and not fit.M > t.good_M:
+        reasons.append(
+            f"points scatter about the plane: M {fit.M:.1f}, coplanarity "
+            f"{_number(fit.coplanarity)} (M above {t.good_M:g} wanted); "
+            "leave out points that are not on the surface"
+        )
+    if fit.K is None or not fit.K < t.good_K:
+        shape = "trace" if kind == "trace" else "patch"
+        k = "infinite" if fit.K is None else f"{fit.K:.2g}"
+        reasons.append(
+            f"almost straight {shape}: collinearity {_number(fit.collinearity)}, K {k} "
+            f"(below {t.good_K:g} wanted); " + more
+        )
+    if fit.hyperbolic_overflow:
+        reasons.append(
+            "scatter across the trace is as large as its bend: the hyperbolic error is 90°"
+        )
+    if fit.long_roughness:
+        reasons.append(
+            "roughness as long as the trace: the wider of the two errors counts; "
+            "pick a longer trace"
+        )
+    if resolution_m is not None and resolution_m > 0.0 and fit.extent is not None:
+        ratio = fit.extent / resolution_m
+        if ratio < t.extent_over_resolution:
+            reasons.append(
+                f"extent {_number(ratio)} x resolution ({t.extent_over_resolution:g} wanted); "
+                "pick a longer one or use a finer model"
+            )
+    if kind == "trace" and outcrop_normal is not None:
+        angle_to_face = _axial_angle_deg(fit.normal, np.asarray(outcrop_normal, dtype=np.float64))
+        if angle_to_face is not None and angle_to_face < t.surface_effect_deg:
+            reasons.append(
+                f"only {_deg(angle_to_face)} from the outcrop face: it probably measures the face; "
+                "pick where the trace cuts into the face"
+            )
+    if poor:
+        return Verdict("poor", tuple(reasons))
+    return Verdict("doubtful" if reasons else "good", tuple(reasons))
+
+
+def _axial_angle_deg(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> float | None:
+    """Angle between two axes, 0 to 90; None where one has no direction."""
+    lengths = float(np.linalg.norm(a) * np.linalg.norm(b))
+    if not np.isfinite(lengths) or lengths == 0.0:
+        return None
+    # Both parts, since the arc cosine alone is blind near 0.
+    return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b)), abs(float(a @ b)))))
+
+
+def _deg(x: float) -> str:
+    return f"{x:.0f}°" if x >= 9.95 or x == round(x) else f"{x:.1f}°"
+
+
+def _number(x: float | None) -> str:
+    if x is None:
+        return "infinite"
+    return f"{x:.0f}" if x >= 9.95 else f"{x:.1f}"
