@@ -41,7 +41,6 @@ def test_the_program_explains_itself_and_its_version(run) -> None:
         ["fit", "a", "--wrong"],
         ["fold", "a", "--azimuth", "north"],
         ["export", "a", "-o", "b"],
-        ["export", "a", "--to", "doc", "-o", "b"],
     ],
 )
 def test_wrong_usage_is_one_sentence_and_exit_2(run, words: list[str]) -> None:
@@ -53,6 +52,12 @@ def test_wrong_usage_is_one_sentence_and_exit_2(run, words: list[str]) -> None:
     assert failed.code == 2
     assert failed.json["error"]["code"] == "usage"
     assert set(failed.json["error"]) == {"code", "file", "line", "field", "message"}
+
+
+def test_a_format_that_cannot_be_written_is_refused_with_those_that_can(run) -> None:
+    ran = run("export", "a", "--to", "doc", "-o", "b")
+    assert ran.code == 2
+    assert "csv" in ran.said
 
 
 HOSTILE = [
