@@ -130,7 +130,8 @@ def test_the_table_written_holds_the_same_planes(run, write, tmp_path: Path) -> 
         "0 0 0\n1 1 1\n",
         "".join(f"{i} {2 * i} {3 * i}\n" for i in range(9)),
         "7 7 7\n" * 5,
-        "1e308 0 0\n-1e308 1e308 0\n0 0 1e308\n1 2 3\n",
+        "1 2 3\n1e308 0 0\n-1e308 1e308 0\n0 0 1e308\n",
+        "1e11 1 2\n1e11 1 2\n1e11 1 2\n",
         "nan nan nan\n",
     ],
 )

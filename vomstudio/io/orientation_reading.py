@@ -24,7 +24,7 @@ from vomstudio.geology.orientation import (
     planes_to_poles,
     wrap360,
 )
-from vomstudio.io.text_rows import parse_number, shortened
+from vomstudio.io.text_rows import shortened
 from vomstudio.io.text_tables import TextTable, lines_in_words, plain, read_table
 
 Azimuth = Literal["strike", "dipdir"]
@@ -49,6 +49,9 @@ _ALIASES: dict[str, set[str]] = {
     "id": {"id", "fid", "uid", "number", "no", "nr"},
 }
 _WIND = re.compile(r"[NSEW]{1,3}", re.IGNORECASE)
+_BEARING = re.compile(
+    r"[NSEW]{1,3}(\s*\d+([.,]\d+)?\s*°?\s*[EW]?)?|\d+([.,]\d+)?\s*°?\s*[NSEW]{1,3}", re.IGNORECASE
+)
 _PLANE, _LINE, _NEITHER = 1, 2, 0
 
 
@@ -453,9 +456,8 @@ class _Reading:
         )
 
     def _has_letters(self, column: int) -> bool:
-        """Whether a cell is a bearing such as N30E rather than a number or nothing."""
-        words = (c for c in self.table.cells(column) if parse_number(c, decimal_comma=True) is None)
-        return any(re.search(r"[NSEW]", word, re.IGNORECASE) for word in words)
+        """Whether a cell is a bearing or a quadrant, such as N30E or 40SE."""
+        return any(_BEARING.fullmatch(cell) for cell in self.table.cells(column))
 
     def _are_winds(self, column: int) -> bool:
         cells = [c for c in self.table.cells(column) if c]

@@ -32,6 +32,8 @@ from vomstudio.io.text_rows import (
     shortened,
 )
 
+FARTHEST_M = 1e12
+
 
 @dataclass(frozen=True, eq=False)
 class TextTable:
@@ -245,6 +247,7 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
             line=table.header_line,
         )
     points = table.numbers(columns)
+    _refuse_no_places(table, columns, points)
     keep: NDArray[np.bool_] = np.asarray(np.isfinite(points).all(axis=1))
     dropped = tuple(int(n) for n in table.line_numbers[~keep])
     warnings = list(table.notes)
@@ -344,6 +347,19 @@ def coordinate_columns(table: TextTable) -> list[int]:
             )
         found.append(matches[0])
     return found
+
+
+def _refuse_no_places(table: TextTable, columns: list[int], points: NDArray[np.float64]) -> None:
+    """Coordinates whose squares would overflow, and that are no metres on any planet."""
+    far = np.isfinite(points) & (np.abs(points) > FARTHEST_M)
+    if far.any():
+        row, place = np.argwhere(far)[0]
+        raise InputError(
+            f"{points[row, place]:g} is no coordinate in metres; correct or remove the row.",
+            file=table.path,
+            line=int(table.line_numbers[row]),
+            field=table.label(columns[place]),
+        )
 
 
 def _segments(table: TextTable) -> list[str]:
