@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Callable
-from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,7 +23,6 @@ from PySide6.QtWidgets import (
     QMainWindow,
     QMenu,
     QMessageBox,
-    QProgressBar,
     QSizePolicy,
     QToolBar,
     QToolButton,
@@ -36,7 +34,6 @@ from vomstudio import __version__
 from vomstudio.document.records import Model, Record, Trace
 from vomstudio.errors import VomError
 from vomstudio.io.settings import Settings
-from vomstudio.tools.types import Pointer, PointerEvent
 from vomstudio.ui import theme
 from vomstudio.ui.actions import Actions
 
@@ -68,7 +65,6 @@ class MainWindow(QMainWindow):
         self._settings = settings
         self._filled = False
         self._put_away: list[QDockWidget] = []
-        self._layers_time: datetime | None = None
         self.viewport: Viewport | None = None
         self.setWindowTitle("VOM Studio")
         self.setAcceptDrops(True)
@@ -99,6 +95,7 @@ class MainWindow(QMainWindow):
         docks = self._settings.window.get("docks")
         if docks is None or not self.restoreState(_bytes(docks), _LAYOUT_VERSION):
             self._arrange()
+            QTimer.singleShot(0, self._default_sizes)
         self._filled = True
         self.studio.project_opened.emit()
         self.actions_table.refresh()
@@ -161,11 +158,13 @@ class MainWindow(QMainWindow):
         self.tabifyDockWidget(docks["table"], docks["messages"])
         docks["stereonet"].raise_()
         docks["table"].raise_()
-        width, height = Qt.Orientation.Horizontal, Qt.Orientation.Vertical
-        self.resizeDocks([docks["project"], docks["stereonet"]], [290, 330], width)
-        self.resizeDocks([docks["project"], docks["trace"]], [330, 440], height)
-        self.resizeDocks([docks["stereonet"], docks["properties"]], [400, 370], height)
-        self.resizeDocks([docks["table"]], [190], height)
+
+    def _default_sizes(self) -> None:
+        docks, wide, high = self.docks, Qt.Orientation.Horizontal, Qt.Orientation.Vertical
+        self.resizeDocks([docks["project"], docks["stereonet"]], [290, 330], wide)
+        self.resizeDocks([docks["project"], docks["trace"]], [300, 500], high)
+        self.resizeDocks([docks["stereonet"], docks["properties"]], [400, 400], high)
+        self.resizeDocks([docks["table"]], [190], high)
 
     def _make_menus(self) -> None:
         self._menus: dict[str, QMenu] = {}
@@ -239,26 +238,10 @@ class MainWindow(QMainWindow):
         self.addToolBar(bar)
 
     def _make_status(self) -> None:
-        status = self.statusBar()
-        self._hint = QLabel()
-        self._position = QLabel()
-        self._frame_badge = QToolButton()
-        self._frame_badge.setObjectName("frame_badge")
-        self._frame_badge.setAutoRaise(True)
-        self._frame_badge.clicked.connect(self.actions_table.all["declare_frame"].trigger)
-        self._selected = QLabel()
-        self._layers = QLabel()
-        self._job = QLabel()
-        self._bar = QProgressBar()
-        self._bar.setFixedWidth(110)
-        self._stop = QToolButton()
-        self._stop.setText(self.tr("Stop"))
-        self._stop.clicked.connect(self._stop_job)
-        status.addWidget(self._hint, 1)
-        for widget in (self._position, self._frame_badge, self._selected, self._layers,
-                       self._job, self._bar, self._stop):  # fmt: skip
-            status.addPermanentWidget(widget)
-        self._show_jobs()
+        from vomstudio.ui.status_line import StatusLine
+
+        self.status_line = StatusLine(self.studio, self.actions_table.all["declare_frame"])
+        self.setStatusBar(self.status_line)
 
     def _connect(self) -> None:
         studio = self.studio
@@ -272,13 +255,7 @@ class MainWindow(QMainWindow):
         studio.tool_changed_signal.connect(self._refresh)
         studio.frame_wanted.connect(self.declare_frame)
         studio.recovery_found.connect(self._offer_recovery)
-        studio.layers_written.connect(self._layers_written)
-        self._jobs_timer = QTimer(self)
-        self._jobs_timer.setSingleShot(True)
-        # Slow things show themselves after 0.2 s.
-        self._jobs_timer.setInterval(200)
-        self._jobs_timer.timeout.connect(self._show_jobs)
-        studio.jobs.changed.connect(self._jobs_changed)
+        studio.jobs.changed.connect(self._show_start_page)
 
     # --- birth -------------------------------------------------------------------------------
     def begin(self, paths: list[Path]) -> None:
@@ -296,7 +273,7 @@ class MainWindow(QMainWindow):
         self.start_page.place_over(viewport)
         self._presenter = ScenePresenter(self.studio, viewport)
         self._presenter.rebuild()
-        viewport.pointer.connect(self._pointer)
+        viewport.pointer.connect(self.status_line.show_pointer)
         viewport.camera_changed.connect(self._camera_changed)
         viewport.problem.connect(lambda text: self.studio.warn(text))
         viewport.setFocus()
@@ -535,26 +512,6 @@ class MainWindow(QMainWindow):
             for dock in self._put_away:
                 dock.hide()
 
-    def _pointer(self, event: PointerEvent) -> None:
-        if event.kind is not Pointer.MOVE:
-            return
-        if event.hit is None:
-            self._position.setText("")
-            return
-        from vomstudio.geometry import transform
-
-        model = self.studio.records.get(event.hit.model_id)
-        if isinstance(model, Model):
-            east, north, up = transform.apply(model.to_world, [event.hit.position])[0]
-            names = ("E", "N", "Z") if model.frame.has_north else ("x", "y", "z")
-            self._position.setText(
-                "  ".join(
-                    f"{name} {value:,.3f}".replace(",", "\N{NARROW NO-BREAK SPACE}")
-                    for name, value in zip(names, (east, north, up), strict=True)
-                )
-                + " m"
-            )
-
     def _camera_changed(self) -> None:
         if self.viewport is not None:
             trend, plunge = self.viewport.view_direction()
@@ -570,7 +527,7 @@ class MainWindow(QMainWindow):
     def _notice(self, notice: Notice) -> None:
         self.messages.add(notice)
         if notice.level == "info":
-            self.statusBar().showMessage(notice.text, 6000)
+            self.status_line.showMessage(notice.text, 6000)
         else:
             self.message_bar.say(notice)
 
@@ -592,64 +549,11 @@ class MainWindow(QMainWindow):
         self.actions_table.refresh()
         star = "*" if studio.session.dirty else ""
         self.setWindowTitle(f"{self._project_name()}{star} – VOM Studio")
-        if studio.tool_name == "trace":
-            self._hint.setText(studio.trace_tool.hint())
-        else:
-            self._hint.setText(
-                self.tr("Navigate: drag to orbit, wheel to zoom, Shift+drag to pan; "
-                        "click a plane to select it")
-            )  # fmt: skip
-        count = len(studio.selection.ids)
-        self._selected.setText(f"{count} selected" if count else "")
-        models = studio.session.of(Model)
-        self.start_page.setVisible(not models and not studio.jobs.visible())
-        self._frame_badge.setVisible(bool(models))
-        if models:
-            known = studio.north_known()
-            self._frame_badge.setText(
-                studio.frame_name() if known else self.tr("⚠ local frame: not registered")
-            )
-            self._frame_badge.setToolTip(
-                self.tr("The frame of the numbers shown. Click to change it.")
-                if known
-                else self.tr("Angles are not geographic yet. Click to declare the model's frame.")
-            )
-            self._frame_badge.setStyleSheet(
-                "" if known else "background: #e69f00; color: black; padding: 1px 6px;"
-            )
+        self._show_start_page()
 
-    def _jobs_changed(self) -> None:
-        if not self.studio.jobs.visible():
-            self._jobs_timer.stop()
-            self._show_jobs()
-        elif not self._jobs_timer.isActive():
-            self._jobs_timer.start()
-
-    def _show_jobs(self) -> None:
-        jobs = self.studio.jobs.visible()
-        for widget in (self._job, self._bar, self._stop):
-            widget.setVisible(bool(jobs))
-        if jobs:
-            job = jobs[0]
-            self._job.setText(job.words())
-            self._bar.setRange(0, job.total or 0)
-            self._bar.setValue(job.done)
-        self.start_page.setVisible(not self.studio.session.of(Model) and not jobs)
-
-    def _stop_job(self) -> None:
-        for job in self.studio.jobs.visible()[:1]:
-            self.studio.jobs.cancel(job)
-
-    def _layers_written(self, path: str) -> None:
-        if path:
-            self._layers_time = datetime.now()
-            self._layers.setText("")
-            self._layers.setToolTip(path)
-        else:
-            when = self._layers_time
-            self._layers.setText(
-                f"GIS layers are from {when:%H:%M}" if when else "GIS layers are not written yet"
-            )
+    def _show_start_page(self) -> None:
+        empty = not self.studio.session.of(Model) and not self.studio.jobs.visible()
+        self.start_page.setVisible(empty)
 
     # --- keys, layout, end -------------------------------------------------------------------
     def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802
