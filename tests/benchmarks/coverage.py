@@ -1,6 +1,6 @@
-"""How often the 95 % region of a fitted plane holds the true normal: the table of the documentation.
+"""How often the 95 % region of a fitted plane holds the true normal: the table of the docs.
 
-Run from the project root:  python tests/benchmarks/coverage.py [--repeats 20000] [--quick]
+Run from the project root:  python tests/benchmarks/coverage.py [--repeats 20000]
 
 Each row simulates traces of one known plane and counts how often its true normal lies inside the
 joint region of `max_confidence95_deg` and `min_confidence95_deg`. `width` is the median of the
@@ -120,8 +120,6 @@ def simulate(case: Case, repeats: int, seed: int) -> tuple[float, float, float, 
     fits = fit_planes(points.reshape(-1, 3), np.arange(repeats + 1) * case.n)
     held = inside(fits, np.array([0.0, 0.0, 1.0]))
     width = float(np.median(fits.max_confidence95_deg))
-    wider = np.maximum(fits.max_confidence95_deg, fits.max_angular_error_deg)
-    del wider
     return (
         float(held.mean()),
         width,

@@ -175,7 +175,7 @@ def _normalised(logarithms: Floats) -> Floats:
 
 
 def _mixture_quantile(g: Floats, freedom: Floats, weight: Floats, dof: Floats) -> Floats:
-    """q (2, k) with sum_j weight_j P(F_j > q) = 0.05, F_j Fisher's law with 2 and freedom_j degrees.
+    """q (2, k) with sum_j weight_j P(F_j > q) = 0.05, F_j Fisher's with 2, freedom_j degrees.
 
     Newton's steps on the logarithm of the tail against x = log(1 + q), kept between bounds.
     """

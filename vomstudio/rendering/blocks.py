@@ -40,16 +40,22 @@ def morton(points: Float32, low: Float32, size: float) -> npt.NDArray[np.uint32]
     return code
 
 
-def boxes_hit(low: Float, high: Float, origin: Float, direction: Float) -> npt.NDArray[np.bool_]:
-    """Which boxes (n, 3) .. (n, 3) a ray meets ahead of its origin."""
+def box_range(low: Float, high: Float, origin: Float, direction: Float) -> tuple[Float, Float]:
+    """Where a ray enters and leaves each box (n, 3) .. (n, 3); it misses where leave < enter."""
     with np.errstate(divide="ignore", invalid="ignore"):
         inverse = 1.0 / direction
         a = (low - origin) * inverse
         b = (high - origin) * inverse
     # 0 * inf where the ray runs inside a face of the box: that axis does not limit it.
-    enter = np.fmin(a, b).max(axis=1, initial=-np.inf, where=~np.isnan(a))
-    leave = np.fmax(a, b).min(axis=1, initial=np.inf, where=~np.isnan(a))
-    return (leave >= np.maximum(enter, 0.0)) & np.isfinite(leave)
+    enter = np.where(np.isnan(a), -np.inf, np.fmin(a, b)).max(axis=1)
+    leave = np.where(np.isnan(b), np.inf, np.fmax(a, b)).min(axis=1)
+    return enter, leave
+
+
+def boxes_hit(low: Float, high: Float, origin: Float, direction: Float) -> npt.NDArray[np.bool_]:
+    """Which boxes (n, 3) .. (n, 3) a ray meets ahead of its origin."""
+    enter, leave = box_range(low, high, origin, direction)
+    return np.asarray(leave >= np.maximum(enter, 0.0))
 
 
 def ray_triangles(

@@ -136,7 +136,7 @@ def compass_box(height: float) -> QRectF:
 
 
 def draw_compass(painter: QPainter, frame: Array, height: float, north_known: bool) -> None:
-    """A level ring with an arrow to North and a short stem to Up, seen as the camera sees them.
+    """A level ring with a needle to North, seen as the camera sees it.
 
     frame : rows right, up, direction of the camera in World
     """
@@ -149,7 +149,7 @@ def draw_compass(painter: QPainter, frame: Array, height: float, north_known: bo
     painter.setBrush(QColor(18, 20, 23, 95))
     painter.drawEllipse(centre, 46.0, 46.0)
 
-    def place(vector: Sequence[float], reach: float = radius) -> QPointF:
+    def place(vector: Sequence[float] | Array, reach: float = radius) -> QPointF:
         x, y = (frame[:2] @ np.asarray(vector, float)) * reach
         return QPointF(centre.x() + float(x), centre.y() - float(y))
 
@@ -160,39 +160,36 @@ def draw_compass(painter: QPainter, frame: Array, height: float, north_known: bo
     painter.drawPolyline(ring)
     painter.setPen(QPen(QColor(225, 225, 225), 1.4))
     painter.drawPolyline(ring)
-    # What points away from the viewer is drawn first.
-    up_away = float(frame[2] @ np.array([0.0, 0.0, 1.0])) > 0.0
-
-    def stem() -> None:
-        tip = place((0.0, 0.0, 0.75))
-        for color, width in ((DARK, 4.4), (QColor(120, 180, 235), 2.2)):
-            painter.setPen(QPen(color, width, c=Qt.PenCapStyle.RoundCap))
-            painter.drawLine(centre, tip)
-
-    if up_away:
-        stem()
     needle = np.array([0.0, 1.0, 0.0])
-    side = np.array([1.0, 0.0, 0.0]) * 0.26
-    north = QPolygonF([place(needle), place(side), place((0.0, 0.0, 0.0)), place(-side)])
-    south = QPolygonF([place(-needle), place(side), place((0.0, 0.0, 0.0)), place(-side)])
+    side = np.array([1.0, 0.0, 0.0]) * 0.3
+    north = QPolygonF([place(needle), place(side), place(-side)])
+    south = QPolygonF([place(-needle), place(side), place(-side)])
     painter.setPen(QPen(DARK, 1.2))
     painter.setBrush(QColor(235, 235, 235))
     painter.drawPolygon(south)
     painter.setBrush(QColor("#e0402a") if north_known else QColor("#f0a500"))
     painter.drawPolygon(north)
-    if not up_away:
-        stem()
-    font = system_font(bold=True)
-    metrics = QFontMetricsF(font)
-    text = "N" if north_known else "y"
-    at = place(needle, radius + 9.5)
-    outlined_text(
-        painter,
-        at.x() - metrics.horizontalAdvance(text) / 2.0,
-        at.y() + metrics.capHeight() / 2.0,
-        text,
-        font,
-    )
+    bold, plain = system_font(bold=True), system_font()
+    letters = "NESW" if north_known else "yx  "
+    taken: list[QPointF] = []
+    for k, letter in enumerate(letters):
+        if letter == " ":
+            continue
+        turned = math.radians(90.0 * k)
+        at = place((math.sin(turned), math.cos(turned), 0.0), radius + 9.0)
+        # Seen along the level, letters meet at the needle: the first keeps the place.
+        if any(math.hypot(at.x() - q.x(), at.y() - q.y()) < 13.0 for q in taken):
+            continue
+        taken.append(at)
+        font = bold if k == 0 else plain
+        metrics = QFontMetricsF(font)
+        outlined_text(
+            painter,
+            at.x() - metrics.horizontalAdvance(letter) / 2.0,
+            at.y() + metrics.capHeight() / 2.0,
+            letter,
+            font,
+        )
     if not north_known:
         small = system_font()
         wide = QFontMetricsF(small).horizontalAdvance("local frame")

@@ -54,8 +54,8 @@ from vomstudio.tools.types import Hit
 Array = npt.NDArray[np.float64]
 
 DISPLAY_MODES = ("textured", "vertex_colors", "plain shaded", "wireframe", "points")
-BACKGROUND_TOP = (0.47, 0.50, 0.53)
-BACKGROUND_BOTTOM = (0.30, 0.31, 0.33)
+# One flat neutral: a gradient costs a software renderer 12 ms in every frame.
+BACKGROUND = (0.36, 0.375, 0.39)
 PLAIN_COLOR = (0.76, 0.74, 0.70)
 
 SLOW_FRAME_S = 0.050
@@ -110,10 +110,20 @@ class ModelScene:
     face_chunks: list[FaceChunk] = field(default_factory=list)
     point_chunks: list[PointChunk] = field(default_factory=list)
     skins: dict[int, Skin] = field(default_factory=dict)
-    locator: vtkStaticCellLocator | None = None
+    locators: list[vtkStaticCellLocator] = field(default_factory=list)
     chunks_done: bool = False
     textures_done: bool = False
     pickable: bool = False
+    _boxes: tuple[Array, Array] | None = None
+
+    def chunk_boxes(self) -> tuple[Array, Array]:
+        """Corners (n, 3), (n, 3) of the chunks' boxes in the local frame."""
+        if self._boxes is None or len(self._boxes[0]) != len(self.parts):
+            self._boxes = (
+                np.stack([p.low for p in self.parts]),
+                np.stack([p.high for p in self.parts]),
+            )
+        return self._boxes
 
     def corners_world(self) -> Array:
         """(8, 3) corners of the model's box in World."""
@@ -168,14 +178,11 @@ class Scene:
         window = vtkRenderWindow()
         window.SetOffScreenRendering(1)
         window.SetMultiSamples(0)
-        window.SetLineSmoothing(1)
         window.SetSize(width, height)
         window.SetNumberOfLayers(2)
         self.size = (width, height)
         surface, layer = vtkRenderer(), vtkRenderer()
-        surface.SetBackground(*BACKGROUND_BOTTOM)
-        surface.SetBackground2(*BACKGROUND_TOP)
-        surface.GradientBackgroundOn()
+        surface.SetBackground(*BACKGROUND)
         layer.SetLayer(1)
         layer.PreserveDepthBufferOn()
         layer.PreserveColorBufferOn()
@@ -242,8 +249,8 @@ class Scene:
         model.to_world = np.array(to_world, np.float64)
         model.from_world = np.linalg.inv(model.to_world)
         if self.origin is None:
-            middle = model.corners_world().mean(axis=0)
-            self.set_origin(np.round(middle))
+            middle: Array = model.corners_world().mean(axis=0)
+            self.set_origin(np.asarray(np.round(middle), np.float64))
         placement = self._placement(model)
         for part in model.parts + ([model.proxy] if model.proxy else []):
             part.actor.SetUserMatrix(placement)
@@ -295,7 +302,7 @@ class Scene:
             self.origin = None
 
     def _drop(self, part: Part) -> None:
-        part.actor.SetTexture(None)
+        part.actor.SetTexture(None)  # type: ignore[arg-type] # VTK takes None
         if self._window is not None:
             self._surface.RemoveActor(part.actor)
             part.actor.ReleaseGraphicsResources(self._window)
@@ -328,7 +335,7 @@ class Scene:
         elif isinstance(event, TexturesDone):
             model.textures_done = True
         elif isinstance(event, LocatorReady):
-            model.locator = event.locator
+            model.locators = event.locators
             model.pickable = True
             return
         self.full_seconds = None
@@ -369,7 +376,7 @@ class Scene:
             return
         skin = model.skins.get(part.material) if part.has_uv else None
         texture = skin.drawn if skin is not None and self.mode == "textured" else None
-        actor.SetTexture(texture)
+        actor.SetTexture(texture)  # type: ignore[arg-type] # VTK takes None
         colored = part.has_colors and texture is None and self.mode != "plain shaded"
         mapper.SetScalarVisibility(colored)
         look.SetLighting(texture is None and not colored)
@@ -444,8 +451,7 @@ class Scene:
         for model in self.models.values():
             if not model.visible or not model.parts:
                 continue
-            low = np.stack([p.low for p in model.parts])
-            high = np.stack([p.high for p in model.parts])
+            low, high = model.chunk_boxes()
             half = (high - low) / 2.0
             centre = (low + high) / 2.0 + model.origin
             linear = model.to_world[:3, :3]
@@ -490,7 +496,15 @@ class Scene:
             show = [p for _, p in all_parts]
         started = time.perf_counter()
         self._show(show)
-        self._render(erase=True, surface=True, layer=True, action=self._save_surface)
+        self._kept = False
+        self.features.thin = moving
+        self._render(
+            erase=True,
+            surface=True,
+            layer=True,
+            action=None if moving else self._save_surface,
+        )
+        self.features.thin = False
         self._window.WaitForCompletion()
         spent = time.perf_counter() - started
         for part in show:
@@ -506,7 +520,9 @@ class Scene:
         """Draw the features anew over the models as they last stood."""
         assert self._window is not None
         if not self._kept or self.eye is None:
-            self.draw(moving=False)
+            if self._pending is None:
+                self.draw(moving=False)
+            # Else the frame in the making will show them.
             return
         busy = self._pending is not None and not self._batch_first
         if busy:
@@ -514,11 +530,14 @@ class Scene:
             self._blit(self._window.GetRenderFramebuffer(), self._partial)
         self._render(erase=False, surface=False, layer=True, action=self._restore_surface)
         if busy:
+            assert self._partial is not None
             self.pixels()
             self._blit(self._partial, self._window.GetRenderFramebuffer())
 
     def begin_rest(self) -> None:
         """Start the whole frame of a camera that has come to rest."""
+        if self.eye is not None and self._depth is None:
+            self._read_depth()
         self._apply_camera()
         self._choose_levels()
         self._pending = [part for _, part in self._seen_parts()]
@@ -596,7 +615,8 @@ class Scene:
         if layer:
             self.features.refresh()
         self._action = action
-        self._depth = None
+        if layer:
+            self._depth = None
         self._window.Render()
         self._action = None
         self.frames += 1
@@ -643,7 +663,8 @@ class Scene:
         self._kept = True
 
     def _restore_surface(self) -> None:
-        assert self._window is not None and self._keep is not None
+        assert self._window is not None
+        assert self._keep is not None
         self._blit(self._keep, self._window.GetRenderFramebuffer())
 
     # -- textures
@@ -663,9 +684,9 @@ class Scene:
         assert self.eye is not None
         best: dict[int, float] = {}
         for model, part in self._seen_parts():
-            skin = model.skins.get(part.material) if part.has_uv else None
-            if skin is None:
+            if not part.has_uv or part.material not in model.skins:
                 continue
+            skin = model.skins[part.material]
             scale = np.cbrt(abs(np.linalg.det(model.to_world[:3, :3]))) or 1.0
             centre = (part.low + part.high) / 2.0 + model.origin
             centre = model.to_world[:3, :3] @ centre + model.to_world[:3, 3]
@@ -718,7 +739,6 @@ class Scene:
         assert self._window is not None
         width, height = self.size
         self._window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, self._pixels, 0)
-        self._read_depth()
         return vtk_to_numpy(self._pixels).reshape(height, width, 4)
 
     def _read_depth(self) -> None:
@@ -734,8 +754,11 @@ class Scene:
         ok = np.isfinite(pixels).all(axis=1) & (depth > 0.0)
         x, y = np.where(ok, pixels[:, 0], 0.0), np.where(ok, pixels[:, 1], 0.0)
         ok &= (x >= 0) & (x < width) & (y >= 0) & (y < height)
-        if self._depth is None or self.eye is None:
+        if self.eye is None or not ok.any():
             return ok
+        if self._depth is None:
+            self._read_depth()
+        assert self._depth is not None
         column = np.clip(x.astype(int), 0, width - 1)
         row = np.clip(height - 1 - y.astype(int), 0, height - 1)
         buffer = self._depth[row, column].astype(np.float64)

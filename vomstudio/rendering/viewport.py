@@ -13,6 +13,7 @@ nothing.
 from __future__ import annotations
 
 import collections
+import contextlib
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
@@ -28,7 +29,6 @@ from PySide6.QtGui import (
     QColor,
     QHideEvent,
     QImage,
-    QLinearGradient,
     QMouseEvent,
     QPainter,
     QPaintEvent,
@@ -55,6 +55,8 @@ CLICK_PIXELS = 4.0
 HANDLE_PIXELS = 9.0
 FEATURE_PIXELS = 7.0
 REST_MS = 250
+BACKGROUND = QColor.fromRgbF(0.36, 0.375, 0.39)
+"""The scene's own, until there is a scene."""
 HOVER_S = 0.016
 DEGREES_PER_PIXEL = 0.35
 ZOOM_PER_NOTCH = 0.85
@@ -296,10 +298,8 @@ class Viewport(QWidget):
 
     @staticmethod
     def _tell(emit: Callable[[Any], None], preparation: Any, error: Exception) -> None:
-        try:
+        with contextlib.suppress(preparation.Stopped):
             emit(preparation.Problem(f"A model could not be prepared for drawing: {error}"))
-        except preparation.Stopped:
-            pass
 
     def _take(self) -> None:
         """Accept what the workers have handed over, for a few milliseconds at a time."""
@@ -567,7 +567,7 @@ class Viewport(QWidget):
     def set_frame(self, *, north_known: bool) -> None:
         """Whether World's y is North; if not, the compass says "local frame"."""
         self._north_known = north_known
-        self._base = None
+        self._features_dirty = True
         self.update()
 
     def _moved(self) -> None:
@@ -639,12 +639,7 @@ class Viewport(QWidget):
                 p.uploaded for p in model.parts
             ):
                 self._reach(model.model_id, "shown")
-            if (
-                self._scene.complete
-                and model.chunks_done
-                and model.textures_done
-                and all(p.uploaded for p in model.parts)
-            ):
+            if self._scene.complete and model.chunks_done and model.textures_done:
                 self._reach(model.model_id, "complete")
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
@@ -676,7 +671,8 @@ class Viewport(QWidget):
         """The picture with all that moves only with the camera."""
         width, height = self._extent()
         if self._picture is not None:
-            base = self._picture.copy()
+            # Painted upon in place: whoever wants it anew takes it anew from the scene.
+            base = self._picture
         else:
             ratio = self.devicePixelRatioF()
             base = QImage(
@@ -687,10 +683,7 @@ class Viewport(QWidget):
             base.setDevicePixelRatio(ratio)
         painter = QPainter(base)
         if self._picture is None:
-            gradient = QLinearGradient(0.0, 0.0, 0.0, height)
-            gradient.setColorAt(0.0, QColor.fromRgbF(0.47, 0.50, 0.53))
-            gradient.setColorAt(1.0, QColor.fromRgbF(0.30, 0.31, 0.33))
-            painter.fillRect(QRectF(0.0, 0.0, width, height), gradient)
+            painter.fillRect(QRectF(0.0, 0.0, width, height), BACKGROUND)
         elif self._scene is not None and (self._scene.models or self._features):
             self._paint_labels(painter)
             painting.draw_compass(painter, self._camera.frame, height, self._north_known)
@@ -786,7 +779,7 @@ class Viewport(QWidget):
         super().changeEvent(event)
         if event.type() == QEvent.Type.FontChange:
             self._labels.clear()
-            self._base = None
+            self._features_dirty = True
 
     def _rescale(self) -> None:
         self._base = None

@@ -127,7 +127,8 @@ def _views(w: MainWindow) -> list[Command]:
         Command("home", "&Whole model", home, "home-outline", "Home", "",
                 no_viewport, in_viewport=True),
         Command("frame_selection", "&Frame selection", w.frame_selection,
-                "image-filter-center-focus", "F", "Bring the selected planes into view", none_chosen, in_viewport=True),
+                "image-filter-center-focus", "F", "Bring the selected planes into view",
+                none_chosen, in_viewport=True),
         Command("orthographic", "&Orthographic", toggle_orthographic, "cube-outline", "O",
                 "Without perspective: lengths across the view are true", no_viewport,
                 in_viewport=True,
@@ -288,8 +289,9 @@ def _shortcuts(w: MainWindow) -> None:
     for command in w.actions_table.commands():
         keys = ", ".join(k.toString() for k in w.actions_table.all[command.name].shortcuts())
         if keys:
-            rows.append(f"<tr><td><b>{keys}</b>&nbsp;&nbsp;</td><td>{command.text.replace('&', '')}"
-                        f"{' (in the viewport)' if command.in_viewport else ''}</td></tr>")  # fmt: skip
+            where = " (in the viewport)" if command.in_viewport else ""
+            text = command.text.replace("&", "") + where
+            rows.append(f"<tr><td><b>{keys}</b>&nbsp;&nbsp;</td><td>{text}</td></tr>")
     mouse = (
         "<p><b>Mouse</b>: drag orbits about the point under the cursor, wheel zooms to the cursor, "
         "middle button or Shift+drag pans, double click sets the pivot. While picking: click adds, "

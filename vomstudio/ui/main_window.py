@@ -16,7 +16,6 @@ from PySide6.QtGui import (
     QDropEvent,
     QGuiApplication,
     QKeyEvent,
-    QShowEvent,
 )
 from PySide6.QtWidgets import (
     QDockWidget,
@@ -34,26 +33,16 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio import __version__
-from vomstudio.document import edits
 from vomstudio.document.records import Model, Record, Trace
 from vomstudio.errors import VomError
-from vomstudio.io.project import SUFFIX
 from vomstudio.io.settings import Settings
 from vomstudio.tools.types import Pointer, PointerEvent
 from vomstudio.ui import theme
 from vomstudio.ui.actions import Actions
-from vomstudio.ui.commands import commands
-from vomstudio.ui.messages_panel import MessageBar, MessagesPanel
-from vomstudio.ui.project_tree import ProjectTree
-from vomstudio.ui.properties_panel import PropertiesPanel
-from vomstudio.ui.start_page import StartPage
-from vomstudio.ui.studio import Notice, Studio
-from vomstudio.ui.table_panel import TablePanel
-from vomstudio.ui.trace_panel import TracePanel
-from vomstudio.ui.view_panel import ViewPanel
 
 if TYPE_CHECKING:
     from vomstudio.rendering.viewport import Viewport
+    from vomstudio.ui.studio import Notice
 
 _LAYOUT_VERSION = 1
 _MENUS = (
@@ -72,17 +61,30 @@ _MENUS = (
 
 
 class MainWindow(QMainWindow):
+    """Made in two steps: an empty frame that is on the screen at once, then `begin` fills it."""
+
     def __init__(self, settings: Settings) -> None:
         super().__init__()
+        self._settings = settings
+        self._filled = False
+        self._put_away: list[QDockWidget] = []
+        self._layers_time: datetime | None = None
+        self.viewport: Viewport | None = None
         self.setWindowTitle("VOM Studio")
         self.setAcceptDrops(True)
         self.setDockNestingEnabled(True)
         self.resize(1400, 900)
-        self.studio = Studio(settings)
-        self.viewport: Viewport | None = None
-        self._arranged = False
-        self._put_away: list[QDockWidget] = []
-        self._layers_time: datetime | None = None
+        self._restore_geometry()
+        starting = QLabel(self.tr("VOM Studio is starting…"))
+        starting.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.setCentralWidget(starting)
+
+    def _fill(self) -> None:
+        """Everything but the viewport and the net. What is imported here is not light."""
+        from vomstudio.ui.commands import commands
+        from vomstudio.ui.studio import Studio
+
+        self.studio = Studio(self._settings)
         self.actions_table = Actions(self)
         for command in commands(self):
             self.actions_table.add(command)
@@ -93,12 +95,19 @@ class MainWindow(QMainWindow):
         self._make_toolbar()
         self._make_status()
         self._connect()
-        self._restore_layout()
+        # Docks that are tabbed before the window is shown leave a stray tab bar behind.
+        docks = self._settings.window.get("docks")
+        if docks is None or not self.restoreState(_bytes(docks), _LAYOUT_VERSION):
+            self._arrange()
+        self._filled = True
         self.studio.project_opened.emit()
         self.actions_table.refresh()
 
     # --- parts -------------------------------------------------------------------------------
     def _make_centre(self) -> None:
+        from vomstudio.ui.messages_panel import MessageBar
+        from vomstudio.ui.start_page import StartPage
+
         self.message_bar = MessageBar()
         self.start_page = StartPage(self.studio, self.actions_table.all)
         centre = QWidget()
@@ -110,6 +119,13 @@ class MainWindow(QMainWindow):
         self.setCentralWidget(centre)
 
     def _make_docks(self) -> None:
+        from vomstudio.ui.messages_panel import MessagesPanel
+        from vomstudio.ui.project_tree import ProjectTree
+        from vomstudio.ui.properties_panel import PropertiesPanel
+        from vomstudio.ui.table_panel import TablePanel
+        from vomstudio.ui.trace_panel import TracePanel
+        from vomstudio.ui.view_panel import ViewPanel
+
         actions = self.actions_table.all
         self.docks: dict[str, QDockWidget] = {}
         self.tree = ProjectTree(self.studio, self._record_actions)
@@ -266,7 +282,8 @@ class MainWindow(QMainWindow):
 
     # --- birth -------------------------------------------------------------------------------
     def begin(self, paths: list[Path]) -> None:
-        """The window is on the screen: bring the viewport, then the paths of the command line."""
+        """The window is on the screen: fill it, then open the paths of the command line."""
+        self._fill()
         from vomstudio.rendering.viewport import Viewport
         from vomstudio.ui.scene_presenter import ScenePresenter
 
@@ -349,6 +366,8 @@ class MainWindow(QMainWindow):
         return self._try(self.studio.save)
 
     def save_as(self) -> bool:
+        from vomstudio.io.project import SUFFIX
+
         name, _ = QFileDialog.getSaveFileName(
             self,
             self.tr("Save the project as"),
@@ -414,6 +433,8 @@ class MainWindow(QMainWindow):
         return True
 
     def _offer_recovery(self, folders: list[Path]) -> None:
+        from vomstudio.ui.studio import Notice
+
         newest = folders[0]
         self.message_bar.say(
             Notice(
@@ -428,7 +449,7 @@ class MainWindow(QMainWindow):
 
     def dropEvent(self, event: QDropEvent) -> None:  # noqa: N802
         for url in event.mimeData().urls():
-            if url.isLocalFile():
+            if url.isLocalFile() and self._filled:
                 self.open_path(Path(url.toLocalFile()))
         event.acceptProposedAction()
 
@@ -448,6 +469,7 @@ class MainWindow(QMainWindow):
         return models[-1] if models else None
 
     def declare_frame(self, model_id: str | None = None) -> None:
+        from vomstudio.document import edits
         from vomstudio.ui.frame_dialog import FrameDialog
 
         model = self.studio.records.get(model_id) if model_id else self.current_model()
@@ -471,6 +493,8 @@ class MainWindow(QMainWindow):
             self.studio.locate_model(model.id, Path(name))
 
     def remove_model(self) -> None:
+        from vomstudio.document import edits
+
         model = self.current_model()
         if model is not None:
             self.studio.attempt(edits.remove_model, model.id)
@@ -629,13 +653,13 @@ class MainWindow(QMainWindow):
 
     # --- keys, layout, end -------------------------------------------------------------------
     def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802
-        if event.key() == Qt.Key.Key_Escape and self.studio.trace_tool.open:
+        if event.key() == Qt.Key.Key_Escape and self._filled and self.studio.trace_tool.open:
             self.studio.trace_tool.cancel()
             return
         super().keyPressEvent(event)
 
-    def _restore_layout(self) -> None:
-        kept = self.studio.settings.window
+    def _restore_geometry(self) -> None:
+        kept = self._settings.window
         if "geometry" in kept:
             self.restoreGeometry(_bytes(kept["geometry"]))
             # A screen that is gone must not take the window with it.
@@ -645,17 +669,10 @@ class MainWindow(QMainWindow):
             ):
                 self.move(40, 40)
 
-    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802
-        super().showEvent(event)
-        if self._arranged:
-            return
-        # Docks that are tabbed before the window is shown leave a stray tab bar behind.
-        self._arranged = True
-        docks = self.studio.settings.window.get("docks")
-        if docks is None or not self.restoreState(_bytes(docks), _LAYOUT_VERSION):
-            self._arrange()
-
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802
+        if not self._filled:
+            event.accept()
+            return
         if not self.ask_to_keep():
             event.ignore()
             return

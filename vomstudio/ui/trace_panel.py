@@ -43,7 +43,7 @@ class TracePanel(QWidget):
         form.addRow(self.tr("Type"), self.type_box)
         form.addRow(self.tr("Set"), self.set_edit)
 
-        self.fit_view = FitView()
+        self.fit_view = FitView(reasons_shown=2)
 
         self.table = QTableWidget(0, 3)
         self.table.setObjectName("trace_vertices")

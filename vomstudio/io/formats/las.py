@@ -202,7 +202,7 @@ def _read_points(
         for name in wanted:
             columns.add(f"field {name}", np.asarray(chunk[name]), limit)
         done += got
-        if done % POINTS_PER_STEP < got:
+        if done == limit or done % POINTS_PER_STEP < got:
             progress.step(done)
     if done == 0:
         raise InputError(

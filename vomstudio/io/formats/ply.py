@@ -122,6 +122,7 @@ def read_header(top: bytes, path: Path) -> Header:
     order: str | None = None
     elements: list[tuple[str, int, list[Property]]] = []
     textures: list[str] = []
+    names: set[tuple[int, str]] = set()
     number = 0
 
     def wrong(sentence: str) -> InputError:
@@ -165,8 +166,10 @@ def read_header(top: bytes, path: Path) -> Header:
                 new = Property(words[4], TYPES[kinds[1]], TYPES[kinds[0]])
             else:
                 new = Property(words[2], TYPES[kinds[0]])
-            if any(p.name == new.name for p in elements[-1][2]):
+            known = (len(elements), new.name)
+            if known in names:
                 raise wrong(f"The property '{new.name}' stands twice in one element")
+            names.add(known)
             elements[-1][2].append(new)
         else:
             raise wrong(f"The PLY header line '{line.strip()[:60]}' is not understood")
