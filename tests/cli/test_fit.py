@@ -156,3 +156,18 @@ def test_when_no_group_succeeds_the_command_fails(run, write) -> None:
     assert ran.code == 2
     assert ran.json["error"]["code"] == "geometry"
     assert ran.json["error"]["field"] == "t a"
+
+
+def test_the_written_table_goes_into_every_other_command(run, write, tmp_path: Path) -> None:
+    rows = ["x,y,z,bed"]
+    for name, plane in {"a": (90.0, 20.0), "b": (270.0, 40.0), "c": (92.0, 60.0)}.items():
+        rows += [",".join([*map(repr, p), name]) for p in plane_points(*plane).tolist()]
+    target = tmp_path / "planes.csv"
+    assert run("fit", write("\n".join(rows)), "--by", "bed", "-o", target).code == 0
+    fold = run("fold", target, "--json").json
+    assert (fold["n"], fold["used"], fold["left_out"]) == (3, 3, [])
+    assert run("stats", target, "--json").json["sets"]["all"]["n"] == 3
+    net = run("stereonet", target, "-o", tmp_path / "net.svg", "--json")
+    assert net.json["n"] == 3
+    (info,) = run("info", target, "--json").json["files"]
+    assert (info["kind"], info["points"]) == ("table", 3)

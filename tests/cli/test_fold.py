@@ -94,6 +94,14 @@ def test_the_axis_of_two_sets_is_where_their_means_meet(run, write) -> None:
     assert min(found["beta"]["trend_deg"] % 180, 180 - found["beta"]["trend_deg"] % 180) < 1e-6
 
 
+def test_kinds_are_sets_where_the_table_has_no_other(run, write) -> None:
+    rows = [("bedding", 90, 30), ("bedding", 90, 32), ("fault", 270, 60), ("fault", 270, 61)]
+    path = write(table("kind", "dipdir", "dip", rows=rows))
+    found = run("fold", path, "--sets", "bedding,fault", "--json").json
+    assert found["used"] == 4
+    assert found["beta"]["plunge_deg"] == pytest.approx(0.0, abs=1e-6)
+
+
 @pytest.mark.parametrize("sets", ["beds", "beds,", "beds,beds", "beds,none"])
 def test_sets_that_are_not_two_are_refused(run, write, sets: str) -> None:
     path = write(table("set", "dipdir", "dip", rows=[("beds", 90, 30), ("fault", 270, 60)]))

@@ -118,6 +118,30 @@ def test_a_closed_descriptor_is_no_crash(points: Path, closed: str) -> None:
 
 
 @posix
+def test_noise_on_a_closed_stdout_does_not_reach_the_table_written(
+    points: Path, tmp_path: Path
+) -> None:
+    noisy = (
+        "import os, sys, vomstudio.io.orientation_table as t; old = t.plane_row\n"
+        "def noise(*a, **k): os.write(1, b'noise'); return old(*a, **k)\n"
+        "t.plane_row = noise\n"
+        "from vomstudio.cli import main; sys.exit(main())"
+    )
+    target = tmp_path / "out.csv"
+    command = [sys.executable, "-c", noisy, "fit", str(points), "-o", str(target)]
+    done = subprocess.run(
+        ["sh", "-c", 'exec "$@" 1>&-', "sh", *command],
+        stderr=subprocess.PIPE,
+        env=environment(),
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 0
+    assert target.read_bytes().startswith(b"# VOM Studio")
+    assert b"noise" not in target.read_bytes()
+
+
+@posix
 def test_an_interruption_ends_with_130_and_one_sentence(tmp_path: Path) -> None:
     pipe = tmp_path / "slow"
     os.mkfifo(pipe)

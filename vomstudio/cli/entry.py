@@ -96,7 +96,7 @@ def _from_system(error: OSError) -> VomError:
 
 
 def _fail(error: VomError, channel: Channel | None) -> int:
-    _say(f"vomstudio: {error}\n")
+    _say(f"vomstudio: {' '.join(str(error).splitlines())}\n")
     if channel is not None:
         channel.write(to_json({"error": error.as_dict()}) + "\n")
     return error.exit_code

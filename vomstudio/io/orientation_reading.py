@@ -44,7 +44,7 @@ _ALIASES: dict[str, set[str]] = {
     "pole plunge": {"poleplunge", "plungeofpole"},
     "attitude": {"attitude", "orientation", "planeorientation"},
     "geometry": {"geometry", "geometrytype"},
-    "kind": {"kind", "type", "feature", "featuretype", "structure", "planetype"},
+    "kind": {"kind", "type", "featuretype", "planetype"},
     "set": {"set", "sets", "setname", "family", "domain"},
     "id": {"id", "fid", "uid", "number", "no", "nr"},
 }
@@ -71,7 +71,7 @@ class OrientationTable:
     ids: tuple[str, ...]
     """The id column, or the row's number from 1."""
     kinds: tuple[str, ...] | None
-    """The kind column, None where there is none."""
+    """The kind column, None where there is none, or nothing in it."""
     sets: tuple[str, ...] | None
     convention: str
     """How the columns were understood, for people."""
@@ -200,11 +200,13 @@ class _Reading:
         return self.columns.get(meaning)
 
     def _words(self, meaning: str, kept: NDArray[np.int64]) -> tuple[str, ...] | None:
+        """The cells of a column, None where there is none or nothing in it."""
         column = self.columns.get(meaning)
         if column is None:
             return None
         cells = self.table.cells(column)
-        return tuple(cells[i] for i in kept)
+        words = tuple(cells[i] for i in kept)
+        return words if any(words) else None
 
     def _named(self, *columns: int) -> str:
         names = [self.table.label(c) for c in columns]
@@ -334,6 +336,7 @@ class _Reading:
 
     def _from_text(self, columns: list[int], notation: str | None) -> None:
         cells = [self.table.cells(c) for c in columns]
+        wrapped: list[int] = []
         for i, words in enumerate(zip(*cells, strict=True)):
             if not all(words[:2]) or any(w.casefold() in ("nan", "na") for w in words[:2]):
                 continue
@@ -347,6 +350,9 @@ class _Reading:
                     field=self.table.label(columns[0]),
                 ) from error
             self.dip_direction[i], self.dip[i] = plane.dip_direction_deg, plane.dip_deg
+            if (azimuth := _bare_number(words[0])) is not None and azimuth > 360.0:
+                wrapped.append(int(self.table.line_numbers[i]))
+        self._say_wrapped(columns[0], wrapped)
 
     def _compare(self, strike: int) -> None:
         """Other programs mix strike conventions in one file; the dip direction is believed."""
@@ -426,13 +432,15 @@ class _Reading:
         hopeless = np.isinf(values) | (outside & ((values < -360.0) | (values > 720.0)))
         if hopeless.any():
             raise self._outside(int(np.argmax(hopeless)), column, values, "0 to 360")
-        if outside.any():
-            where = [int(n) for n in self.table.line_numbers[outside]]
+        self._say_wrapped(column, [int(n) for n in self.table.line_numbers[outside]])
+        return np.asarray(wrap360(values))
+
+    def _say_wrapped(self, column: int, where: list[int]) -> None:
+        if where:
             self.warnings.append(
                 f"{len(where)} azimuth{'s' if len(where) > 1 else ''} outside 0 to 360 in "
                 f"{self._named(column)} taken modulo 360: {lines_in_words(where)}"
             )
-        return np.asarray(wrap360(values))
 
     def _inclinations(self, column: int, lowest: float) -> NDArray[np.float64]:
         """(n,) dips or plunges, which must lie in [lowest, 90]."""
@@ -479,11 +487,16 @@ def _first(*columns: int | None) -> int:
     return next(c for c in columns if c is not None)
 
 
+def _bare_number(cell: str) -> float | None:
+    return float(cell.replace(",", ".")) if re.fullmatch(r"\d+([.,]\d*)?", cell) else None
+
+
 def _plane_of(words: tuple[str, ...], notation: str | None) -> Plane:
     """A plane from a cell, or from strike, dip and perhaps a quadrant in cells of their own."""
     if len(words) == 1:
         return parse_plane(words[0], notation)
     strike = words[0]
-    if re.fullmatch(r"\d+([.,]\d*)?", strike) and float(strike.replace(",", ".")) <= 720.0:
-        strike = f"{wrap360(float(strike.replace(',', '.'))):.10g}"
+    azimuth = _bare_number(strike)
+    if azimuth is not None and azimuth <= 720.0:
+        strike = f"{wrap360(azimuth):.10g}"
     return parse_plane(" ".join([strike, *words[1:]]), notation)
