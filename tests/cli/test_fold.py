@@ -36,8 +36,17 @@ def test_the_same_file_with_a_header_needs_no_option(run, write, data_dir: Path)
     assert round(found["beta"]["plunge_deg"], 1) == 26.1
 
 
-def test_the_same_file_without_either_is_refused_with_the_way_out(run, data_dir: Path) -> None:
-    ran = run("fold", data_dir / "planes" / "big_elk_strike_dip.txt")
+def test_the_name_of_a_file_without_header_may_tell_the_convention(run, data_dir: Path) -> None:
+    found = run("fold", data_dir / "planes" / "big_elk_strike_dip.txt", "--json").json
+    assert round(found["beta"]["trend_deg"], 1) == 125.3
+    assert "by the file's name" in found["convention"]
+
+
+def test_the_same_file_without_either_is_refused_with_the_way_out(
+    run, write, data_dir: Path
+) -> None:
+    text = (data_dir / "planes" / "big_elk_strike_dip.txt").read_text()
+    ran = run("fold", write(text, "elk.txt"))
     assert ran.code == 2
     assert "--azimuth strike" in ran.said
 

@@ -263,6 +263,8 @@ class _Reading:
                 file=self.table.path,
                 line=int(self.table.line_numbers[0]),
             )
+        told = self.azimuth is not None
+        self.azimuth = self.azimuth or _convention_in_name(self.table.path)
         if self.azimuth is None:
             raise UsageError(
                 "this table has no header, and its first column can be strike or dip direction; "
@@ -272,6 +274,8 @@ class _Reading:
                 field="column 1",
             )
         self._from_azimuth(0, 1)
+        if not told:
+            self.said.append("there is no header: strike or dip direction by the file's name")
 
     def _from_azimuth(self, azimuth: int, dip: int) -> None:
         if self.azimuth == "strike":
@@ -481,6 +485,17 @@ class _Reading:
             line=self.table.header_line,
             field="dip",
         )
+
+
+def _convention_in_name(path: Path) -> Azimuth | None:
+    """strike or dipdir where the name of a file, such as `fold_strike_dip.txt`, says just one."""
+    name = plain(path.stem)
+    said: list[Azimuth] = []
+    if "strike" in name:
+        said.append("strike")
+    if "dipdir" in name or "dipazi" in name:
+        said.append("dipdir")
+    return said[0] if len(said) == 1 else None
 
 
 def _first(*columns: int | None) -> int:
