@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio import __version__
-from vomstudio.document.journal import Row, RowKind, replay
+from vomstudio.document.journal import Replay, Row, RowKind, replay
 from vomstudio.document.records import Record
 from vomstudio.errors import DocumentError, InputError, TargetError
 
@@ -146,8 +146,13 @@ class SqliteJournal:
 
 
 def read_records(folder: Path) -> dict[str, Record]:
-    """The records of the project in `folder` as they are now, without taking hold of it: it may be
-    open in a window. Raises InputError."""
+    """The records of the project in `folder` as they are now. Raises as `read_replay`."""
+    return read_replay(folder).records
+
+
+def read_replay(folder: Path) -> Replay:
+    """What the journal of the project in `folder` says, without taking hold of it: it may be open
+    in a window. Raises InputError."""
     path = Path(folder)
     path = path / "journal.sqlite" if path.is_dir() else path
     if not path.is_file():
@@ -156,7 +161,7 @@ def read_records(folder: Path) -> dict[str, Record]:
         db = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=5.0)
         try:
             _check_version(db, path, migrate=False)
-            return replay(_rows(db, path)).records
+            return replay(_rows(db, path))
         finally:
             db.close()
     except sqlite3.Error as error:

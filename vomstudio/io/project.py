@@ -13,10 +13,10 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from vomstudio.document.records import Model
+from vomstudio.document.records import Model, Trace
 from vomstudio.document.session import Session
 from vomstudio.errors import InputError, TargetError
-from vomstudio.io.journal import SqliteJournal
+from vomstudio.io.journal import SqliteJournal, read_replay
 from vomstudio.io.lock import ProjectLock
 
 SUFFIX = ".vom"
@@ -111,8 +111,15 @@ class Project:
         self.session.save()
 
     def close(self) -> None:
+        """An untitled project that never held a feature leaves nothing behind; another one keeps
+        its history, from which discarded work can be brought back."""
+        worthless = self.untitled and not self.session.ever_held(Trace) and not self.session.draft
         self.session.close()
         self._lock.release()
+        if worthless:
+            shutil.rmtree(self.folder, ignore_errors=True)
+        elif self.untitled:
+            shutil.rmtree(self.cache, ignore_errors=True)
 
     def model_path(self, path: Path) -> str:
         """How the path of a model is written down: relative inside the folder, else absolute."""
@@ -168,14 +175,28 @@ def create_untitled(settings: Callable[[], Mapping[str, Any]] = dict) -> Project
     return Project.create(folder, settings=settings)
 
 
-def unfinished_untitled() -> list[Path]:
-    """Untitled projects that a crash or a power cut has left behind, the newest first."""
+def is_free(folder: Path) -> bool:
+    """A project that is there and that no window holds."""
+    if not (folder / JOURNAL).is_file():
+        return False
+    try:
+        ProjectLock(folder / "lock").release()
+    except (InputError, TargetError):
+        return False
+    return True
+
+
+def untitled_projects(*, finished: bool) -> list[Path]:
+    """Untitled projects that no window holds, the newest first: those whose changes were discarded
+    on closing (finished), or those that a crash or a power cut has left behind."""
     found = []
     for folder in sorted(untitled_folder().glob(f"*{SUFFIX}"), reverse=True):
+        if not is_free(folder):
+            continue
         try:
-            ProjectLock(folder / "lock").release()
+            kept = read_replay(folder)
         except InputError:
             continue
-        if (folder / JOURNAL).is_file():
+        if (kept.top == kept.saved_top and kept.draft is None) == finished:
             found.append(folder)
     return found

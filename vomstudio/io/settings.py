@@ -21,12 +21,14 @@ _RECENT = 10
 @dataclass
 class Settings:
     """notation: how planes are written in the window (see geology.notation).
+    unclosed: projects that are open, or were when the program last ended without closing them.
     window: geometry and panels as the window system keeps them, base64. limits: those of the
     verdict's thresholds that the user has changed, by their name."""
 
     notation: str = "dipdir/dip"
     projection: str = "area"
     turntable: bool = True
+    unclosed: list[str] = field(default_factory=list)
     recent: list[str] = field(default_factory=list)
     window: dict[str, str] = field(default_factory=dict)
     limits: dict[str, float] = field(default_factory=dict)

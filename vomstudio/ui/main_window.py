@@ -43,12 +43,12 @@ if TYPE_CHECKING:
 
 _LAYOUT_VERSION = 1
 _MENUS = (
-    ("&File", ("new", "open", "open_project", "*recent", "|", "save", "save_as", "|",
+    ("&File", ("new", "open", "open_project", "*recent", "*discarded", "|", "save", "save_as", "|",
                "export_csv", "export_gpkg", "|", "quit")),
     ("&Edit", ("undo", "redo", "|", "delete", "rename", "|", "select_all", "|", "find_command")),
     ("&View", ("home", "frame_selection", "orthographic", "|", "view_top", "view_north",
                "view_east", "view_south", "view_west", "view_bottom", "|", "*notation",
-               "|", "only_outcrop", "*docks")),
+               "*display", "trackball", "|", "only_outcrop", "*docks")),
     ("&Model", ("declare_frame", "locate", "remove_model")),
     ("&Interpret", ("navigate", "trace", "|", "finish_trace", "cancel_trace", "continue_trace",
                     "delete_vertex")),
@@ -183,6 +183,13 @@ class MainWindow(QMainWindow):
         if name == "recent":
             recent = menu.addMenu(self.tr("Open &recent"))
             recent.aboutToShow.connect(lambda: self._fill_recent(recent))
+        elif name == "discarded":
+            discarded = menu.addMenu(self.tr("&Bring back discarded work"))
+            discarded.aboutToShow.connect(lambda: self._fill_discarded(discarded))
+        elif name == "display":
+            display = menu.addMenu(self.tr("&Display"))
+            for each in ("textured", "colors", "plain", "wireframe", "points"):
+                display.addAction(self.actions_table.all[f"display_{each}"])
         elif name == "notation":
             notation = menu.addMenu(self.tr("&Notation"))
             for each in ("notation_dipdir", "notation_strike", "notation_quadrant"):
@@ -200,6 +207,17 @@ class MainWindow(QMainWindow):
             action.triggered.connect(lambda _=False, p=text: self.open_path(Path(p)))
         if menu.isEmpty():
             menu.addAction(self.tr("Nothing yet")).setEnabled(False)
+
+    def _fill_discarded(self, menu: QMenu) -> None:
+        from vomstudio.io.project import untitled_projects
+
+        menu.clear()
+        for folder in untitled_projects(finished=True)[:20]:
+            action = menu.addAction(folder.stem)
+            action.setToolTip(self.tr("Opens as it was left; Undo brings the discarded work back"))
+            action.triggered.connect(lambda _=False, p=folder: self.open_path(p))
+        if menu.isEmpty():
+            menu.addAction(self.tr("Nothing was discarded")).setEnabled(False)
 
     def _make_toolbar(self) -> None:
         bar = QToolBar(self.tr("Tools"))
@@ -276,6 +294,7 @@ class MainWindow(QMainWindow):
         viewport.pointer.connect(self.status_line.show_pointer)
         viewport.camera_changed.connect(self._camera_changed)
         viewport.problem.connect(lambda text: self.studio.warn(text))
+        viewport.navigation = "turntable" if self._settings.turntable else "trackball"
         viewport.setFocus()
         self._camera_timer = QTimer(self)
         self._camera_timer.setSingleShot(True)

@@ -21,7 +21,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.surface import Surface, VertexSurface
 from vomstudio.io import model_cache
-from vomstudio.io.project import Project, create_untitled, is_project, unfinished_untitled
+from vomstudio.io.project import Project, create_untitled, is_free, is_project, untitled_projects
 from vomstudio.io.settings import Settings, write_settings
 from vomstudio.jobs.events import Failed
 from vomstudio.tools.trace import TraceTool
@@ -78,6 +78,7 @@ class Studio(QObject):
         self.models: dict[str, OpenModel] = {}
         self.hidden: set[str] = set()
         self.tool_name = "navigate"
+        self.display_mode = "textured"
         self.next_type_id = "bedding"
         self.next_set = ""
         self.project: Project = None  # type: ignore[assignment]
@@ -109,8 +110,13 @@ class Studio(QObject):
             self.remember(self.project.folder)
 
     def offer_recovery(self) -> None:
-        """Tell of untitled projects that a crash has left behind."""
-        found = [f for f in unfinished_untitled() if f != self.project.folder]
+        """Tell of projects that a crash or a power cut has left open."""
+        named = [Path(p) for p in self.settings.unclosed]
+        found = [
+            folder
+            for folder in (*(f for f in named if is_free(f)), *untitled_projects(finished=False))
+            if folder.resolve() != self.project.folder.resolve()
+        ]
         if found:
             self.recovery_found.emit(found)
 
@@ -120,6 +126,7 @@ class Studio(QObject):
         self.project = project
         self.session.changed.connect(self._on_edit)
         self.session.history_changed.connect(lambda _: self.history_changed.emit())
+        self._mark_open(True)
         self.hidden = set(project.journal.view("hidden", []))
         self.selection.set(())
         self.project_opened.emit()
@@ -138,6 +145,7 @@ class Studio(QObject):
                 self.info(f"An unfinished trace with {count} points is back: go on picking.")
 
     def _leave(self) -> None:
+        self._mark_open(False)
         for job in self._loading.values():
             self.jobs.cancel(job)
         self._loading.clear()
@@ -158,12 +166,23 @@ class Studio(QObject):
         self.info(f"Saved {self.project.name}.")
 
     def save_as(self, folder: Path) -> None:
+        self._mark_open(False)
         self.project.save_as(folder)
+        self._mark_open(True)
         self.remember(folder)
         self.project_opened.emit()
         self.history_changed.emit()
         self.write_layers()
         self.info(f"Saved as {folder}.")
+
+    def _mark_open(self, is_open: bool) -> None:
+        """Note in the settings what must be offered if the program ends without closing it."""
+        folder = str(self.project.folder.resolve())
+        kept = [p for p in self.settings.unclosed if p != folder]
+        unclosed = [*kept, folder] if is_open and not self.project.untitled else kept
+        if unclosed != self.settings.unclosed:
+            self.settings.unclosed = unclosed
+            self.keep_settings()
 
     @property
     def worth_asking(self) -> bool:
