@@ -151,18 +151,21 @@ def cases() -> Iterator[Case]:
     for length in (0.15, 0.25, 0.5, 1.0):
         for noise in ("exponential", "gaussian"):
             yield Case("arc", 100, noise, length)
+    yield Case("arc", 1000)
+    for noise in ("exponential", "gaussian"):
+        yield Case("arc", 1000, noise, 0.1)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--repeats", type=int, default=20000)
-    parser.add_argument("--only", default="")
+    parser.add_argument("--repeats", type=int, default=6000)
+    parser.add_argument("--from-row", type=int, default=0)
     arguments = parser.parse_args()
     start = time.perf_counter()
     print("| trace | points | noise | length / trace | coverage | width | width / peer | flagged |")
     print("|---|---|---|---|---|---|---|---|")
     for i, case in enumerate(cases()):
-        if arguments.only and arguments.only not in case.noise:
+        if i < arguments.from_row:
             continue
         repeats = max(1000, min(arguments.repeats, 3_000_000 // case.n))
         cover, width, ratio, flagged = simulate(case, repeats, 1000 + i)

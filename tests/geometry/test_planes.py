@@ -239,9 +239,7 @@ def test_points_that_hold_no_plane_are_refused_with_the_reason(
 
 @settings(max_examples=100, deadline=None)
 @given(st.integers(0, 100_000), st.floats(1e-3, 1e4), st.integers(3, 50))
-def test_collinear_points_are_refused_wherever_they_lie(
-    seed: int, length: float, n: int
-) -> None:
+def test_collinear_points_are_refused_wherever_they_lie(seed: int, length: float, n: int) -> None:
     rng = np.random.default_rng(seed)
     direction = rng.normal(size=3)
     points = rng.random((n, 1)) * length * direction + rng.uniform(-1, 1, 3) * 5e6

@@ -471,6 +471,9 @@ def _errors(
     n = np.where(known, counts, 4)
     dof = np.where(known, distinct - 3.0, 1.0)
     q1, q2, effective, long = plane_errors.quantiles(u, v, r, starts, counts, dof, ordered)
+    # Points exactly in a plane have residuals of rounding alone, which tell of no roughness.
+    exact = values[:, 2] == 0.0
+    effective, long = np.where(exact, dof + 3.0, effective), long & ~exact
     h_max, h_min, overflow = plane_errors.hyperbolic(n, values)
     if regression is None:
         e1, e2 = axes[:, 0], axes[:, 1]
