@@ -155,12 +155,11 @@ def read_header(top: bytes, path: Path) -> Header:
         elif words[0] == "property":
             if not elements:
                 raise wrong("A property stands before the first element")
-            kinds = words[2:4] if words[1:2] == ["list"] else words[1:2]
-            if len(words) != len(kinds) + (3 if len(kinds) == 2 else 2) or any(
-                k not in TYPES for k in kinds
-            ):
+            is_list = words[1:2] == ["list"]
+            kinds = words[2:4] if is_list else words[1:2]
+            if len(words) != (5 if is_list else 3) or any(k not in TYPES for k in kinds):
                 raise wrong(f"'{line.strip()}' is no property of a known type")
-            if len(kinds) == 2:
+            if is_list:
                 if TYPES[kinds[0]][0] == "f":
                     raise wrong(f"'{line.strip()}' counts a list in broken numbers")
                 new = Property(words[4], TYPES[kinds[1]], TYPES[kinds[0]])
@@ -483,6 +482,7 @@ def _mesh(
     """Faces, their own texture coordinates and textures, onto bare vertices."""
     vertices, uv, colors, fields = bare.vertices, bare.uv, bare.colors, dict(bare.fields)
     key = next((n for n in FACE_NAMES if n in face.lists), None)
+    indices: npt.NDArray[Any]
     if key is None:
         said.append("Its faces have no list 'vertex_indices'.")
         counts, indices = np.zeros(0, np.int64), np.zeros(0, np.int64)
@@ -497,15 +497,17 @@ def _mesh(
     polygons = np.empty((0, 2), np.int64)
     if not has_wedges and len(counts) and (counts == 3).all():
         # The common case, without waiting for compiled code.
-        triples = indices.reshape(-1, 3)
+        triples: npt.NDArray[Any] = indices.reshape(-1, 3)
         n_vertices = len(vertices)
-        sound = np.logical_and.reduce((triples >= 0) & (triples < n_vertices), axis=1)
-        face_of = np.flatnonzero(sound)
-        if len(face_of) < len(triples):
+        if triples.min() >= 0 and triples.max() < n_vertices:
+            face_of = np.arange(len(triples))
+        else:
+            face_of = np.flatnonzero(((triples >= 0) & (triples < n_vertices)).all(axis=1))
+        out_of_range, short = len(triples) - len(face_of), 0
+        if out_of_range:
             triples = triples[face_of]
         faces: npt.NDArray[np.int32] = triples.astype(np.int32, copy=False)
         uv_corners = np.empty((0, 3), np.int32)
-        out_of_range, short = len(triples) - len(face_of), 0
     else:
         from vomstudio.io.formats import _ply_kernels as k
 
