@@ -42,10 +42,10 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from vomstudio.io.models import read_model
 def decode(path):
-    import numpy
     from PIL import Image
-    with Image.open(path) as image:
-        return numpy.asarray(image)
+    image = Image.open(path)
+    image.load()
+    return image
 def load():
     model = read_model(Path(sys.argv[1]))
     paths = dict.fromkeys(m.texture for m in getattr(model.data, "materials", ()) if m.texture)

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.io.formats._decimals import LEFT_OVER, READY, is_space, number
-from vomstudio.io.formats._jit import kernel
+from vomstudio.io.formats._jit import kernel, part
 
 # What `count` returns, by row.
 N_VERTICES, N_UVS, N_TRIANGLES, N_WORDS, N_POLYGONS, N_ODD, N_SHORT_FACES, N_COLORED = range(8)
@@ -29,7 +29,7 @@ TO_VERTEX, TO_UV, TO_COLOR = range(3)
 _NONE, _VERTEX, _UV, _FACE, _WORD, _IGNORED, _ODD, _LINE_ELEMENT = range(8)
 
 
-@kernel("Tuple((int64, int64))(uint8[::1], int64, int64)")
+@part
 def _classify(data, i, end):  # type: ignore[no-untyped-def]
     """Kind of the line that starts at i, and where its values start. data[end - 1] is a newline."""
     while is_space(data[i]):
@@ -110,7 +110,7 @@ def count(data, start, end, counts):  # type: ignore[no-untyped-def]
         i += 1
 
 
-@kernel("Tuple((int64, boolean, int64))(uint8[::1], int64)")
+@part
 def _integer(data, i):  # type: ignore[no-untyped-def]
     negative = False
     if data[i] == 45:

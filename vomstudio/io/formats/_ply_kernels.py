@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from vomstudio.io.formats._decimals import READY, is_space, number
-from vomstudio.io.formats._jit import kernel
+from vomstudio.io.formats._jit import kernel, part
 
 
-@kernel("int64(uint8[::1], int64, int64, boolean, boolean)")
+@part
 def _count_at(data, at, size, signed, little):  # type: ignore[no-untyped-def]
     value = np.int64(0)
     for k in range(size):
