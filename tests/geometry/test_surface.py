@@ -17,7 +17,7 @@ def face(spacing: float, normal: np.ndarray, size: float = 4.0, seed: int = 0) -
     e2 = np.cross(normal, e1)
     points = u.reshape(-1, 1) * e1 + v.reshape(-1, 1) * e2
     rough = 0.1 * spacing * rng.standard_normal((len(points), 1))
-    return points + rough * normal + [465_123.0, 4_612_345.0, 820.0]
+    return points + rough * normal + np.array([465_123.0, 4_612_345.0, 820.0])
 
 
 @pytest.mark.parametrize("built", [False, True])
@@ -33,7 +33,7 @@ def test_resolution_is_the_spacing_of_the_grid(built, spacing):
 
 def test_resolution_is_that_of_the_part_that_was_picked():
     fine = face(0.02, np.array([0.0, -1.0, 0.0]))
-    coarse = face(0.2, np.array([0.0, -1.0, 0.0])) + [100.0, 0.0, 0.0]
+    coarse = face(0.2, np.array([0.0, -1.0, 0.0])) + np.array([100.0, 0.0, 0.0])
     surface = VertexSurface(np.concatenate([coarse, fine]))
     surface.build()
     assert surface.resolution_near(fine[:5]) == pytest.approx(0.02, rel=0.15)
