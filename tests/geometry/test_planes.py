@@ -316,3 +316,10 @@ def test_a_vertical_plane_strikes_between_north_and_south(flip: float) -> None:
         fit = fit_plane(points)
         assert fit.dip_deg == pytest.approx(90.0)
         assert fit.dip_direction_deg == pytest.approx(azimuth)
+
+
+@pytest.mark.parametrize("scale", [1e-320, 1e-160, 1e160, 1e308])
+def test_sizes_whose_squares_leave_the_range_are_refused_not_crashed_on(scale: float) -> None:
+    points = np.array([[0, 0, 0], [1, 0, 0.1], [0, 1, 0.2], [1, 1, 0.5]]) * scale
+    with pytest.raises(GeometryError):
+        fit_plane(points)

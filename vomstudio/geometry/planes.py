@@ -30,7 +30,7 @@ Method = Literal["pca", "regression"]
 Axis = Literal["x", "y", "z"]
 
 TOO_FEW = "needs at least 3 points; pick more"
-NOT_FINITE = "has coordinates that are not finite numbers; remove those points"
+NOT_FINITE = "has coordinates that are not finite numbers, or beyond 1e150; remove those points"
 IDENTICAL = "all points are at the same place; pick points farther apart"
 COLLINEAR = "all points lie on one straight line, which many planes contain; pick one beside it"
 PARALLEL = (
@@ -38,6 +38,8 @@ PARALLEL = (
     "use another axis, or the moment of inertia (pca)"
 )
 
+# Squares of these stay in range.
+LARGEST = 1e150
 # Distances below this many roundings of the largest coordinate are rounding, not shape.
 ROUNDINGS = 4.0
 # Points repeated exactly are looked for in short traces only, where one of them matters.
@@ -259,9 +261,9 @@ def _sound_groups(xyz: Floats, cuts: Ints, counts: Ints) -> tuple[list[str | Non
     """The reason against each group that cannot be fitted whatever its shape, and the others."""
     many = counts >= 3
     finite = np.ones(len(counts), bool)
-    # One sum tells that all is well, which it nearly always is.
-    if not np.isfinite(xyz.sum()):
-        bad = np.concatenate([[0], np.cumsum(~np.isfinite(xyz).all(axis=1))])
+    # One maximum tells that all is well, which it nearly always is; NaN is not below the limit.
+    if len(xyz) and not np.abs(xyz).max() < LARGEST:
+        bad = np.concatenate([[0], np.cumsum(~(np.abs(xyz) < LARGEST).all(axis=1))])
         finite = bad[cuts[1:]] == bad[cuts[:-1]]
     reasons: list[str | None] = [None] * len(counts)
     for i in np.flatnonzero(~(many & finite)).tolist():
@@ -293,7 +295,7 @@ def _fit(
 
     # A common length, so that squares of tiny and huge coordinates stay in range.
     size = np.maximum.reduceat(np.maximum.reduce([np.abs(x) for x in local]), starts)
-    unit = np.where(size > 0.0, size, 1.0)
+    unit = np.where(size > 1.0 / LARGEST, size, 1.0)
     per_unit = spread(1.0 / unit)
     local = [x * per_unit for x in local]
     rounding = ROUNDINGS * np.finfo(np.float64).eps * max_coordinate / unit
