@@ -85,7 +85,8 @@ def main() -> None:
         runs = [ours(model, Path(home)) for _ in range(RUNS + 1)][1:]
     for name in ("window", "frame"):
         times = sorted(run[name] for run in runs)
-        print(f"{name:8s} median {statistics.median(times):.2f} s  ({times[0]:.2f}..{times[-1]:.2f})")
+        low, high = times[0], times[-1]
+        print(f"{name:8s} median {statistics.median(times):.2f} s  ({low:.2f}..{high:.2f})")
     peer = [t for t in (cloudcompare() for _ in range(3)) if t is not None][1:]
     if peer:
         print(f"CloudCompare window mapped: median {statistics.median(peer):.2f} s")

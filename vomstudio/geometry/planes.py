@@ -310,7 +310,7 @@ def _fit(
     low, high = np.minimum.reduceat(u, starts), np.maximum.reduceat(u, starts)
     values[:, 2] = np.where(np.sqrt(values[:, 2]) <= rounding, 0.0, values[:, 2])
     errors: list[str | None] = [None] * m
-    identical = np.sqrt(values[:, 0]) <= rounding
+    identical = (np.sqrt(values[:, 0]) <= rounding) | (size <= 1.0 / LARGEST)
     collinear = ~identical & (np.sqrt(values[:, 1]) <= rounding)
     for i in np.flatnonzero(identical | collinear).tolist():
         errors[i] = IDENTICAL if identical[i] else COLLINEAR
