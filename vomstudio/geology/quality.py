@@ -122,7 +122,9 @@ def judge(
             f"(below {t.good_K:g} wanted); " + more
         )
     if fit.hyperbolic_overflow:
-        reasons.append("scatter across the trace is as large as its bend: the hyperbolic error is 90°")
+        reasons.append(
+            "scatter across the trace is as large as its bend: the hyperbolic error is 90°"
+        )
     if fit.long_roughness:
         reasons.append(
             "roughness as long as the trace: the wider of the two errors counts; "
