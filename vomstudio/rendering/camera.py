@@ -158,7 +158,7 @@ class Camera:
         nearest, farthest = (
             (float(depth.min()), float(depth.max())) if len(depth) else (0.5, 2.0 * self.distance)
         )
-        margin = 0.005 * (farthest - nearest) + 1e-3 * self.distance + 1e-6
+        margin = 0.05 * (farthest - nearest) + 0.02 * self.distance + 1e-6
         nearest, farthest = nearest - margin, farthest + margin
         if self.orthographic:
             back = max(0.0, 1e-3 * (farthest - nearest) - nearest)

@@ -125,11 +125,14 @@ class ModelScene:
             )
         return self._boxes
 
-    def corners_world(self) -> Array:
-        """(8, 3) corners of the model's box in World."""
-        box = np.stack([self.low, self.high])
+    def corners_world(self, *, close: bool = False) -> Array:
+        """(n, 3) corners in World of the model's box, or (close) of the boxes of its chunks once
+        they are there, which lie nearer to the surface."""
+        low, high = self.low[None], self.high[None]
+        if close and self.chunks_done and self.parts:
+            low, high = self.chunk_boxes()
         grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
-        local = np.stack([box[grid[:, a], a] for a in range(3)], axis=1)
+        local = np.where(grid[None] == 1, high[:, None], low[:, None]).reshape(-1, 3)
         file = local + self.origin
         return np.asarray(file @ self.to_world[:3, :3].T + self.to_world[:3, 3])
 
@@ -156,6 +159,7 @@ class Scene:
         self._window: vtkRenderWindow | None = None
         self._pending: list[Part] | None = None
         self._batch_first = False
+        self._outdated = False
         self._spent = 0.0
         self._uploaded_in_pass = False
         self._seconds_per_element = 4e-7
@@ -189,6 +193,8 @@ class Scene:
         layer.AddObserver("StartEvent", self._layer_starts)
         for renderer in (surface, layer):
             renderer.SetAutomaticLightCreation(0)
+            # Plain blending: the weighted kind needs three more full-screen passes.
+            renderer.SetUseOIT(False)
             window.AddRenderer(renderer)
         surface.CreateLight()
         surface.GetActiveCamera()
@@ -247,18 +253,17 @@ class Scene:
 
     def _place(self, model: ModelScene, to_world: Array) -> None:
         model.to_world = np.array(to_world, np.float64)
-        model.from_world = np.linalg.inv(model.to_world)
+        model.from_world = np.asarray(np.linalg.inv(model.to_world), np.float64)
         if self.origin is None:
-            middle: Array = model.corners_world().mean(axis=0)
-            self.set_origin(np.asarray(np.round(middle), np.float64))
+            self.set_origin(np.round(model.corners_world().mean(axis=0)))
         placement = self._placement(model)
         for part in model.parts + ([model.proxy] if model.proxy else []):
             part.actor.SetUserMatrix(placement)
         self.abandon()
 
-    def set_origin(self, origin: Array) -> None:
-        self.origin = origin
-        self.features.set_origin(origin)
+    def set_origin(self, origin: npt.NDArray[np.floating]) -> None:
+        self.origin = np.asarray(origin, np.float64)
+        self.features.set_origin(self.origin)
         for model in self.models.values():
             for part in model.parts + ([model.proxy] if model.proxy else []):
                 part.actor.SetUserMatrix(self._placement(model))
@@ -337,8 +342,10 @@ class Scene:
         elif isinstance(event, LocatorReady):
             model.locators = event.locators
             model.pickable = True
-            return
-        self.full_seconds = None
+        if isinstance(event, (ProxyReady, MeshChunkReady, CloudChunkReady, TextureReady)):
+            self.full_seconds = None
+            self.complete = False
+            self._outdated = True
 
     def _part(self, model: ModelScene, data) -> Part:  # type: ignore[no-untyped-def]
         bounds = np.array(data.GetBounds()).reshape(3, 2)
@@ -376,6 +383,8 @@ class Scene:
             return
         skin = model.skins.get(part.material) if part.has_uv else None
         texture = skin.drawn if skin is not None and self.mode == "textured" else None
+        if texture is not None:
+            look.SetColor(1.0, 1.0, 1.0)
         actor.SetTexture(texture)  # type: ignore[arg-type] # VTK takes None
         colored = part.has_colors and texture is None and self.mode != "plain shaded"
         mapper.SetScalarVisibility(colored)
@@ -391,9 +400,9 @@ class Scene:
 
     # -- bounds
 
-    def corners(self, *, visible_only: bool = True) -> Array:
-        """(n, 3) World corners of what there is to see."""
-        some = [m.corners_world() for m in self.models.values() if m.visible or not visible_only]
+    def corners(self, *, close: bool = False) -> Array:
+        """(n, 3) World corners of the visible models; see `ModelScene.corners_world`."""
+        some = [m.corners_world(close=close) for m in self.models.values() if m.visible]
         return np.concatenate([np.zeros((0, 3)), *some])
 
     # -- features
@@ -524,6 +533,11 @@ class Scene:
                 self.draw(moving=False)
             # Else the frame in the making will show them.
             return
+        depth = self.eye.depth(self.features.corners())
+        if len(depth) and (depth.min() < self.eye.near or depth.max() > self.eye.far):
+            # The kept depths are of another range: these features would be cut off.
+            self.draw(moving=False)
+            return
         busy = self._pending is not None and not self._batch_first
         if busy:
             self._partial = self._buffer(self._partial)
@@ -542,6 +556,7 @@ class Scene:
         self._choose_levels()
         self._pending = [part for _, part in self._seen_parts()]
         self._batch_first = True
+        self._outdated = False
         self._spent = 0.0
         self._uploaded_in_pass = False
 
@@ -591,9 +606,9 @@ class Scene:
         if not last:
             return False
         self._pending = None
-        self.complete = True
+        self.complete = not self._outdated
         self.showing_proxy = False
-        if not self._uploaded_in_pass:
+        if not self._uploaded_in_pass and not self._outdated:
             self.full_seconds = self._spent
         return True
 

@@ -104,6 +104,7 @@ class Viewport(QWidget):
         self._features_dirty = False
         self._moving = False
         self._picture: QImage | None = None
+        self._pixels: npt.NDArray[np.uint8] | None = None
         self._base: QImage | None = None
         self._first_done = False
         self._stages: dict[str, set[str]] = {}
@@ -260,6 +261,7 @@ class Viewport(QWidget):
 
         if self._pool is None:
             self._pool = ThreadPoolExecutor(2, thread_name_prefix="viewport")
+        pool = self._pool
         limit = self._scene.texture_limit
 
         def emit(event: Any) -> None:
@@ -275,6 +277,8 @@ class Viewport(QWidget):
                 origin = np.round(bounds.mean(axis=0))
                 emit(_Registered(data, bounds, origin))
                 if isinstance(data, Mesh):
+                    # Only now: what comes before the model is registered would be lost.
+                    pool.submit(pictures)
                     preparation.prepare_mesh(data, origin, stop, emit)
                 else:
                     preparation.prepare_cloud(data, origin, stop, emit)
@@ -292,9 +296,7 @@ class Viewport(QWidget):
             except Exception as error:  # noqa: BLE001 - as above
                 self._tell(emit, preparation, error)
 
-        self._pool.submit(shape)
-        if isinstance(data, Mesh):
-            self._pool.submit(pictures)
+        pool.submit(shape)
 
     @staticmethod
     def _tell(emit: Callable[[Any], None], preparation: Any, error: Exception) -> None:
@@ -515,7 +517,7 @@ class Viewport(QWidget):
     def _fit_all(self) -> None:
         corners = np.zeros((0, 3))
         if self._scene is not None:
-            corners = self._scene.corners()
+            corners = self._scene.corners(close=True)
             if not len(corners):
                 corners = self._scene.features.corners()
         self._camera.fit(corners, self._extent())
@@ -597,6 +599,7 @@ class Viewport(QWidget):
         if scene is None or self._closed or not self.isVisible():
             return
         if scene.complete and not self._frame_dirty:
+            self._report_stages()
             return
         unfinished = any(
             m.visible and m.proxy is not None and not m.chunks_done for m in scene.models.values()
@@ -620,15 +623,20 @@ class Viewport(QWidget):
             self._grab_picture()
             self._report_stages()
             self.update()
+            if not scene.complete:
+                # More has arrived while this frame was being made.
+                self._rest.start(30)
         else:
             self._refine.start()
 
     def _grab_picture(self) -> None:
         assert self._scene is not None
-        pixels = self._scene.pixels()
-        height, width = pixels.shape[:2]
-        image = QImage(pixels.data, width, height, 4 * width, QImage.Format.Format_RGBX8888)
-        self._picture = image.mirrored(False, True)
+        # The picture's memory is the array's, which therefore has to live as long.
+        self._pixels = np.ascontiguousarray(self._scene.pixels()[::-1])
+        height, width = self._pixels.shape[:2]
+        self._picture = QImage(
+            self._pixels.data, width, height, 4 * width, QImage.Format.Format_RGBX8888
+        )
         self._picture.setDevicePixelRatio(self.devicePixelRatioF())
         self._base = None
 
