@@ -61,9 +61,7 @@ def cloudcompare() -> float | None:
     if not shutil.which("CloudCompare") or not shutil.which("xdotool"):
         return None
     began = time.time()
-    child = subprocess.Popen(
-        ["CloudCompare"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-    )
+    child = subprocess.Popen(["CloudCompare"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         subprocess.run(
             ["xdotool", "search", "--sync", "--onlyvisible", "--name", "CloudCompare v"],

@@ -21,7 +21,6 @@ ZERO_EIGENVALUE = 1e-20
 """S3 below this is a set that lies exactly in a plane: orientations equal to 1e-10 rad."""
 
 
-
 def unit_vectors(vectors: npt.ArrayLike) -> Array:
     """(n, 3) unit vectors. Raises GeometryError for an empty set, zero or non-finite vectors."""
     v = np.atleast_2d(np.asarray(vectors, dtype=np.float64))
