@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import base64
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QByteArray, Qt, QTimer
+from PySide6.QtCore import QByteArray, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QAction,
     QCloseEvent,
@@ -60,10 +61,14 @@ _MENUS = (
 class MainWindow(QMainWindow):
     """Made in two steps: an empty frame that is on the screen at once, then `begin` fills it."""
 
+    _net_imported = Signal()
+
     def __init__(self, settings: Settings) -> None:
         super().__init__()
         self._settings = settings
         self._filled = False
+        self._net_importer: threading.Thread | None = None
+        self._net_imported.connect(self._bring_net, Qt.ConnectionType.QueuedConnection)
         self._put_away: list[QDockWidget] = []
         self.viewport: Viewport | None = None
         self.setWindowTitle("VOM Studio")
@@ -304,10 +309,27 @@ class MainWindow(QMainWindow):
         for path in paths:
             self.open_path(path)
         self.studio.offer_recovery()
-        QTimer.singleShot(50, self._bring_net)
+        # The net's library takes a second to import: after the first frame, and in a thread. A
+        # viewport that cannot draw must not keep the net away.
+        viewport.first_frame.connect(self._import_net)
+        QTimer.singleShot(5000, self._import_net)
         self._refresh()
 
+    def _import_net(self) -> None:
+        if self._net_importer is not None:
+            return
+
+        def work() -> None:
+            import vomstudio.ui.stereonet_panel  # noqa: F401
+
+            self._net_imported.emit()
+
+        self._net_importer = threading.Thread(target=work, name="net import", daemon=True)
+        self._net_importer.start()
+
     def _bring_net(self) -> None:
+        if not self._filled or not self.isVisible():
+            return
         from vomstudio.ui.stereonet_panel import StereonetPanel
 
         self.net = StereonetPanel(self.studio)
