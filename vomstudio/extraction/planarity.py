@@ -7,6 +7,8 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 
+_BLOCK = 4096
+
 
 def local_eigenvalues(points: npt.ArrayLike, radius: float) -> Array:
     """(n, 3) normalised eigenvalues l1 >= l2 >= l3 of the covariance of the neighbours of each
@@ -19,16 +21,27 @@ def local_eigenvalues(points: npt.ArrayLike, radius: float) -> Array:
 
     xyz = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     xyz = xyz - xyz.mean(axis=0) if len(xyz) else xyz
-    neighbours = cKDTree(xyz).query_ball_point(xyz, radius)
-    counts = np.array([len(each) for each in neighbours], dtype=np.int64)
+    tree = cKDTree(xyz)
     result = np.full((len(xyz), 3), np.nan)
+    # In blocks: the neighbourhoods of all points together may not fit into memory.
+    for start in range(0, len(xyz), _BLOCK):
+        block = xyz[start : start + _BLOCK]
+        result[start : start + _BLOCK] = _block_eigenvalues(
+            xyz, block, tree.query_ball_point(block, radius)
+        )
+    return result
+
+
+def _block_eigenvalues(xyz: Array, centres: Array, neighbours: npt.NDArray[np.object_]) -> Array:
+    result = np.full((len(centres), 3), np.nan)
+    counts = np.array([len(each) for each in neighbours], dtype=np.int64)
     enough = counts >= 3
     if not enough.any():
         return result
     members = np.concatenate([neighbours[i] for i in np.flatnonzero(enough)]).astype(np.int64)
     n = counts[enough]
     starts = np.concatenate([[0], np.cumsum(n)[:-1]])
-    local = xyz[members] - np.repeat(xyz[enough], n, axis=0)
+    local = xyz[members] - np.repeat(centres[enough], n, axis=0)
     local -= np.repeat(np.add.reduceat(local, starts) / n[:, None], n, axis=0)
     scatter = np.add.reduceat(local[:, :, None] * local[:, None, :], starts) / n[:, None, None]
     values = np.clip(np.linalg.eigvalsh(scatter)[:, ::-1], 0.0, None)
