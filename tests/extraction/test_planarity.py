@@ -19,7 +19,7 @@ def test_each_neighbourhood_agrees_with_numpys_covariance():
     found = local_eigenvalues(points, 1.0)
     for i in (0, 10, 200):
         near = points[np.linalg.norm(points - points[i], axis=1) <= 1.0]
-        if len(near) >= 3:
+        if len(near) >= 10:
             values = np.linalg.eigvalsh(np.cov(near.T, bias=True))[::-1]
             np.testing.assert_allclose(found[i], values / values.sum(), atol=1e-12)
 
@@ -33,6 +33,6 @@ def test_lonely_points_say_nothing():
 def test_half_a_wall_and_half_a_hedge_are_half_near_planar():
     rng = np.random.default_rng(3)
     wall = np.column_stack([rng.uniform(0, 10, (2000, 2)), 0.002 * rng.normal(size=2000)])
-    hedge = rng.uniform(0, 10, (2000, 3)) + [100.0, 0, 0]
+    hedge = rng.uniform(0, 5, (2000, 3)) + [100.0, 0, 0]
     share = near_planar_share(np.concatenate([wall, hedge]), 1.0)
     assert share == pytest.approx(0.5, abs=0.02)

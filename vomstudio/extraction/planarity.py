@@ -8,11 +8,13 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 
 _BLOCK = 4096
+_FEWEST = 10
 
 
 def local_eigenvalues(points: npt.ArrayLike, radius: float) -> Array:
     """(n, 3) normalised eigenvalues l1 >= l2 >= l3 of the covariance of the neighbours of each
-    point within `radius`; NaN where there are fewer than 3.
+    point within `radius`; NaN where there are fewer than 10, since a few points look planar by
+    chance.
 
     points : (n, 3) float64, any frame; radius in its units. Coplanarity is 1 / l3 and collinearity
     l1 / l2 (textbook eq. 20, 21).
@@ -35,7 +37,7 @@ def local_eigenvalues(points: npt.ArrayLike, radius: float) -> Array:
 def _block_eigenvalues(xyz: Array, centres: Array, neighbours: npt.NDArray[np.object_]) -> Array:
     result = np.full((len(centres), 3), np.nan)
     counts = np.array([len(each) for each in neighbours], dtype=np.int64)
-    enough = counts >= 3
+    enough = counts >= _FEWEST
     if not enough.any():
         return result
     members = np.concatenate([neighbours[i] for i in np.flatnonzero(enough)]).astype(np.int64)
