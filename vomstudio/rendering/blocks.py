@@ -143,7 +143,8 @@ class PointChunk:
     def spacing(self) -> float:
         """Rough distance between neighbours, taking each block for a square patch of a surface."""
         diagonals = np.linalg.norm(self.blocks.high - self.blocks.low, axis=1)
-        return float(np.median(diagonals)) / np.sqrt(2.0 * self.blocks.per_block)
+        per_block = min(self.blocks.per_block, self.blocks.count)
+        return float(np.median(diagonals) / np.sqrt(2.0 * per_block))
 
 
 def first_face(chunks: list[FaceChunk], origin: Float, direction: Float) -> int | None:
