@@ -81,7 +81,11 @@ def test_points_near_a_ray_are_all_found() -> None:
     ]
     origin, direction = np.array([0.3, -20.0, 0.1]), np.array([0.05, 1.0, 0.02])
     direction /= np.linalg.norm(direction)
-    rows, depth, off = blocks.points_near_ray(chunks, origin, direction, 0.1, 0.01)
+    boxes = (
+        np.stack([c.blocks.low.min(axis=0) for c in chunks]),
+        np.stack([c.blocks.high.max(axis=0) for c in chunks]),
+    )
+    rows, depth, off = blocks.points_near_ray(chunks, boxes, origin, direction, 0.1, 0.01)
     q = points - origin
     along = q @ direction
     far = np.linalg.norm(q - along[:, None] * direction, axis=1)
@@ -90,6 +94,9 @@ def test_points_near_a_ray_are_all_found() -> None:
     assert len(rows) > 5
     np.testing.assert_allclose(depth, along[rows], rtol=1e-6)
     assert (off <= 1.0).all()
+    first, near, _ = blocks.points_near_ray(chunks, boxes, origin, direction, 0.1, 0.01, 2.0)
+    assert set(first) <= set(rows)
+    assert near.min() == depth.min()
 
 
 def test_texture_scale_counts_image_widths_per_metre() -> None:

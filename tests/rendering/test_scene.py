@@ -86,6 +86,7 @@ def test_what_is_drawn_lies_where_project_says(scene: Scene, orthographic: bool)
     scene.camera.orthographic = orthographic
     scene.camera.look_along(20.0, 15.0)
     scene.camera.fit(marks, SIZE)
+    scene.camera.zoom(1.4, scene.camera.pivot)
     picture = rest(scene)
     pixels, _ = scene.camera.project(marks, SIZE)
     for mark, color in zip(pixels, colors, strict=True):

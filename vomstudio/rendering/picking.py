@@ -30,6 +30,9 @@ Array = npt.NDArray[np.float64]
 CLOUD_REACH_PIXELS = 6.0
 """How far from the cursor, in pixels, a point of a cloud may lie to be taken."""
 
+SURFACE_THICKNESS = 4.0
+"""Points at most this many times that reach behind the front-most one belong to its surface."""
+
 
 class Pickable(Protocol):
     """What picking needs of a model in the scene."""
@@ -102,6 +105,7 @@ def _pick_mesh(model: Pickable, mesh: Mesh, start: Array, heading: Array) -> Hit
 
 
 def _locate(model: Pickable, start: Array, heading: Array) -> int | None:
+    """Row of the first face, through the locators of the chunks whose boxes the ray meets."""
     low, high = model.chunk_boxes()
     enter, leave = box_range(low, high, start, heading)
     met = np.flatnonzero((leave >= enter) & (leave >= 0.0))
@@ -136,19 +140,23 @@ def _locate(model: Pickable, start: Array, heading: Array) -> int | None:
 def _pick_cloud(
     model: Pickable, cloud: PointCloud, start: Array, heading: Array, radius: float, spread: float
 ) -> Hit | None:
+    if not model.point_chunks:
+        return None
     rows, depth, off = points_near_ray(
         model.point_chunks,
+        model.chunk_boxes(),
         start,
         heading,
         radius * CLOUD_REACH_PIXELS,
         spread * CLOUD_REACH_PIXELS,
+        SURFACE_THICKNESS,
     )
     if not len(rows):
         return None
     # The front-most point near the cursor names the surface; of the points of that surface the
-    # one nearest to the cursor is taken. A surface is as thick here as the circle is wide.
+    # one nearest to the cursor is taken.
     front = float(depth.min())
-    thick = 4.0 * (radius + spread * front) * CLOUD_REACH_PIXELS
+    thick = SURFACE_THICKNESS * (radius + spread * front) * CLOUD_REACH_PIXELS
     same = np.flatnonzero(depth <= front + thick)
     row = int(rows[same[np.argmin(off[same])]])
     x, y, z = (float(v) for v in cloud.points[row])

@@ -23,11 +23,12 @@ from vomstudio.rendering import blocks, vtkdata
 from vomstudio.rendering.blocks import FaceChunk, PointChunk
 from vomstudio.rendering.textures import Texture, TextureProblem, load_texture, overview
 
-PROXY_FACES = 50_000
+PROXY_FACES = 45_000
 PROXY_ABOVE = 150_000
 FACES_PER_CHUNK = 50_000
-POINTS_PER_CHUNK = 150_000
-MOVING_POINTS = 400_000
+POINTS_PER_CHUNK = 80_000
+MOVING_POINTS = 300_000
+MOVING_SETS = 6
 PIECE = 1 << 18
 
 NEUTRAL = (190, 186, 178)
@@ -42,7 +43,7 @@ class Stopped(Exception):
 
 @dataclass(frozen=True, eq=False)
 class ProxyReady:
-    """What stands for the model while the camera moves (a mesh, or points for a cloud)."""
+    """What stands for the model while the camera moves: a mesh, or one set of a cloud's points."""
 
     data: vtkPolyData
 
@@ -375,8 +376,10 @@ def prepare_cloud(
     count = len(points)
     if count > 1.5 * MOVING_POINTS:
         rng = np.random.default_rng(1)
-        some = np.sort(rng.integers(0, count, MOVING_POINTS))
-        emit(ProxyReady(vtkdata.point_set(points[some], colors[some])))
+        # In several sets, so that no single frame has to take all of them to the graphics card.
+        for _ in range(MOVING_SETS):
+            some = np.sort(rng.integers(0, count, MOVING_POINTS // MOVING_SETS))
+            emit(ProxyReady(vtkdata.point_set(points[some], colors[some])))
     low = np.nanmin(points, axis=0)
     size = float(np.nanmax(np.nanmax(points, axis=0) - low)) or 1.0
     order = np.argsort(blocks.morton(points, low, size))

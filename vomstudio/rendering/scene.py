@@ -79,6 +79,8 @@ class Part:
     material: int = -1
     density: float = 0.0
     has_uv: bool = False
+    spacing: float = 0.0
+    """Metres between neighbouring points of a cloud; 0 for a mesh."""
     has_colors: bool = False
     uploaded: bool = False
 
@@ -106,7 +108,7 @@ class ModelScene:
     from_world: Array
     visible: bool = True
     parts: list[Part] = field(default_factory=list)
-    proxy: Part | None = None
+    proxies: list[Part] = field(default_factory=list)
     face_chunks: list[FaceChunk] = field(default_factory=list)
     point_chunks: list[PointChunk] = field(default_factory=list)
     skins: dict[int, Skin] = field(default_factory=dict)
@@ -152,6 +154,8 @@ class Scene:
         self.eye: Eye | None = None
         self.complete = False
         self.showing_proxy = False
+        self.more_to_come = False
+        """The last frame left out stand-ins that the next one will show."""
         self.full_seconds: float | None = None
         self.extra_points: Array = np.zeros((0, 3))
         self.point_scale = 1.0
@@ -257,7 +261,7 @@ class Scene:
         if self.origin is None:
             self.set_origin(np.round(model.corners_world().mean(axis=0)))
         placement = self._placement(model)
-        for part in model.parts + ([model.proxy] if model.proxy else []):
+        for part in model.parts + model.proxies:
             part.actor.SetUserMatrix(placement)
         self.abandon()
 
@@ -265,7 +269,7 @@ class Scene:
         self.origin = np.asarray(origin, np.float64)
         self.features.set_origin(self.origin)
         for model in self.models.values():
-            for part in model.parts + ([model.proxy] if model.proxy else []):
+            for part in model.parts + model.proxies:
                 part.actor.SetUserMatrix(self._placement(model))
 
     def _placement(self, model: ModelScene):  # type: ignore[no-untyped-def]
@@ -288,7 +292,7 @@ class Scene:
         self.mode = mode
         self.full_seconds = None
         for model in self.models.values():
-            for part in model.parts + ([model.proxy] if model.proxy else []):
+            for part in model.parts + model.proxies:
                 self._dress(model, part)
         self.abandon()
 
@@ -297,7 +301,7 @@ class Scene:
         if model is None:
             return
         self.abandon()
-        for part in model.parts + ([model.proxy] if model.proxy else []):
+        for part in model.parts + model.proxies:
             self._drop(part)
         for skin in model.skins.values():
             if skin.drawn is not None and self._window is not None:
@@ -318,8 +322,8 @@ class Scene:
         if model is None:
             return
         if isinstance(event, ProxyReady):
-            model.proxy = self._part(model, event.data)
-            self._dress(model, model.proxy)
+            model.proxies.append(self._part(model, event.data))
+            self._dress(model, model.proxies[-1])
         elif isinstance(event, MeshChunkReady):
             part = self._part(model, event.data)
             part.material = event.chunk.material
@@ -331,6 +335,7 @@ class Scene:
         elif isinstance(event, CloudChunkReady):
             model.point_chunks.append(event.chunk)
             model.parts.append(self._part(model, event.data))
+            model.parts[-1].spacing = event.chunk.spacing()
             self._dress(model, model.parts[-1])
         elif isinstance(event, ChunksDone):
             model.chunks_done = True
@@ -493,11 +498,16 @@ class Scene:
         self._apply_camera()
         proxy = self.slow
         all_parts = self._all_parts()
+        self.more_to_come = False
         if proxy:
-            show = [m.proxy for m in self.models.values() if m.visible and m.proxy is not None]
-            without = [(m, p) for m, p in all_parts if m.proxy is None]
+            stand_ins = [p for m in self.models.values() if m.visible for p in m.proxies]
+            show = [p for p in stand_ins if p.uploaded]
+            fresh = [p for p in stand_ins if not p.uploaded]
+            # One at a time: the first drawing takes it to the graphics card.
+            show += fresh[:1]
+            self.more_to_come = len(fresh) > 1
             budget = 150_000
-            for _, part in without:
+            for _, part in [(m, p) for m, p in all_parts if not m.proxies]:
                 if part.uploaded and budget > 0:
                     show.append(part)
                     budget -= part.elements
@@ -554,6 +564,7 @@ class Scene:
             self._read_depth()
         self._apply_camera()
         self._choose_levels()
+        self._size_points()
         self._pending = [part for _, part in self._seen_parts()]
         self._batch_first = True
         self._outdated = False
@@ -612,13 +623,33 @@ class Scene:
             self.full_seconds = self._spent
         return True
 
+    def _size_points(self) -> None:
+        """Points just large enough to close the surface they lie on, within limits."""
+        for model, part in self._seen_parts():
+            if part.spacing > 0.0 and isinstance(model.data, PointCloud):
+                scale, depth = self._reach(model, part)
+                pixels = (
+                    1.3 * part.spacing * scale / self.camera.metres_per_pixel(self.size[1], depth)
+                )
+                low, high = 2.0 * self.point_scale, 9.0 * self.point_scale
+                part.actor.GetProperty().SetPointSize(round(min(max(pixels, low), high)))
+
+    def _reach(self, model: ModelScene, part: Part) -> tuple[float, float]:
+        """Scale of the model and depth of the near side of a part's ball."""
+        assert self.eye is not None
+        scale = float(np.cbrt(abs(np.linalg.det(model.to_world[:3, :3])))) or 1.0
+        centre = (part.low + part.high) / 2.0 + model.origin
+        centre = model.to_world[:3, :3] @ centre + model.to_world[:3, 3]
+        radius = float(np.linalg.norm(part.high - part.low)) / 2.0 * scale
+        return scale, max(float(self.eye.depth(centre[None])[0]) - radius, self.eye.near)
+
     def _show(self, parts: list[Part]) -> None:
         wanted = {id(p) for p in parts}
         for model in self.models.values():
             for part in model.parts:
                 part.actor.SetVisibility(id(part) in wanted)
-            if model.proxy is not None:
-                model.proxy.actor.SetVisibility(id(model.proxy) in wanted)
+            for part in model.proxies:
+                part.actor.SetVisibility(id(part) in wanted)
 
     def _render(
         self, *, erase: bool, surface: bool, layer: bool, action: Callable[[], None] | None
@@ -702,11 +733,7 @@ class Scene:
             if not part.has_uv or part.material not in model.skins:
                 continue
             skin = model.skins[part.material]
-            scale = np.cbrt(abs(np.linalg.det(model.to_world[:3, :3]))) or 1.0
-            centre = (part.low + part.high) / 2.0 + model.origin
-            centre = model.to_world[:3, :3] @ centre + model.to_world[:3, 3]
-            radius = float(np.linalg.norm(part.high - part.low)) / 2.0 * scale
-            depth = max(float(self.eye.depth(centre[None])[0]) - radius, self.eye.near)
+            scale, depth = self._reach(model, part)
             per_pixel = self.camera.metres_per_pixel(self.size[1], depth)
             texels = part.density / scale * max(skin.texture.levels[0].shape[:2]) * per_pixel
             best[id(skin)] = min(best.get(id(skin), np.inf), texels)

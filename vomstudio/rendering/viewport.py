@@ -163,14 +163,15 @@ class Viewport(QWidget):
 
         if not self._closed:
             self._imported.emit()
+        # Wanted as soon as a model is opened.
+        import PIL.JpegImagePlugin  # noqa: F401
+        import vtkmodules.vtkFiltersCore  # noqa: F401
 
     def _start(self) -> None:
         if self._scene is not None or self._closed:
             return
         from vomstudio.rendering.scene import Scene
 
-        if self._importer is not None and self._importer.is_alive():
-            self._importer.join()
         scene = Scene()
         scene.camera = self._camera
         ratio = self.devicePixelRatioF()
@@ -348,7 +349,7 @@ class Viewport(QWidget):
         first = not all(
             "shown" in self._stages.get(m.model_id, ()) for m in self._scene.models.values()
         )
-        if first and any(m.proxy or m.parts for m in self._scene.models.values()):
+        if first and any(m.proxies or m.parts for m in self._scene.models.values()):
             self._frame_dirty = True
             self.update()
         if not self._rest.isActive():
@@ -602,7 +603,7 @@ class Viewport(QWidget):
             self._report_stages()
             return
         unfinished = any(
-            m.visible and m.proxy is not None and not m.chunks_done for m in scene.models.values()
+            m.visible and m.proxies and not m.chunks_done for m in scene.models.values()
         )
         if unfinished:
             if self._frame_dirty:
@@ -643,7 +644,7 @@ class Viewport(QWidget):
     def _report_stages(self) -> None:
         assert self._scene is not None
         for model in self._scene.models.values():
-            if (model.proxy is not None and self._scene.showing_proxy) or any(
+            if (model.proxies and self._scene.showing_proxy) or any(
                 p.uploaded for p in model.parts
             ):
                 self._reach(model.model_id, "shown")
@@ -658,6 +659,9 @@ class Viewport(QWidget):
                 scene.draw(moving=self._moving)
                 self._grab_picture()
                 self._report_stages()
+                if scene.more_to_come:
+                    self._frame_dirty = True
+                    QTimer.singleShot(0, self.update)
                 if not scene.complete and not self._rest.isActive():
                     self._rest.start(30)
             elif self._features_dirty:
