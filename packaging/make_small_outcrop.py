@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 from PIL import Image
+from pyproj import CRS
 from scipy.ndimage import gaussian_filter, gaussian_filter1d, map_coordinates
 
 SEED = 20
@@ -168,6 +169,7 @@ def rock_picture(
 
 def write_model(folder: Path, vertices: np.ndarray) -> None:
     """OBJ in absolute coordinates, millimetres; quads, the left and right half textured apart."""
+    (folder / "outcrop.prj").write_text(CRS.from_epsg(EPSG).to_wkt("WKT1_ESRI") + "\n")
     lines = [
         f"# Generated outcrop. EPSG:{EPSG}: x east, y north, z up, metres",
         "mtllib outcrop.mtl",

@@ -112,7 +112,7 @@ def settled(window: MainWindow) -> str:
 # --- mouse -----------------------------------------------------------------------------------
 def pixel(window: MainWindow, point: np.ndarray) -> QPoint:
     """Where a World point is on the viewport; it must be in sight."""
-    pixels, seen = window.viewport.project(np.asarray(point, float)[None])
+    pixels, _ = window.viewport.project(np.asarray(point, float)[None])
     assert np.isfinite(pixels).all(), "the point is behind the viewer"
     return QPoint(round(float(pixels[0, 0])), round(float(pixels[0, 1])))
 
@@ -136,9 +136,7 @@ def drag(widget: QWidget, start: QPoint, end: QPoint, button: Qt.MouseButton = L
     def send(kind: QEvent.Type, at: QPoint, held: Qt.MouseButton) -> None:
         changed = Qt.MouseButton.NoButton if kind == QEvent.Type.MouseMove else button
         where = QPointF(at)
-        event = QMouseEvent(
-            kind, where, QPointF(widget.mapToGlobal(at)), changed, held, NONE
-        )
+        event = QMouseEvent(kind, where, QPointF(widget.mapToGlobal(at)), changed, held, NONE)
         QApplication.sendEvent(widget, event)
 
     send(QEvent.Type.MouseButtonPress, start, button)

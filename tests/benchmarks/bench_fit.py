@@ -28,7 +28,8 @@ def main() -> None:
     offsets = np.concatenate([[0], np.cumsum(counts)])
     t = np.concatenate([np.linspace(-1.0, 1.0, n) for n in counts])
     points = np.stack([10.0 * t, 2.0 * t * t, np.zeros_like(t)], axis=1)
-    points += rng.normal(0.0, 0.02, points.shape) + [576_700.0, 5_188_200.0, 200.0]
+    points += rng.normal(0.0, 0.02, points.shape)
+    points += np.array([576_700.0, 5_188_200.0, 200.0])
 
     def loop() -> None:
         for i in range(len(counts)):

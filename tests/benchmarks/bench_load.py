@@ -13,6 +13,8 @@ What is compared, each as the median of the runs:
   and the same less its start, measured on a file of two triangles. It decodes the textures too;
 - trimesh, Open3D: in a fresh Python each, timed inside it around the load call alone, so their
   import is not counted.
+
+Processor seconds stand beside wall seconds, for machines that are busy with other work too.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import resource
 import shutil
 import statistics
 import subprocess
@@ -40,8 +43,9 @@ from pathlib import Path
 from vomstudio.io.models import read_model
 def decode(path):
     from PIL import Image
-    with Image.open(path) as image:
-        return image.convert("RGB").tobytes()
+    image = Image.open(path)
+    image.load()
+    return image
 def load():
     model = read_model(Path(sys.argv[1]))
     paths = dict.fromkeys(m.texture for m in getattr(model.data, "materials", ()) if m.texture)
@@ -50,9 +54,9 @@ def load():
     return model, images
 times = []
 for _ in range(int(sys.argv[2])):
-    t = time.perf_counter()
+    t, cpu = time.perf_counter(), time.process_time()
     model, images = load()
-    times.append(time.perf_counter() - t)
+    times.append((time.perf_counter() - t, time.process_time() - cpu))
     faces, textures = len(model.data.faces), len(images)
     del model, images
 print(json.dumps({"times": times, "faces": faces, "textures": textures,
@@ -178,7 +182,15 @@ def make_texture(path: Path, size: int, seed: int) -> None:
     Image.fromarray(pixels).save(path, quality=90)
 
 
-def run(command: list[str]) -> tuple[float, str]:
+def cpu_seconds() -> float:
+    """Of all processes that were started and have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def run(command: list[str]) -> tuple[float, float, str]:
+    """Wall seconds, processor seconds, output."""
+    cpu = cpu_seconds()
     start = time.perf_counter()
     done = subprocess.run(
         command,
@@ -188,16 +200,20 @@ def run(command: list[str]) -> tuple[float, str]:
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         cwd=ROOT,
     )
-    return time.perf_counter() - start, done.stdout
+    return time.perf_counter() - start, cpu_seconds() - cpu, done.stdout
+
+
+def medians(measured: list[tuple[float, float]]) -> tuple[float, float]:
+    return statistics.median(m[0] for m in measured), statistics.median(m[1] for m in measured)
 
 
 def last_json(text: str) -> dict:
     return json.loads(text.strip().splitlines()[-1])
 
 
-def cloudcompare(path: Path) -> float:
+def cloudcompare(path: Path) -> tuple[float, float]:
     command = ["CloudCompare", "-SILENT", "-AUTO_SAVE", "OFF", "-O", str(path)]
-    return run(["xvfb-run", "-a", *command])[0]
+    return run(["xvfb-run", "-a", *command])[:2]
 
 
 def main() -> None:
@@ -228,33 +244,36 @@ def main() -> None:
     if not has_cloudcompare:
         print("CloudCompare or xvfb-run is not installed: skipped")
     run([sys.executable, "-c", OURS, str(files["OBJ 1 M, 4 textures"][0]), "1"])  # compiles
-    start = (
-        statistics.median(cloudcompare(tiny) for _ in range(options.runs))
-        if has_cloudcompare
-        else 0
-    )
+    print(f"{os.cpu_count()} processors, load before: {os.getloadavg()[0]:.1f}")
+    start = start_cpu = 0.0
     if has_cloudcompare:
-        print(f"CloudCompare's start (two triangles): {start:.2f} s")
+        start, start_cpu = medians([cloudcompare(tiny) for _ in range(options.runs)])
+        print(f"CloudCompare's start (two triangles): {start:.2f} s (CPU {start_cpu:.2f})")
     for name, (path, target) in files.items():
         print(f"\n{name}: {path.stat().st_size / 1e6:.0f} MB")
-        inside = last_json(run([sys.executable, "-c", OURS, str(path), str(options.runs + 1)])[1])
-        warm = statistics.median(inside["times"][1:])
+        inside = last_json(run([sys.executable, "-c", OURS, str(path), str(options.runs + 1)])[2])
+        warm, warm_cpu = medians(inside["times"][1:])
         whole, peak = [], 0.0
         for _ in range(options.runs):
-            seconds, text = run([sys.executable, "-c", OURS, str(path), "1"])
-            whole.append(seconds)
+            seconds, cpu, text = run([sys.executable, "-c", OURS, str(path), "1"])
+            whole.append((seconds, cpu))
             peak = last_json(text)["peak_mb"]
-        process = statistics.median(whole)
+        process, process_cpu = medians(whole)
         print(
-            f"  ours, warm {warm:.2f} s; whole process {process:.2f} s; peak {peak:.0f} MB;"
-            f" {inside['faces']:,} faces, {inside['textures']} textures"
+            f"  ours, warm {warm:.2f} s (CPU {warm_cpu:.2f}); whole process {process:.2f} s"
+            f" (CPU {process_cpu:.2f}); peak {peak:.0f} MB; {inside['faces']:,} faces,"
+            f" {inside['textures']} textures",
+            flush=True,
         )
         if has_cloudcompare:
-            other = statistics.median(cloudcompare(path) for _ in range(options.runs))
+            other, other_cpu = medians([cloudcompare(path) for _ in range(options.runs)])
             print(
-                f"  CloudCompare, whole process {other:.2f} s ({other - start:.2f} less its start):"
-                f" {other / process:.1f} x our process; less starts {(other - start) / warm:.1f} x"
-                f" our warm reader" + (f" (wanted {target:.0f})" if target else "")
+                f"  CloudCompare, whole process {other:.2f} s (CPU {other_cpu:.2f}):"
+                f" {other / process:.1f} x our whole process (CPU {other_cpu / process_cpu:.1f} x);"
+                f" less its start {(other - start) / warm:.1f} x our warm reader"
+                f" (CPU {(other_cpu - start_cpu) / warm_cpu:.1f} x)"
+                + (f"; wanted {target:.0f} x" if target else ""),
+                flush=True,
             )
         for peer, script in PEERS.items():
             if not options.peer_python:
@@ -262,14 +281,14 @@ def main() -> None:
                 continue
             try:
                 times = [
-                    last_json(run([options.peer_python, "-c", script, str(path)])[1])["times"][0]
+                    last_json(run([options.peer_python, "-c", script, str(path)])[2])["times"][0]
                     for _ in range(options.runs)
                 ]
             except subprocess.CalledProcessError as error:
                 why = (error.stderr.strip().splitlines() or ["no reason given"])[-1]
                 print(f"  {peer}: skipped ({why})")
                 continue
-            print(f"  {peer}, load call alone: {statistics.median(times):.2f} s")
+            print(f"  {peer}, load call alone: {statistics.median(times):.2f} s", flush=True)
 
 
 if __name__ == "__main__":

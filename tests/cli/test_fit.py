@@ -130,7 +130,8 @@ def test_the_table_written_holds_the_same_planes(run, write, tmp_path: Path) -> 
         "0 0 0\n1 1 1\n",
         "".join(f"{i} {2 * i} {3 * i}\n" for i in range(9)),
         "7 7 7\n" * 5,
-        "1e308 0 0\n-1e308 1e308 0\n0 0 1e308\n1 2 3\n",
+        "1 2 3\n1e308 0 0\n-1e308 1e308 0\n0 0 1e308\n",
+        "1e11 1 2\n1e11 1 2\n1e11 1 2\n",
         "nan nan nan\n",
     ],
 )
@@ -155,3 +156,18 @@ def test_when_no_group_succeeds_the_command_fails(run, write) -> None:
     assert ran.code == 2
     assert ran.json["error"]["code"] == "geometry"
     assert ran.json["error"]["field"] == "t a"
+
+
+def test_the_written_table_goes_into_every_other_command(run, write, tmp_path: Path) -> None:
+    rows = ["x,y,z,bed"]
+    for name, plane in {"a": (90.0, 20.0), "b": (270.0, 40.0), "c": (92.0, 60.0)}.items():
+        rows += [",".join([*map(repr, p), name]) for p in plane_points(*plane).tolist()]
+    target = tmp_path / "planes.csv"
+    assert run("fit", write("\n".join(rows)), "--by", "bed", "-o", target).code == 0
+    fold = run("fold", target, "--json").json
+    assert (fold["n"], fold["used"], fold["left_out"]) == (3, 3, [])
+    assert run("stats", target, "--json").json["sets"]["all"]["n"] == 3
+    net = run("stereonet", target, "-o", tmp_path / "net.svg", "--json")
+    assert net.json["n"] == 3
+    (info,) = run("info", target, "--json").json["files"]
+    assert (info["kind"], info["points"]) == ("table", 3)

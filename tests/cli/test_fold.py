@@ -36,8 +36,17 @@ def test_the_same_file_with_a_header_needs_no_option(run, write, data_dir: Path)
     assert round(found["beta"]["plunge_deg"], 1) == 26.1
 
 
-def test_the_same_file_without_either_is_refused_with_the_way_out(run, data_dir: Path) -> None:
-    ran = run("fold", data_dir / "planes" / "big_elk_strike_dip.txt")
+def test_the_name_of_a_file_without_header_may_tell_the_convention(run, data_dir: Path) -> None:
+    found = run("fold", data_dir / "planes" / "big_elk_strike_dip.txt", "--json").json
+    assert round(found["beta"]["trend_deg"], 1) == 125.3
+    assert "by the file's name" in found["convention"]
+
+
+def test_the_same_file_without_either_is_refused_with_the_way_out(
+    run, write, data_dir: Path
+) -> None:
+    text = (data_dir / "planes" / "big_elk_strike_dip.txt").read_text()
+    ran = run("fold", write(text, "elk.txt"))
     assert ran.code == 2
     assert "--azimuth strike" in ran.said
 
@@ -92,6 +101,14 @@ def test_the_axis_of_two_sets_is_where_their_means_meet(run, write) -> None:
     assert found["left_out"][0]["what"] == "other"
     assert found["beta"]["plunge_deg"] == pytest.approx(0.0, abs=1e-6)
     assert min(found["beta"]["trend_deg"] % 180, 180 - found["beta"]["trend_deg"] % 180) < 1e-6
+
+
+def test_kinds_are_sets_where_the_table_has_no_other(run, write) -> None:
+    rows = [("bedding", 90, 30), ("bedding", 90, 32), ("fault", 270, 60), ("fault", 270, 61)]
+    path = write(table("kind", "dipdir", "dip", rows=rows))
+    found = run("fold", path, "--sets", "bedding,fault", "--json").json
+    assert found["used"] == 4
+    assert found["beta"]["plunge_deg"] == pytest.approx(0.0, abs=1e-6)
 
 
 @pytest.mark.parametrize("sets", ["beds", "beds,", "beds,beds", "beds,none"])

@@ -55,8 +55,8 @@ def test_directed_means_may_point_up(run, write) -> None:
 def test_sets_are_described_one_by_one(run, write) -> None:
     rng = np.random.default_rng(2)
     rows = ["strike,dip,family"]
-    rows += [f"{s:.2f},80,J1" for s in rng.normal(30, 3, 12)]
-    rows += [f"{s:.2f},80,J2" for s in rng.normal(120, 3, 8)] + ["10,10,"]
+    rows += [f"{30 + s:.2f},{80 + d:.2f},J1" for s, d in rng.normal(0, 3, (12, 2))]
+    rows += [f"{120 + s:.2f},{80 + d:.2f},J2" for s, d in rng.normal(0, 3, (8, 2))] + ["10,10,"]
     ran = run("stats", write("\n".join(rows)), "--set", "family", "--json")
     sets = ran.json["sets"]
     assert {name: s["n"] for name, s in sets.items()} == {"J1": 12, "J2": 8, "unassigned": 1}

@@ -168,7 +168,7 @@ def test_the_region_holds_the_true_axis_in_93_to_97_percent(
     ("arc", "noise"), [(40, 1), (40, 3), (90, 3), (90, 10), (180, 5), (180, 15)]
 )
 def test_the_region_covers_over_the_whole_range(n: int, arc: float, noise: float) -> None:
-    runs = 4000
+    runs = 2000
     share, size = coverage(n, arc, noise, runs, seed=n)
     slack = 3 * math.sqrt(0.95 * 0.05 / runs)
     # A weak axis (over 20 degrees) is flagged as such and promised no more than 85 %.

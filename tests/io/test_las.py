@@ -183,3 +183,42 @@ def test_a_large_cloud_is_exact_and_has_its_reference_system(data_dir: Path) -> 
     for axis, name in enumerate("XYZ"):
         values = np.asarray(las[name]) * las.header.scales[axis] + las.header.offsets[axis]
         assert np.array_equal(loaded.data.points[:, axis], values)
+
+
+@pytest.mark.parametrize("chunks", [0, 5, 2**28, 2**32 - 1])
+def test_a_table_with_a_wrong_number_of_chunks_is_not_believed(tmp_path: Path, chunks: int) -> None:
+    path = make(tmp_path, n=1000)
+    whole, _ = cloud_of(path)
+    content = bytearray(path.read_bytes())
+    (points_at,) = struct.unpack_from("<I", content, 96)
+    (table_at,) = struct.unpack_from("<q", content, points_at)
+    struct.pack_into("<I", content, table_at + 4, chunks)
+    path.write_bytes(content)
+    assert np.array_equal(cloud_of(path)[0].points, whole.points)
+
+
+@pytest.mark.parametrize("size", [0, 1, 2**31, 2**32 - 2, 2**32 - 1])
+def test_a_hostile_chunk_size_is_refused_before_memory_is_asked_for(
+    tmp_path: Path, size: int
+) -> None:
+    path = make(tmp_path, n=300)
+    content = bytearray(path.read_bytes())
+    struct.pack_into("<I", content, content.find(b"laszip encoded") + 52 + 12, size)
+    path.write_bytes(content)
+    with pytest.raises(InputError):
+        read_model(path)
+
+
+def test_damaged_laz_files_bring_points_or_one_sentence(tmp_path: Path) -> None:
+    content = make(tmp_path, n=40).read_bytes()
+    path = tmp_path / "bad.laz"
+    rng = np.random.default_rng(2)
+    for _ in range(200):
+        bad = bytearray(content)
+        for at in rng.integers(94, len(content), 3):
+            bad[at] = rng.integers(0, 256)
+        path.write_bytes(bad)
+        try:
+            cloud_of(path)
+        except InputError:
+            continue

@@ -434,3 +434,18 @@ def test_the_survey_model_keeps_its_millimetres_and_textures(data_dir: Path) -> 
     low, high = mesh.bounds
     assert low[:2].round(2).tolist() == [576665.72, 5188117.06]
     assert high[:2].round(2).tolist() == [576765.32, 5188208.90]
+
+
+def test_a_byte_order_mark_does_not_cost_the_first_vertex(tmp_path: Path) -> None:
+    mesh, said = read_mesh(tmp_path, b"\xef\xbb\xbfv 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n")
+    assert mesh.vertices[0].tolist() == [0, 0, 0]
+    assert said == ""
+
+
+def test_a_polygon_of_very_many_corners_is_still_a_fan(tmp_path: Path) -> None:
+    n = 3000
+    angles = np.linspace(0, 2 * np.pi, n, endpoint=False)
+    text = "".join(f"v {math.cos(a)} {math.sin(a)} 0\n" for a in angles)
+    mesh, _ = read_mesh(tmp_path, text + "f " + " ".join(map(str, range(1, n + 1))) + "\n")
+    assert len(mesh.faces) == n - 2
+    assert area(mesh) == pytest.approx(n / 2 * math.sin(2 * math.pi / n))

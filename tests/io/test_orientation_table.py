@@ -136,6 +136,12 @@ def test_azimuths_over_360_are_wrapped_and_said(table: Write) -> None:
     assert "lines 2 and 3" in found.warnings[0]
 
 
+def test_a_strike_over_360_beside_a_quadrant_is_wrapped_and_said(table: Write) -> None:
+    found = read_orientations(table("strike,dip,quadrant\n390,40,SE\n30,40,SE\n"))
+    assert found.dip_direction_deg.tolist() == pytest.approx([120.0, 120.0])
+    assert "line 2" in found.warnings[0]
+
+
 @pytest.mark.parametrize("dip", ["90.5", "-1", "inf", "120"])
 def test_a_dip_outside_0_to_90_is_named_by_line(table: Write, dip: str) -> None:
     error = refused(table(f"strike,dip\n30,40\n30,{dip}\n"))

@@ -282,6 +282,9 @@ GOOD = encode("ascii", [("vertex", XYZ, SQUARE)]).decode()
         ("element vertex 4", "element vertex four"),
         ("element vertex 4", "element vertex"),
         ("property double x", "property triple x"),
+        ("property double x", "property list"),
+        ("property double x", "property list uchar"),
+        ("property double x", "property"),
         ("property double x", "property list float int x"),
         ("property double y", "property double x"),
         ("end_header", "end"),
@@ -335,3 +338,15 @@ def test_no_damage_brings_anything_but_a_model_or_one_sentence(
         return
     if isinstance(loaded.data, Mesh):
         assert 0 <= loaded.data.faces.min() <= loaded.data.faces.max() < len(loaded.data.vertices)
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_triangles_beyond_the_vertices_are_counted(tmp_path: Path, form: str) -> None:
+    faces = [([0, 1, 2],), ([0, 1, 4],), ([-1, 1, 2],), ([0, 2, 3],)]
+    content = encode(
+        form, [("vertex", XYZ, SQUARE), ("face", ["list uchar int vertex_indices"], faces)]
+    )
+    loaded = read_model(save(tmp_path, content))
+    assert isinstance(loaded.data, Mesh)
+    assert loaded.data.faces.tolist() == [[0, 1, 2], [0, 2, 3]]
+    assert "2 faces left out" in loaded.warnings[0]

@@ -18,7 +18,7 @@ from vomstudio.jobs.supervisor import Worker
 from vomstudio.paths import resource
 
 # A task that a test puts into the child: sitecustomize-free, by a module on PYTHONPATH.
-TASKS = '''
+TASKS = """
 import os, sys, time
 from vomstudio.jobs import tasks
 
@@ -56,7 +56,7 @@ tasks.TASKS.update(chatter=chatter, count=count, deaf=deaf, die=die, nan=nan, fa
                    no_memory=no_memory)
 from vomstudio.jobs import worker
 sys.exit(worker.main())
-'''
+"""
 
 
 class Listener:
@@ -108,7 +108,7 @@ def test_events_survive_the_wire():
              '{"event": "Step", "job": 1, "done": 1, "more": 2}'],
 )  # fmt: skip
 def test_what_is_no_event_is_refused(line):
-    with pytest.raises(ValueError, match="."):
+    with pytest.raises(ValueError, match=r"."):
         from_line(line)
 
 

@@ -87,9 +87,15 @@ def studio_events(studio: Any, outcrop: Path) -> list[Event]:
         return studio.session.of(Trace)[-1].id
 
     def move() -> None:
-        for kind, y in ((Pointer.DRAG_START, 0.0), (Pointer.DRAG_MOVE, 0.3), (Pointer.DRAG_END, 0.4)):
+        for kind, y in (
+            (Pointer.DRAG_START, 0.0),
+            (Pointer.DRAG_MOVE, 0.3),
+            (Pointer.DRAG_END, 0.4),
+        ):
             studio.pointer(
-                PointerEvent(kind, 0, 0, Button.LEFT, hit=Hit("m1", "face", 0, (1.0, y, 0.5)), handle=1)
+                PointerEvent(
+                    kind, 0, 0, Button.LEFT, hit=Hit("m1", "face", 0, (1.0, y, 0.5)), handle=1
+                )
             )
 
     def save() -> None:
@@ -146,9 +152,7 @@ def window_events(window: Any, picks: dict[str, np.ndarray]) -> list[Event]:
         driver.look_at(window, np.concatenate(list(picks.values())), 0.0, 10.0)
 
     def clicks(name: str) -> list[Event]:
-        return [
-            ("click", lambda p=p: driver.pick(window, p[None])) for p in picks[name][3:23:5]
-        ]
+        return [("click", lambda p=p: driver.pick(window, p[None])) for p in picks[name][3:23:5]]
 
     return [
         ("look", look),

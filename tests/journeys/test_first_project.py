@@ -241,9 +241,7 @@ def read_csv(text: str) -> list[dict[str, str]]:
 def shown_table(window) -> dict[str, dict[str, str]]:
     """The cells of the orientation table by name and column title."""
     model = window.table._sorted
-    titles = [
-        model.headerData(c, Qt.Orientation.Horizontal) for c in range(model.columnCount())
-    ]
+    titles = [model.headerData(c, Qt.Orientation.Horizontal) for c in range(model.columnCount())]
     rows = [
         {title: str(model.index(r, c).data()) for c, title in enumerate(titles)}
         for r in range(model.rowCount())

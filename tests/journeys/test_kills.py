@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 from tests.journeys.recorded import make_studio, on_screen
-from vomstudio.io.project import unfinished_untitled
+from vomstudio.io.project import untitled_projects
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -145,7 +145,7 @@ def test_an_empty_window_that_was_killed_offers_nothing(own_folders, qapp):
     with child("studio", "--step") as process:
         said(process)
         kill(process)
-    assert unfinished_untitled() == []
+    assert untitled_projects(finished=False) == []
 
 
 def descendants(pid: int) -> list[int]:

@@ -211,10 +211,10 @@ def test_ten_thousand_poles_draw_smoothly() -> None:
     draw(NetContents(many))
     best = np.inf
     for _ in range(3):
-        start = time.perf_counter()
+        start = time.process_time()
         figure, artists = draw(NetContents(many))
         figure.canvas.draw()
-        best = min(best, time.perf_counter() - start)
+        best = min(best, time.process_time() - start)
     assert best < 0.25  # some 0.04 s where nothing else runs
     assert artists.feature_at(*pixel(artists, Line.from_vector(many[0].vectors()[7]))) == "7"
 

@@ -227,9 +227,7 @@ def test_properties_change_all_that_is_selected_except_the_name(window, studio):
     assert not studio.records["t1"].overturned
 
 
-def test_a_name_typed_and_left_for_another_plane_goes_to_the_plane_it_was_typed_for(
-    window, studio
-):
+def test_a_name_typed_and_left_for_another_plane_goes_to_the_plane_it_was_typed_for(window, studio):
     """Leaving the field by a click on another row ends the typing after the selection moved."""
     add_cliff(studio)
     add_bed(studio, "t1", "a")

@@ -34,6 +34,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             return _run(words, channel)
         except BrokenPipeError:  # `| head` has seen enough
             return 0
+        except KeyboardInterrupt:  # while writing
+            return Cancelled.exit_code
         except VomError as error:  # stdout itself could not be written
             return _fail(error, None)
 
@@ -55,20 +57,11 @@ def _run(words: list[str], channel: Channel) -> int:
         return 0
     except KeyboardInterrupt:
         failure = Cancelled()
-    except VomError as error:
-        failure = error
-    except MemoryError:
-        failure = _OurFault("there is not enough memory for this; close other programs.")
-    except OSError as error:
-        failure = _from_system(error)
     except Exception as error:  # noqa: BLE001 - the promise is a sentence, never a traceback
-        failure = _OurFault(
-            f"an internal error ({type(error).__name__}: {' '.join(str(error).split())}); please "
-            "report it with this command (VOMSTUDIO_DEBUG=1 shows where)."
-        )
-    if failure is not None:
+        failure = _in_a_sentence(error)
         if debug:
-            traceback.print_exc()
+            traceback.print_exception(error)
+    if failure is not None:
         return _fail(failure, channel if output.as_json else None)
     _say(output.for_stderr())
     channel.write(said)
@@ -80,6 +73,20 @@ class _OurFault(VomError):
     exit_code = 1
 
 
+def _in_a_sentence(error: Exception) -> VomError:
+    match error:
+        case VomError():
+            return error
+        case MemoryError():
+            return _OurFault("there is not enough memory for this; close other programs.")
+        case OSError():
+            return _from_system(error)
+    return _OurFault(
+        f"an internal error ({type(error).__name__}: {' '.join(str(error).split())}); please "
+        "report it with this command (VOMSTUDIO_DEBUG=1 shows where)."
+    )
+
+
 def _from_system(error: OSError) -> VomError:
     reason = error.strerror or str(error)
     if isinstance(error, BrokenPipeError) or error.filename is None:
@@ -89,7 +96,7 @@ def _from_system(error: OSError) -> VomError:
 
 
 def _fail(error: VomError, channel: Channel | None) -> int:
-    _say(f"vomstudio: {error}\n")
+    _say(f"vomstudio: {' '.join(str(error).splitlines())}\n")
     if channel is not None:
         channel.write(to_json({"error": error.as_dict()}) + "\n")
     return error.exit_code

@@ -86,8 +86,8 @@ def _nothing_fitted(path: str, by: str | None, skipped: list[dict[str, str]]) ->
 
 def _in_words(rows: list[dict[str, Any]]) -> str:
     heads = ["id", "n", "strike", "dip", "dip dir", "95 % conf.", "ang. error", "rms", "extent"]
-    heads += ["quality", ""]
-    units = ["", "", "deg RHR", "deg", "deg", "deg max/min", "deg max/min", "m", "m", "", ""]
+    heads.append("quality")
+    units = ["", "", "deg RHR", "deg", "deg", "deg max/min", "deg max/min", "m", "m", ""]
     body = [
         [
             str(row["id"]),
@@ -100,11 +100,15 @@ def _in_words(rows: list[dict[str, Any]]) -> str:
             words.figures(row["rms_m"]),
             words.figures(row["extent_m"]),
             row["quality"],
-            row["quality_reason"],
         ]
         for row in rows
     ]
-    return words.table(heads, units, body)
+    reasons = [
+        f"{row['id']} is {row['quality']}: {row['quality_reason']}"
+        for row in rows
+        if row["quality_reason"]
+    ]
+    return "\n".join([words.table(heads, units, body), *reasons])
 
 
 def _pair(row: dict[str, Any], name: str) -> str:

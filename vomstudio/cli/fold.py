@@ -115,9 +115,9 @@ class _Choice:
 
         from vomstudio.geology.folds import common_axis
 
-        given = self.table.sets
+        given = self.table.sets or self.table.kinds
         if given is None:
-            raise self._error("there is no column 'set' to choose from.", "--sets")
+            raise self._error("there is no column 'set' or 'kind' to choose from.", "--sets")
         present = Counter(name for name, use in zip(given, self.use, strict=True) if use)
         chosen: dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
         used = np.zeros(len(self.table), dtype=bool)

@@ -116,6 +116,10 @@ def stdout_kept() -> Iterator[Channel]:
     except (OSError, ValueError):  # closed, or an object in place of a file
         saved = None
     if saved is None:
+        with contextlib.suppress(OSError):
+            if stream is None and not _is_open(1):
+                # Closed by the caller: else the first file opened would be descriptor 1.
+                _point_stdout_elsewhere()
         with contextlib.redirect_stdout(sys.stderr):
             yield Channel(None, stream)
         return
@@ -128,6 +132,14 @@ def stdout_kept() -> Iterator[Channel]:
             stream.flush()
         os.dup2(saved, 1)
         os.close(saved)
+
+
+def _is_open(descriptor: int) -> bool:
+    try:
+        os.fstat(descriptor)
+    except OSError:
+        return False
+    return True
 
 
 def _point_stdout_elsewhere() -> None:

@@ -69,6 +69,14 @@ class Session:
         """The records of one class, in the order in which they came."""
         return [record for record in self._records.values() if isinstance(record, cls)]
 
+    def ever_held(self, cls: type[Any]) -> bool:
+        """A record of this class is or was in the project, as far as the history reaches."""
+        return any(
+            isinstance(record, cls)
+            for _, edit in (*self._done, *self._undone)
+            for record in (*edit.before.values(), *edit.after.values())
+        )
+
     # --- edits -------------------------------------------------------------------------------
     def apply(self, edit: Edit, *, finishes_draft: bool = False) -> None:
         """Raises DocumentError where the edit no longer fits or cannot be written; then nothing

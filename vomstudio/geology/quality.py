@@ -20,10 +20,10 @@ class Thresholds:
 
     good_confidence95_deg, poor_confidence95_deg : ours: 5 degrees is about what two geologists
         differ by with a compass on the same bed, beyond 15 a plane says little about a structure
-    good_M, good_K : M = ln(l1 / l3) above, K = ln(l1 / l2) / ln(l2 / l3) below. Quoted in later work
-        and programs (for example S. Thiele's plane fitting: "values > 4 are considered good ...
-        values < 0.8 are considered good") after O. Fernandez (2005), Obtaining a best fitting
-        plane through 3D georeferenced data, J. Struct. Geol. 27, 855-858, which defines them
+    good_M, good_K : M = ln(l1 / l3) above, K = ln(l1 / l2) / ln(l2 / l3) below; so quoted in later
+        work and in published plane-fitting programs after O. Fernandez (2005), Obtaining a best
+        fitting plane through 3D georeferenced data, J. Struct. Geol. 27, 855-858. The paper
+        itself was not at hand
     extent_over_resolution : two orders of magnitude between a feature and the spacing of the
         model (textbook 4.1.3)
     surface_effect_deg : ours: a trace's plane this close to the outcrop face probably measures the
@@ -63,6 +63,15 @@ def confidence_that_counts_deg(fit: PlaneFit, kind: Kind = "trace") -> float | N
     return max(known) if known else None
 
 
+def feature_extent_m(fit: PlaneFit, kind: Kind = "trace") -> float | None:
+    """Length of a trace; of a patch the diameter of the disc with the same spread of points."""
+    if kind == "trace" or fit.trace is None:
+        return fit.extent
+    l1, l2, _ = fit.eigenvalues
+    # A uniform disc of radius R has a variance of R^2 / 4 along each diameter.
+    return float(4.0 * np.sqrt(fit.trace * np.sqrt(l1 * l2)))
+
+
 def judge(
     fit: PlaneFit,
     *,
@@ -93,8 +102,6 @@ def judge(
             poor = True
             reasons.append(
                 f"only 3 of the {fit.n} points differ: no error can be stated; {more_points}"
-                if fit.normal is not None
-                else "no error can be stated"
             )
     elif angle > t.poor_confidence95_deg:
         poor = True
@@ -108,13 +115,13 @@ def judge(
         )
 
     # None is infinite: points exactly in one plane.
-    if fit.M is not None and not fit.M > t.good_M:
+    if fit.M is not None and t.good_M >= fit.M:
         reasons.append(
             f"points scatter about the plane: M {fit.M:.1f}, coplanarity "
             f"{_number(fit.coplanarity)} (M above {t.good_M:g} wanted); "
             "leave out points that are not on the surface"
         )
-    if fit.K is None or not fit.K < t.good_K:
+    if fit.K is None or t.good_K <= fit.K:
         shape = "trace" if kind == "trace" else "patch"
         k = "infinite" if fit.K is None else f"{fit.K:.2g}"
         reasons.append(
@@ -123,15 +130,16 @@ def judge(
         )
     if fit.hyperbolic_overflow:
         reasons.append(
-            "scatter across the trace is as large as its bend: the hyperbolic error is 90°"
+            "scatter off the plane is as large as the bend: the hyperbolic error is 90°; " + more
         )
     if fit.long_roughness:
         reasons.append(
             "roughness as long as the trace: the wider of the two errors counts; "
             "pick a longer trace"
         )
-    if resolution_m is not None and resolution_m > 0.0 and fit.extent is not None:
-        ratio = fit.extent / resolution_m
+    extent = feature_extent_m(fit, kind)
+    if resolution_m is not None and resolution_m > 0.0 and extent is not None:
+        ratio = extent / resolution_m
         if ratio < t.extent_over_resolution:
             reasons.append(
                 f"extent {_number(ratio)} x resolution ({t.extent_over_resolution:g} wanted); "

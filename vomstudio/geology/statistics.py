@@ -20,8 +20,6 @@ from vomstudio.geology.orientation import Array, Line
 ZERO_EIGENVALUE = 1e-20
 """S3 below this is a set that lies exactly in a plane: orientations equal to 1e-10 rad."""
 
-UNIFORMITY_LEVEL = 0.05
-
 
 def unit_vectors(vectors: npt.ArrayLike) -> Array:
     """(n, 3) unit vectors. Raises GeometryError for an empty set, zero or non-finite vectors."""
@@ -134,10 +132,9 @@ def fisher(vectors: npt.ArrayLike, directed: bool) -> Fisher:
 def no_fisher_reason(vectors: npt.ArrayLike, directed: bool) -> str | None:
     """Why Fisher's statistics would mislead for this set, or None where they are sound.
 
-    Fewer than 3; axial data that a uniform scatter would explain (Bingham's test
-    (15/2) n sum (Si - 1/3)^2 against chi-square with 5 degrees of freedom, 5 %: Mardia & Jupp
-    2000, sect. 10.7); axial data that form a girdle rather than a cluster, that is Woodcock's
-    K < 1 (1977, fig. 1: K = 1 parts the two), for which flipping and averaging has no meaning.
+    Fewer than 3; axial data that are no cluster, that is whose point index P is not the largest of
+    Vollmer's three (1990): flipping and averaging a girdle or a uniform scatter has no meaning.
+    Woodcock's K alone would also refuse tight clusters of an elongated shape.
     """
     v = unit_vectors(vectors)
     n = len(v)
@@ -147,28 +144,13 @@ def no_fisher_reason(vectors: npt.ArrayLike, directed: bool) -> str | None:
         if float(np.linalg.norm(v.sum(axis=0))) < 1e-9 * n:
             return "the directions cancel out: there is no mean"
         return None
-    values, _ = orientation_tensor(v)
-    statistic = 7.5 * n * float(np.sum((values - 1.0 / 3.0) ** 2))
-    p_value = chi_square_5_tail(statistic)
-    if p_value > UNIFORMITY_LEVEL:
-        return (
-            f"no preferred orientation: a uniform scatter is not excluded "
-            f"(Bingham's test, p = {p_value:.2g})"
-        )
-    shape, _ = woodcock(values)
-    if shape is not None and shape < 1.0:
-        return (
-            f"girdle, not a cluster: Woodcock K = {shape:.2f} < 1; "
-            "the tensor's axes describe the set"
-        )
-    return None
-
-
-def chi_square_5_tail(x: float) -> float:
-    """P(chi-square with 5 degrees of freedom > x), in closed form."""
-    if x <= 0:
-        return 1.0
-    return math.erfc(math.sqrt(x / 2)) + math.sqrt(2 * x / math.pi) * math.exp(-x / 2) * (1 + x / 3)
+    point, girdle, random = vollmer(orientation_tensor(v)[0])
+    if max(girdle, random) <= point:
+        return None
+    numbers = f"Vollmer P = {point:.2f}, G = {girdle:.2f}, R = {random:.2f}"
+    if girdle > random:
+        return f"girdle, not a cluster ({numbers}); the tensor's axes describe the set"
+    return f"no preferred orientation, close to a uniform scatter ({numbers})"
 
 
 def set_statistics(

@@ -22,21 +22,22 @@ LEVEL = 0.05
 def joint_quantile(dof: Floats) -> Floats:
     """2 F / dof, with F the 95 % quantile of Fisher's law with 2 and `dof` degrees of freedom.
 
-    With two degrees in the numerator the law has a closed form: P(F > f) = (1 + 2 f / dof)^(-dof/2).
+    With two degrees in the numerator it has a closed form: P(F > f) = (1 + 2 f / dof)^(-dof / 2).
     """
     with np.errstate(over="ignore"):
         return np.expm1(-2.0 / dof * np.log(LEVEL))
 
 
 def hyperbolic(n: npt.NDArray[np.int64], values: Floats) -> tuple[Floats, Floats, Bools]:
-    """Largest and smallest angular error after Quinn & Ehlmann (2019), degrees, and an overflow flag.
+    """Largest and smallest angular error of Quinn & Ehlmann (2019), degrees, and an overflow flag.
 
     n (m,) points per plane, at least 4; values (m, 3) eigenvalues of the covariance, in any unit.
     Where the hyperbola opens along the normal instead (h2 <= 0) the error is 90 degrees, flagged.
     Source: Earth and Space Science 6, doi 10.1029/2018EA000416.
     """
     scaled = values * (n / (n - 1.0))[:, None]  # their covariance is divided by n - 1
-    c = joint_quantile(n - 2.0) * np.sqrt(n - 2.0)
+    free = (n - 2.0).astype(np.float64)
+    c = joint_quantile(free) * np.sqrt(free)
     l3 = scaled[:, 2]
     h3 = l3 * (1.0 + c)
     result = []
@@ -88,8 +89,24 @@ def quantiles(
     return roughness.inflate(u, v, r, starts, counts, dof, white)
 
 
+def regression_axes_rad(
+    leverage: Floats, normal: Floats, q: Floats
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """e1, e2 (m, 3), largest and smallest semi-axis of a regression's region, radians.
+
+    leverage (m, 3, 3) covariance of the normal's end per unit of q. The ellipse of the two slopes,
+    exact for white noise along the coordinate, is carried to the tangent plane to first order.
+    """
+    values, vectors = np.linalg.eigh(leverage)
+    # The normal itself is the direction of no variance.
+    tangent = np.sqrt(np.maximum(values[:, 1:], 0.0) * q[:, None])
+    e2 = vectors[:, :, 2]
+    return np.cross(e2, normal), e2, np.arctan(tangent[:, 1]), np.arctan(tangent[:, 0])
+
+
 def split_rad(
-    axes: Floats,
+    e1: Floats,
+    e2: Floats,
     dip_direction_deg: Floats,
     dip_deg: Floats,
     flat: Bools,
@@ -98,15 +115,14 @@ def split_rad(
 ) -> tuple[Floats, Floats, Floats]:
     """Error of the dip, of the dip direction, and rake of the direction that tilts most, radians.
 
-    The region is a cone of normals of elliptical section: in the plane tangent to the unit sphere at
-    the fitted normal, an ellipse with semi-axes tan(largest) along e2 and tan(smallest) along e1.
+    The region is a cone of normals of elliptical section: in the plane tangent to the unit sphere
+    at the fitted normal, an ellipse with semi-axes tan(largest) along e2, tan(smallest) along e1.
     The dip error is its half-width along the dip. The dip direction's is the larger of the two
     azimuth differences at which a vertical plane touches it; for a small tilt a of the normal
     across the dip this is a / sin(dip), which is t / tan(dip) with t = a / cos(dip) the tilt of
     the strike line. Where the ellipse reaches the vertical every dip direction is possible: NaN.
     """
     strike, down = strike_and_dip_lines(dip_direction_deg, dip_deg)
-    e1, e2 = axes[:, 0], axes[:, 1]
     t1 = np.minimum(np.tan(smallest), 1e8)
     t2 = np.minimum(np.tan(largest), 1e8)
     a1, a2 = t1 * (e1 * down).sum(axis=1), t2 * (e2 * down).sum(axis=1)

@@ -10,7 +10,7 @@ in plane_errors.py, their coverage in docs/plane_errors.md.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -30,7 +30,7 @@ Method = Literal["pca", "regression"]
 Axis = Literal["x", "y", "z"]
 
 TOO_FEW = "needs at least 3 points; pick more"
-NOT_FINITE = "has coordinates that are not finite numbers; remove those points"
+NOT_FINITE = "has coordinates that are not finite numbers, or beyond 1e150; remove those points"
 IDENTICAL = "all points are at the same place; pick points farther apart"
 COLLINEAR = "all points lie on one straight line, which many planes contain; pick one beside it"
 PARALLEL = (
@@ -38,6 +38,8 @@ PARALLEL = (
     "use another axis, or the moment of inertia (pca)"
 )
 
+# Squares of these stay in range.
+LARGEST = 1e150
 # Distances below this many roundings of the largest coordinate are rounding, not shape.
 ROUNDINGS = 4.0
 # Points repeated exactly are looked for in short traces only, where one of them matters.
@@ -146,16 +148,15 @@ class PlaneFits:
         return len(self.n)
 
     def __getitem__(self, i: int) -> PlaneFit:
-        values = {f.name: getattr(self, f.name) for f in fields(self)}
-        return PlaneFit(
-            **{
-                name: value if isinstance(value, str | bool) else _scalar(value[i])
-                for name, value in values.items()
-            }
-        )
+        values: dict[str, Any] = {
+            f.name: value if isinstance(value, str | bool) else _scalar(value[i])
+            for f in fields(self)
+            for value in [getattr(self, f.name)]
+        }
+        return PlaneFit(**values)
 
 
-def _scalar(value: object) -> object:
+def _scalar(value: Any) -> Any:
     """A plain Python value; None for NaN and infinity."""
     if isinstance(value, np.floating):
         return float(value) if np.isfinite(value) else None
@@ -237,7 +238,7 @@ def fit_planes(
     return PlaneFits(n=counts, error=tuple(reasons), method=method, ordered=ordered, **result)
 
 
-def _blank(counts: Ints, method: str, ordered: bool) -> dict[str, npt.NDArray[np.generic]]:
+def _blank(counts: Ints, method: str, ordered: bool) -> dict[str, npt.NDArray[Any]]:
     shapes = {"centroid": (3,), "normal": (3,), "eigenvalues": (3,), "axes": (3, 3)}
     flags = ("hyperbolic_overflow", "long_roughness", "undefined")
     m = len(counts)
@@ -260,19 +261,19 @@ def _sound_groups(xyz: Floats, cuts: Ints, counts: Ints) -> tuple[list[str | Non
     """The reason against each group that cannot be fitted whatever its shape, and the others."""
     many = counts >= 3
     finite = np.ones(len(counts), bool)
-    # One sum tells that all is well, which it nearly always is.
-    if not np.isfinite(xyz.sum()):
-        bad = np.concatenate([[0], np.cumsum(~np.isfinite(xyz).all(axis=1))])
+    # One maximum tells that all is well, which it nearly always is; NaN is not below the limit.
+    if len(xyz) and not np.abs(xyz).max() < LARGEST:
+        bad = np.concatenate([[0], np.cumsum(~(np.abs(xyz) < LARGEST).all(axis=1))])
         finite = bad[cuts[1:]] == bad[cuts[:-1]]
     reasons: list[str | None] = [None] * len(counts)
-    for i in np.flatnonzero(~(many & finite)):
+    for i in np.flatnonzero(~(many & finite)).tolist():
         reasons[i] = NOT_FINITE if not finite[i] else TOO_FEW
     return reasons, many & finite
 
 
 def _fit(
     xyz: Floats, counts: Ints, method: Method, axis: int, ordered: bool
-) -> tuple[dict[str, npt.NDArray[np.generic]], list[str | None]]:
+) -> tuple[dict[str, npt.NDArray[Any]], list[str | None]]:
     """All figures of groups that lie one after the other in xyz, each of at least 3 points."""
     m = len(counts)
     starts = np.cumsum(counts) - counts
@@ -294,7 +295,7 @@ def _fit(
 
     # A common length, so that squares of tiny and huge coordinates stay in range.
     size = np.maximum.reduceat(np.maximum.reduce([np.abs(x) for x in local]), starts)
-    unit = np.where(size > 0.0, size, 1.0)
+    unit = np.where(size > 1.0 / LARGEST, size, 1.0)
     per_unit = spread(1.0 / unit)
     local = [x * per_unit for x in local]
     rounding = ROUNDINGS * np.finfo(np.float64).eps * max_coordinate / unit
@@ -309,9 +310,9 @@ def _fit(
     low, high = np.minimum.reduceat(u, starts), np.maximum.reduceat(u, starts)
     values[:, 2] = np.where(np.sqrt(values[:, 2]) <= rounding, 0.0, values[:, 2])
     errors: list[str | None] = [None] * m
-    identical = np.sqrt(values[:, 0]) <= rounding
+    identical = (np.sqrt(values[:, 0]) <= rounding) | (size <= 1.0 / LARGEST)
     collinear = ~identical & (np.sqrt(values[:, 1]) <= rounding)
-    for i in np.flatnonzero(identical | collinear):
+    for i in np.flatnonzero(identical | collinear).tolist():
         errors[i] = IDENTICAL if identical[i] else COLLINEAR
 
     tr = values.sum(axis=1)
@@ -321,10 +322,11 @@ def _fit(
     normal = axes[:, 2]
     rms = np.sqrt(values[:, 2])
     residual = rms
+    leverage = None
     if method == "regression":
-        normal, residual, parallel = _regress(covariance, axis, rounding)
+        normal, residual, parallel, leverage = _regress(covariance, axis, rounding)
         rms = residual * np.abs(normal[:, axis])
-        for i in np.flatnonzero(parallel & ~identical & ~collinear):
+        for i in np.flatnonzero(parallel & ~identical & ~collinear).tolist():
             errors[i] = PARALLEL.format(axis="xyz"[axis])
 
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -352,6 +354,7 @@ def _fit(
         flat,
         _distinct(xyz, starts, counts),
         ordered,
+        None if leverage is None else leverage * (residual**2)[:, None, None],
     )
     return {
         "centroid": centroid,
@@ -421,8 +424,11 @@ def _distinct(xyz: Floats, starts: Ints, counts: Ints) -> Ints:
     return distinct
 
 
-def _regress(covariance: Floats, axis: int, rounding: Floats) -> tuple[Floats, Floats, Bools]:
-    """Upward normals of the regressions of one coordinate, their residual, and where parallel."""
+def _regress(
+    covariance: Floats, axis: int, rounding: Floats
+) -> tuple[Floats, Floats, Bools, Floats]:
+    """Upward normals of the regressions of one coordinate, their residual, where parallel, and the
+    covariance (m, 3, 3) of the normal's end for residuals of variance n."""
     a, b = (i for i in range(3) if i != axis)
     saa, sbb, sab = covariance[:, a, a], covariance[:, b, b], covariance[:, a, b]
     sac, sbc = covariance[:, a, axis], covariance[:, b, axis]
@@ -437,7 +443,13 @@ def _regress(covariance: Floats, axis: int, rounding: Floats) -> tuple[Floats, F
     normal[:, a], normal[:, b], normal[:, axis] = -pa, -pb, 1.0
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     square = covariance[:, axis, axis] - pa * sac - pb * sbc
-    return upward(normal), np.sqrt(np.maximum(square, 0.0)), parallel
+    # (S^-1) of the slopes, carried over to the normal, of which slopes are the ratio.
+    inverse = np.zeros((len(pa), 3, 3))
+    inverse[:, a, a], inverse[:, b, b] = sbb / safe, saa / safe
+    inverse[:, a, b] = inverse[:, b, a] = -sab / safe
+    across = np.eye(3) - normal[:, :, None] * normal[:, None, :]
+    leverage = across @ inverse @ across * (normal[:, axis] ** 2)[:, None, None]
+    return upward(normal), np.sqrt(np.maximum(square, 0.0)), parallel, leverage
 
 
 def _errors(
@@ -454,16 +466,26 @@ def _errors(
     flat: Bools,
     distinct: Ints,
     ordered: bool,
-) -> dict[str, npt.NDArray[np.generic]]:
+    regression: Floats | None,
+) -> dict[str, npt.NDArray[Any]]:
     """Both angular errors and their split; NaN where fewer than 4 different points leave none."""
     known = distinct > 3
     n = np.where(known, counts, 4)
     dof = np.where(known, distinct - 3.0, 1.0)
     q1, q2, effective, long = plane_errors.quantiles(u, v, r, starts, counts, dof, ordered)
+    # Points exactly in a plane have residuals of rounding alone, which tell of no roughness.
+    exact = values[:, 2] == 0.0
+    effective, long = np.where(exact, dof + 3.0, effective), long & ~exact
     h_max, h_min, overflow = plane_errors.hyperbolic(n, values)
-    largest, smallest = plane_errors.confidence_axes_rad(values, q1, q2)
+    if regression is None:
+        e1, e2 = axes[:, 0], axes[:, 1]
+        largest, smallest = plane_errors.confidence_axes_rad(values, q1, q2)
+    else:
+        e1, e2, largest, smallest = plane_errors.regression_axes_rad(
+            regression, normal, np.maximum(q1, q2)
+        )
     dip_error, azimuth_error, rake = plane_errors.split_rad(
-        axes, dip_direction, dip, flat, largest, smallest
+        e1, e2, dip_direction, dip, flat, largest, smallest
     )
     blank = np.where(known, 1.0, np.nan)
     return {

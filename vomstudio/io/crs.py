@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from vomstudio.errors import InputError
+
+_LONGEST = 100_000
 
 
 def parse_crs(text: str) -> tuple[str, float]:
@@ -37,3 +41,18 @@ def crs_name(code: str) -> str:
     from pyproj import CRS
 
     return str(CRS.from_user_input(code).name)
+
+
+def sidecar_crs(model: Path) -> tuple[str | None, str | None]:
+    """The CRS that `NAME.prj` beside a model names (WKT, or a code such as EPSG:32633), and a
+    warning where there is such a file and it cannot be used."""
+    path = model.with_suffix(".prj")
+    try:
+        text = path.read_bytes()[:_LONGEST].decode("utf-8-sig")
+        return parse_crs(text)[0], None
+    except FileNotFoundError:
+        return None, None
+    except (OSError, UnicodeDecodeError):
+        return None, f"'{path.name}' cannot be read as text; declare the CRS yourself."
+    except InputError:
+        return None, f"'{path.name}' names no projected CRS; declare the CRS yourself."

@@ -146,13 +146,13 @@ class SqliteJournal:
 
 
 def read_records(folder: Path) -> dict[str, Record]:
-    """The records of the project in `folder` as they are now, without taking hold of it: it may be
-    open in a window. Raises InputError."""
+    """The records of the project in `folder` as they are now. Raises as `read_replay`."""
     return read_replay(folder).records
 
 
 def read_replay(folder: Path) -> Replay:
-    """The whole journal of the project in `folder`, as `read_records`."""
+    """What the journal of the project in `folder` says, without taking hold of it: it may be open
+    in a window. Raises InputError."""
     path = Path(folder)
     path = path / "journal.sqlite" if path.is_dir() else path
     if not path.is_file():

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.crs import sidecar_crs
 from vomstudio.io.registry import LoadedModel, choose_reader, read_head
 from vomstudio.progress import Progress, Silent
 
@@ -27,7 +28,8 @@ WINDOWS = 16
 def read_model(path: str | Path, progress: Progress | None = None) -> LoadedModel:
     """The model in a file, by whichever reader knows it.
 
-    What is unsound in the file is left out and said in `warnings`. `content_hash` is the sha256 of
+    What is unsound in the file is left out and said in `warnings`. A CRS that the file does not
+    name is taken from `NAME.prj` beside it. `content_hash` is the sha256 of
     the file itself (of an OBJ file without its MTL and images: geometry is what measurements hang
     on). Raises InputError, or Cancelled through `progress`.
     """
@@ -48,11 +50,15 @@ def read_model(path: str | Path, progress: Progress | None = None) -> LoadedMode
     except BaseException:
         hasher.stop()
         raise
+    crs, warnings = loaded.crs, loaded.warnings
+    if crs is None:
+        crs, problem = sidecar_crs(path)
+        warnings = (*warnings, problem) if problem else warnings
     return LoadedModel(
         loaded.data,
         loaded.kind,
-        loaded.crs,
-        loaded.warnings,
+        crs,
+        warnings,
         path,
         loaded.content_hash or hasher.result(),
     )

@@ -24,7 +24,7 @@ from vomstudio.geology.orientation import (
     planes_to_poles,
     wrap360,
 )
-from vomstudio.io.text_rows import parse_number, shortened
+from vomstudio.io.text_rows import shortened
 from vomstudio.io.text_tables import TextTable, lines_in_words, plain, read_table
 
 Azimuth = Literal["strike", "dipdir"]
@@ -44,11 +44,14 @@ _ALIASES: dict[str, set[str]] = {
     "pole plunge": {"poleplunge", "plungeofpole"},
     "attitude": {"attitude", "orientation", "planeorientation"},
     "geometry": {"geometry", "geometrytype"},
-    "kind": {"kind", "type", "feature", "featuretype", "structure", "planetype"},
+    "kind": {"kind", "type", "featuretype", "planetype"},
     "set": {"set", "sets", "setname", "family", "domain"},
     "id": {"id", "fid", "uid", "number", "no", "nr"},
 }
 _WIND = re.compile(r"[NSEW]{1,3}", re.IGNORECASE)
+_BEARING = re.compile(
+    r"[NSEW]{1,3}(\s*\d+([.,]\d+)?\s*°?\s*[EW]?)?|\d+([.,]\d+)?\s*°?\s*[NSEW]{1,3}", re.IGNORECASE
+)
 _PLANE, _LINE, _NEITHER = 1, 2, 0
 
 
@@ -68,7 +71,7 @@ class OrientationTable:
     ids: tuple[str, ...]
     """The id column, or the row's number from 1."""
     kinds: tuple[str, ...] | None
-    """The kind column, None where there is none."""
+    """The kind column, None where there is none, or nothing in it."""
     sets: tuple[str, ...] | None
     convention: str
     """How the columns were understood, for people."""
@@ -197,11 +200,13 @@ class _Reading:
         return self.columns.get(meaning)
 
     def _words(self, meaning: str, kept: NDArray[np.int64]) -> tuple[str, ...] | None:
+        """The cells of a column, None where there is none or nothing in it."""
         column = self.columns.get(meaning)
         if column is None:
             return None
         cells = self.table.cells(column)
-        return tuple(cells[i] for i in kept)
+        words = tuple(cells[i] for i in kept)
+        return words if any(words) else None
 
     def _named(self, *columns: int) -> str:
         names = [self.table.label(c) for c in columns]
@@ -258,6 +263,8 @@ class _Reading:
                 file=self.table.path,
                 line=int(self.table.line_numbers[0]),
             )
+        told = self.azimuth is not None
+        self.azimuth = self.azimuth or _convention_in_name(self.table.path)
         if self.azimuth is None:
             raise UsageError(
                 "this table has no header, and its first column can be strike or dip direction; "
@@ -267,6 +274,8 @@ class _Reading:
                 field="column 1",
             )
         self._from_azimuth(0, 1)
+        if not told:
+            self.said.append("there is no header: strike or dip direction by the file's name")
 
     def _from_azimuth(self, azimuth: int, dip: int) -> None:
         if self.azimuth == "strike":
@@ -331,6 +340,7 @@ class _Reading:
 
     def _from_text(self, columns: list[int], notation: str | None) -> None:
         cells = [self.table.cells(c) for c in columns]
+        wrapped: list[int] = []
         for i, words in enumerate(zip(*cells, strict=True)):
             if not all(words[:2]) or any(w.casefold() in ("nan", "na") for w in words[:2]):
                 continue
@@ -344,6 +354,9 @@ class _Reading:
                     field=self.table.label(columns[0]),
                 ) from error
             self.dip_direction[i], self.dip[i] = plane.dip_direction_deg, plane.dip_deg
+            if (azimuth := _bare_number(words[0])) is not None and azimuth > 360.0:
+                wrapped.append(int(self.table.line_numbers[i]))
+        self._say_wrapped(columns[0], wrapped)
 
     def _compare(self, strike: int) -> None:
         """Other programs mix strike conventions in one file; the dip direction is believed."""
@@ -423,13 +436,15 @@ class _Reading:
         hopeless = np.isinf(values) | (outside & ((values < -360.0) | (values > 720.0)))
         if hopeless.any():
             raise self._outside(int(np.argmax(hopeless)), column, values, "0 to 360")
-        if outside.any():
-            where = [int(n) for n in self.table.line_numbers[outside]]
+        self._say_wrapped(column, [int(n) for n in self.table.line_numbers[outside]])
+        return np.asarray(wrap360(values))
+
+    def _say_wrapped(self, column: int, where: list[int]) -> None:
+        if where:
             self.warnings.append(
                 f"{len(where)} azimuth{'s' if len(where) > 1 else ''} outside 0 to 360 in "
                 f"{self._named(column)} taken modulo 360: {lines_in_words(where)}"
             )
-        return np.asarray(wrap360(values))
 
     def _inclinations(self, column: int, lowest: float) -> NDArray[np.float64]:
         """(n,) dips or plunges, which must lie in [lowest, 90]."""
@@ -453,9 +468,8 @@ class _Reading:
         )
 
     def _has_letters(self, column: int) -> bool:
-        """Whether a cell is a bearing such as N30E rather than a number or nothing."""
-        words = (c for c in self.table.cells(column) if parse_number(c, decimal_comma=True) is None)
-        return any(re.search(r"[NSEW]", word, re.IGNORECASE) for word in words)
+        """Whether a cell is a bearing or a quadrant, such as N30E or 40SE."""
+        return any(_BEARING.fullmatch(cell) for cell in self.table.cells(column))
 
     def _are_winds(self, column: int) -> bool:
         cells = [c for c in self.table.cells(column) if c]
@@ -473,8 +487,23 @@ class _Reading:
         )
 
 
+def _convention_in_name(path: Path) -> Azimuth | None:
+    """strike or dipdir where the name of a file, such as `fold_strike_dip.txt`, says just one."""
+    name = plain(path.stem)
+    said: list[Azimuth] = []
+    if "strike" in name:
+        said.append("strike")
+    if "dipdir" in name or "dipazi" in name:
+        said.append("dipdir")
+    return said[0] if len(said) == 1 else None
+
+
 def _first(*columns: int | None) -> int:
     return next(c for c in columns if c is not None)
+
+
+def _bare_number(cell: str) -> float | None:
+    return float(cell.replace(",", ".")) if re.fullmatch(r"\d+([.,]\d*)?", cell) else None
 
 
 def _plane_of(words: tuple[str, ...], notation: str | None) -> Plane:
@@ -482,6 +511,7 @@ def _plane_of(words: tuple[str, ...], notation: str | None) -> Plane:
     if len(words) == 1:
         return parse_plane(words[0], notation)
     strike = words[0]
-    if re.fullmatch(r"\d+([.,]\d*)?", strike) and float(strike.replace(",", ".")) <= 720.0:
-        strike = f"{wrap360(float(strike.replace(',', '.'))):.10g}"
+    azimuth = _bare_number(strike)
+    if azimuth is not None and azimuth <= 720.0:
+        strike = f"{wrap360(azimuth):.10g}"
     return parse_plane(" ".join([strike, *words[1:]]), notation)

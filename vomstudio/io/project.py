@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from vomstudio.document.records import Model
+from vomstudio.document.records import Model, Trace
 from vomstudio.document.session import Session
 from vomstudio.errors import InputError, TargetError, VomError
 from vomstudio.io.journal import SqliteJournal, read_replay
@@ -116,13 +116,15 @@ class Project:
         self.session.save()
 
     def close(self) -> None:
-        """An untitled project leaves its journal only where there is something in it."""
-        session = self.session
-        blank = not (session.undo_label or session.redo_label or session.draft or session.problems)
+        """An untitled project that never held a feature leaves nothing behind; another one keeps
+        its history, from which discarded work can be brought back."""
+        worthless = self.untitled and not self.session.ever_held(Trace) and not self.session.draft
         self.session.close()
         self._lock.release()
-        if self.untitled:
-            shutil.rmtree(self.folder if blank else self.cache, ignore_errors=True)
+        if worthless:
+            shutil.rmtree(self.folder, ignore_errors=True)
+        elif self.untitled:
+            shutil.rmtree(self.cache, ignore_errors=True)
 
     def model_path(self, path: Path) -> str:
         """How the path of a model is written down: relative inside the folder, else absolute."""
@@ -178,16 +180,32 @@ def create_untitled(settings: Callable[[], Mapping[str, Any]] = dict) -> Project
     return Project.create(folder, settings=settings)
 
 
-def unfinished_untitled() -> list[Path]:
-    """Untitled projects that a crash or a power cut has left behind, the newest first."""
+def is_free(folder: Path) -> bool:
+    """A project that is there and that no window holds."""
+    if not (folder / JOURNAL).is_file():
+        return False
+    try:
+        ProjectLock(folder / "lock").release()
+    except (InputError, TargetError):
+        return False
+    return True
+
+
+def untitled_projects(*, finished: bool) -> list[Path]:
+    """Untitled projects that no window holds, the newest first: those whose changes were discarded
+    on closing (finished), or those that a crash or a power cut has left behind."""
     found = []
     journals = untitled_folder().glob(f"*{SUFFIX}/{JOURNAL}")
     for folder in (j.parent for j in sorted(journals, key=_time_of, reverse=True)):
-        try:
-            ProjectLock(folder / "lock").release()
-        except (InputError, TargetError):
+        if not is_free(folder):
             continue
-        if has_unsaved_work(folder):
+        try:
+            kept = read_replay(folder)
+            done = kept.top == kept.saved_top and kept.draft is None
+        except InputError:
+            # Opening it says what is wrong; hiding it would lose it.
+            done = False
+        if done == finished:
             found.append(folder)
     return found
 
@@ -197,13 +215,3 @@ def _time_of(path: Path) -> float:
         return path.stat().st_mtime
     except OSError:
         return 0.0
-
-
-def has_unsaved_work(folder: Path) -> bool:
-    """Opening the project would bring edits that were not saved, or an unfinished tool."""
-    try:
-        played = read_replay(folder)
-    except InputError:
-        # Opening it says what is wrong; hiding it would lose it.
-        return True
-    return played.top != played.saved_top or played.draft is not None

@@ -7,11 +7,13 @@ import os
 import tomllib
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vomstudio.errors import TargetError
-from vomstudio.geology.quality import Thresholds
 from vomstudio.io.atomic import atomic_write
+
+if TYPE_CHECKING:
+    from vomstudio.geology.quality import Thresholds
 
 _RECENT = 10
 
@@ -19,14 +21,23 @@ _RECENT = 10
 @dataclass
 class Settings:
     """notation: how planes are written in the window (see geology.notation).
-    window: geometry and panels as the window system keeps them, base64."""
+    unclosed: projects that are open, or were when the program last ended without closing them.
+    window: geometry and panels as the window system keeps them, base64. limits: those of the
+    verdict's thresholds that the user has changed, by their name."""
 
     notation: str = "dipdir/dip"
     projection: str = "area"
     turntable: bool = True
+    unclosed: list[str] = field(default_factory=list)
     recent: list[str] = field(default_factory=list)
     window: dict[str, str] = field(default_factory=dict)
-    thresholds: Thresholds = field(default_factory=Thresholds)
+    limits: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def thresholds(self) -> Thresholds:
+        from vomstudio.geology.quality import Thresholds
+
+        return Thresholds(**self.limits)
 
     def add_recent(self, path: Path) -> None:
         text = str(path)
@@ -61,8 +72,9 @@ def read_settings(path: Path | None = None) -> tuple[Settings, list[str]]:
             continue
         default, value = getattr(settings, known.name), values[known.name]
         try:
-            if known.name == "thresholds":
-                value = Thresholds(**{key: float(v) for key, v in value.items()})
+            if known.name == "limits":
+                value = {key: float(v) for key, v in value.items()}
+                Settings(limits=value).thresholds  # noqa: B018  unknown names are refused here
             elif not isinstance(value, type(default)):
                 raise TypeError(f"{type(default).__name__} expected")
             setattr(settings, known.name, value)

@@ -32,6 +32,8 @@ from vomstudio.io.text_rows import (
     shortened,
 )
 
+FARTHEST_M = 1e12
+
 
 @dataclass(frozen=True, eq=False)
 class TextTable:
@@ -67,12 +69,13 @@ class TextTable:
             return self._text.rows
         return [cut(line, self.delimiter) for line in self._text.lines]
 
-    def cells(self, column: int) -> list[str]:
-        """(n,) the words of one column."""
+    def cells(self, column: int, first: int | None = None) -> list[str]:
+        """(n,) the words of one column, or only of its `first` rows."""
         if self._text.rows is not None:
-            return [row[column] for row in self._text.rows]
+            return [row[column] for row in self._text.rows[:first]]
         delimiter = None if self.delimiter == " " else self.delimiter
-        return [line.split(delimiter, column + 1)[column].strip() for line in self._text.lines]
+        lines = self._text.lines[:first]
+        return [line.split(delimiter, column + 1)[column].strip() for line in lines]
 
     def numbers(self, columns: Sequence[int]) -> NDArray[np.float64]:
         """(n, len(columns)) float64; an empty cell is NaN. Raises `InputError` at a word."""
@@ -245,6 +248,7 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
             line=table.header_line,
         )
     points = table.numbers(columns)
+    _refuse_no_places(table, columns, points)
     keep: NDArray[np.bool_] = np.asarray(np.isfinite(points).all(axis=1))
     dropped = tuple(int(n) for n in table.line_numbers[~keep])
     warnings = list(table.notes)
@@ -346,6 +350,19 @@ def coordinate_columns(table: TextTable) -> list[int]:
     return found
 
 
+def _refuse_no_places(table: TextTable, columns: list[int], points: NDArray[np.float64]) -> None:
+    """Coordinates whose squares would overflow, and that are no metres on any planet."""
+    far = np.isfinite(points) & (np.abs(points) > FARTHEST_M)
+    if far.any():
+        row, place = np.argwhere(far)[0]
+        raise InputError(
+            f"{points[row, place]:g} is no coordinate in metres; correct or remove the row.",
+            file=table.path,
+            line=int(table.line_numbers[row]),
+            field=table.label(columns[place]),
+        )
+
+
 def _segments(table: TextTable) -> list[str]:
     """Rows numbered by the rules between them, from 1; rules before the first row don't count."""
     place = np.searchsorted(np.asarray(table.separators), table.line_numbers)
@@ -362,14 +379,16 @@ def _signs_of_groups(table: TextTable, taken: list[int]) -> list[str]:
             "as one plane: use --by segment to fit each part"
         )
     for column in range(table.width):
-        if column in taken:
+        named = table.names is not None and plain(table.names[column]) in _GROUPS
+        # A million rows of colours are told from labels by their beginning.
+        if column in taken or not (named or _runs(table.cells(column, 1000))):
             continue
         cells = table.cells(column)
-        values = set(cells) - {""}
+        values = Counter(cells)
+        values.pop("", None)
         if not 2 <= len(values) <= len(cells) / 2:
             continue
-        named = table.names is not None and plain(table.names[column]) in _GROUPS
-        if named or _comes_in_runs(cells, len(values)):
+        if named or (_runs(cells) and min(values.values()) > 1):
             how = table.names[column] if table.names else str(column + 1)
             warnings.append(
                 f"column '{table.label(column)}' has {len(values)} different values and looks like "
@@ -378,7 +397,6 @@ def _signs_of_groups(table: TextTable, taken: list[int]) -> list[str]:
     return warnings
 
 
-def _comes_in_runs(cells: list[str], values: int) -> bool:
-    """Whether equal cells stand together, at least two of each: a label, hardly a measurement."""
-    runs = 1 + sum(a != b for a, b in itertools.pairwise(cells))
-    return runs == values and min(Counter(cells).values()) >= 2
+def _runs(cells: list[str]) -> bool:
+    """Whether equal cells stand together: labels do, measurements hardly ever."""
+    return 1 + sum(a != b for a, b in itertools.pairwise(cells)) == len(set(cells)) < len(cells)

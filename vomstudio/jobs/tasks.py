@@ -24,6 +24,7 @@ def load_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     from hashlib import sha256
 
     from vomstudio.io import model_cache
+    from vomstudio.io.crs import sidecar_crs
     from vomstudio.io.models import resolution
 
     path = Path(args["path"])
@@ -33,7 +34,8 @@ def load_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     return {
         "folder": str(folder),
         "kind": loaded.kind,
-        "crs": loaded.crs,
+        # A .prj that came after the cache was written counts too.
+        "crs": loaded.crs or sidecar_crs(path)[0],
         "content_hash": loaded.content_hash,
         "warnings": list(loaded.warnings),
         "resolution": spacing if spacing == spacing else None,

@@ -106,6 +106,12 @@ class NetEllipse:
     min_angle_deg: float
     rake_deg: float
 
+    def outline(self, projection: str) -> list[Array]:
+        """Polylines (k, 2) on the net."""
+        return nets.pole_ellipse(
+            self.plane, self.max_angle_deg, self.min_angle_deg, self.rake_deg, projection
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class NetContents:
@@ -683,9 +689,9 @@ class _Page:
             at = nets.project(mean.line.vector(), net.projection)[0]
             color = style.color(mean.color)
             self.axes.plot(
-                *at[:, None], marker=mean.marker, markersize=1.8 * style.marker_pt,
-                markerfacecolor=color, markeredgecolor=style.ink,
-                markeredgewidth=1.4 * style.line_pt, linestyle="none", zorder=6,
+                *at[:, None], marker=mean.marker, markersize=2.0 * style.marker_pt,
+                markerfacecolor=style.net, markeredgecolor=color,
+                markeredgewidth=2.4 * style.line_pt, linestyle="none", zorder=6,
             )  # fmt: skip
             wanted.append((at, mean.label, style.ink))
         if net.fold is not None:
@@ -694,6 +700,7 @@ class _Page:
             wanted.append((at, text, style.ink))
         crowd = np.vstack(
             [np.zeros((0, 2)), *self.outlines]
+            + [part for e in net.ellipses for part in e.outline(net.projection)]
             + [nets.project(s.vectors(), net.projection) for s in net.sets if net.poles and len(s)]
         )
         crowd = np.array([self.cx, self.cy]) + self.radius * crowd
@@ -808,7 +815,7 @@ def _legend_entries(net: NetContents, style: NetStyle) -> list[_Entry]:
         plane = format_plane(fold.pi_plane, net.notation, net.decimals)
         entries.append(_Entry(f"π-plane {plane}", style.ink, None, "--"))
     if net.means:
-        entries.append(_Entry("outlined: mean", style.net, "o", None, outlined=True))
+        entries.append(_Entry("open: mean", style.net, "o", None, outlined=True))
     if net.ellipses:
         entries.append(_Entry("joint 95 % of the selected pole", style.ink, None, "-"))
     return entries
@@ -838,9 +845,7 @@ def _draw_emphasis(
                 markeredgewidth=1.6 * style.line_pt, zorder=6.5,
             )  # fmt: skip
     for e in net.ellipses:
-        for part in nets.pole_ellipse(
-            e.plane, e.max_angle_deg, e.min_angle_deg, e.rake_deg, net.projection
-        ):
+        for part in e.outline(net.projection):
             made += ax.plot(*part.T, color=style.ink, linewidth=1.2 * style.line_pt, zorder=6.4)
     return made
 

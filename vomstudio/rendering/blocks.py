@@ -40,16 +40,26 @@ def morton(points: Float32, low: Float32, size: float) -> npt.NDArray[np.uint32]
     return code
 
 
+def box_range(low: Float, high: Float, origin: Float, direction: Float) -> tuple[Float, Float]:
+    """Where a ray enters and leaves each box (n, 3) .. (n, 3); it misses where leave < enter."""
+    enter, leave = np.full(len(low), -np.inf), np.full(len(low), np.inf)
+    # Column by column: a reduction along rows of three is four times slower.
+    for k in range(3):
+        start, slope = origin[k], direction[k]
+        if abs(slope) < 1e-200:
+            beside = (low[:, k] > start) | (high[:, k] < start)
+            enter[beside] = np.inf
+        else:
+            a, b = (low[:, k] - start) / slope, (high[:, k] - start) / slope
+            np.maximum(enter, np.minimum(a, b), out=enter)
+            np.minimum(leave, np.maximum(a, b), out=leave)
+    return enter, leave
+
+
 def boxes_hit(low: Float, high: Float, origin: Float, direction: Float) -> npt.NDArray[np.bool_]:
     """Which boxes (n, 3) .. (n, 3) a ray meets ahead of its origin."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        inverse = 1.0 / direction
-        a = (low - origin) * inverse
-        b = (high - origin) * inverse
-    # 0 * inf where the ray runs inside a face of the box: that axis does not limit it.
-    enter = np.fmin(a, b).max(axis=1, initial=-np.inf, where=~np.isnan(a))
-    leave = np.fmax(a, b).min(axis=1, initial=np.inf, where=~np.isnan(a))
-    return (leave >= np.maximum(enter, 0.0)) & np.isfinite(leave)
+    enter, leave = box_range(low, high, origin, direction)
+    return np.asarray(leave >= np.maximum(enter, 0.0))
 
 
 def ray_triangles(
@@ -130,6 +140,12 @@ class PointChunk:
     point_ids: npt.NDArray[np.integer]
     blocks: Blocks
 
+    def spacing(self) -> float:
+        """Rough distance between neighbours, taking each block for a square patch of a surface."""
+        diagonals = np.linalg.norm(self.blocks.high - self.blocks.low, axis=1)
+        per_block = min(self.blocks.per_block, self.blocks.count)
+        return float(np.median(diagonals) / np.sqrt(2.0 * per_block))
+
 
 def first_face(chunks: list[FaceChunk], origin: Float, direction: Float) -> int | None:
     """Row of the front-most face that a local ray hits, or None."""
@@ -155,36 +171,49 @@ def first_face(chunks: list[FaceChunk], origin: Float, direction: Float) -> int 
 
 
 def points_near_ray(
-    chunks: list[PointChunk], origin: Float, direction: Float, radius: float, spread: float
+    chunks: list[PointChunk],
+    boxes: tuple[Float, Float],
+    origin: Float,
+    direction: Float,
+    radius: float,
+    spread: float,
+    thickness: float = np.inf,
 ) -> tuple[Index, Float, Float]:
     """Points within radius + spread * depth of a local ray.
 
-    Returns their rows in the cloud, their depth along the ray and their distance from it, divided
-    by the allowed one (so 0..1).
+    boxes : corners (n, 3), (n, 3) of the chunks
+    thickness : chunks that begin further behind the front-most such point than this many times
+        the allowed distance are not looked at
+
+    Returns rows in the cloud, depth along the ray, and distance from the ray divided by the
+    allowed one (so 0..1).
     """
     rows_out, depth_out, off_out = [], [], []
-    for chunk in chunks:
-        low, high = chunk.blocks.low, chunk.blocks.high
-        reach = np.linalg.norm(
-            (low.min(axis=0) + high.max(axis=0)) / 2.0 - origin
-        ) + np.linalg.norm(high.max(axis=0) - low.min(axis=0))
-        pad = radius + spread * reach
-        whole = boxes_hit(
-            low.min(axis=0)[None] - pad, high.max(axis=0)[None] + pad, origin, direction
-        )
-        if not whole[0]:
-            continue
-        rows = chunk.blocks.elements(boxes_hit(low - pad, high + pad, origin, direction))
+    low, high = boxes
+    far = np.linalg.norm((low + high) / 2.0 - origin, axis=1) + np.linalg.norm(high - low, axis=1)
+    pad = (radius + spread * far)[:, None]
+    enter, leave = box_range(low - pad, high + pad, origin, direction)
+    met = np.flatnonzero(leave >= np.maximum(enter, 0.0))
+    front = np.inf
+    for i in met[np.argsort(enter[met])]:
+        if enter[i] > front + thickness * (radius + spread * front):
+            break
+        chunk = chunks[i]
+        inside = boxes_hit(chunk.blocks.low - pad[i], chunk.blocks.high + pad[i], origin, direction)
+        rows = chunk.blocks.elements(inside)
         if not len(rows):
             continue
         q = chunk.points[rows] - origin
         depth = q @ direction
-        off = np.linalg.norm(q - depth[:, None] * direction, axis=1)
+        side = q - depth[:, None] * direction
+        off = np.sqrt(np.einsum("ij,ij->i", side, side))
         allowed = radius + spread * np.maximum(depth, 0.0)
-        near = (depth > 0.0) & (off <= allowed)
-        rows_out.append(chunk.point_ids[rows[near]].astype(np.int64))
-        depth_out.append(depth[near])
-        off_out.append(off[near] / allowed[near])
+        near = np.flatnonzero((depth > 0.0) & (off <= allowed))
+        if len(near):
+            rows_out.append(chunk.point_ids[rows[near]].astype(np.int64))
+            depth_out.append(depth[near])
+            off_out.append(off[near] / allowed[near])
+            front = min(front, float(depth_out[-1].min()))
     if not rows_out:
         return np.zeros(0, np.int64), np.zeros(0), np.zeros(0)
     return np.concatenate(rows_out), np.concatenate(depth_out), np.concatenate(off_out)

@@ -158,7 +158,7 @@ class Camera:
         nearest, farthest = (
             (float(depth.min()), float(depth.max())) if len(depth) else (0.5, 2.0 * self.distance)
         )
-        margin = 0.005 * (farthest - nearest) + 1e-3 * self.distance + 1e-6
+        margin = 0.05 * (farthest - nearest) + 0.02 * self.distance + 1e-6
         nearest, farthest = nearest - margin, farthest + margin
         if self.orthographic:
             back = max(0.0, 1e-3 * (farthest - nearest) - nearest)
@@ -271,15 +271,30 @@ class Camera:
         points = points[np.isfinite(points).all(axis=1)]
         if not len(points):
             return
-        q = points @ self.frame.T
-        low, high = q.min(axis=0), q.max(axis=0)
-        centre = self.frame.T @ ((low + high) / 2.0)
-        half = np.maximum((high - low) / 2.0, 1e-3) * 1.12
         width, height = size
-        reach = max(half[1], half[0] * height / max(width, 1.0)) / self.tangent
-        self.distance = float(reach if self.orthographic else reach + half[2])
-        self.pivot = centre
-        self.position = centre - self.distance * self.direction
+        tall = self.tangent
+        wide = tall * width / max(height, 1.0)
+        q = points @ self.frame.T
+        centre = (q.min(axis=0) + q.max(axis=0)) / 2.0
+        depth = 0.0
+        # In perspective the middle of the picture is not that of the box: a few steps find it.
+        for _ in range(8):
+            p = q - centre
+            if self.orthographic:
+                depth = float(max(np.abs(p[:, 1]).max() / tall, np.abs(p[:, 0]).max() / wide))
+                break
+            depth = float(
+                max(
+                    (np.abs(p[:, 1]) / tall - p[:, 2]).max(),
+                    (np.abs(p[:, 0]) / wide - p[:, 2]).max(),
+                )
+            )
+            depth = max(depth, float(-p[:, 2].min()) * 1.01 + 1e-3)
+            seen = p[:, :2] / (p[:, 2:] + depth)
+            centre[:2] += (seen.min(axis=0) + seen.max(axis=0)) / 2.0 * depth
+        self.distance = max(depth * 1.06, 1e-2)
+        self.pivot = self.frame.T @ centre
+        self.position = self.pivot - self.distance * self.direction
 
     # -- stored with the project, as view state
 

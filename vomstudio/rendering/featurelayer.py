@@ -14,9 +14,13 @@ from vomstudio.rendering.drawing import FeatureDrawing
 
 Array = npt.NDArray[np.float64]
 
-LINE_WIDTH = 2.5
-SELECTED_WIDTH = 4.5
-HALO_EXTRA = 2.5
+LINE_WIDTH = 3.0
+SELECTED_WIDTH = 5.0
+HALO_EXTRA = 2.0
+SELECTED_HALO_EXTRA = 4.0
+THIN_ABOVE = 4000
+"""Points of lines above which only the lines themselves are drawn while the camera moves."""
+
 DISC_OPACITY = 0.32
 HIDDEN_OPACITY = 0.28
 DARK = (20, 20, 22)
@@ -37,7 +41,9 @@ class FeatureLayer:
         self.scale = 1.0
         self._origin: Array = np.zeros(3)
         self._corners: Array = np.zeros((0, 3))
+        self.thin = False
         self._stale = True
+        self._chosen_stale = True
         self._actors: dict[str, vtkActor] = {}
 
     def attach(self, renderer: vtkRenderer) -> None:
@@ -98,7 +104,7 @@ class FeatureLayer:
 
     def select(self, ids: frozenset[str]) -> None:
         self.selected = ids
-        self._stale = True
+        self._chosen_stale = True
 
     def shown(self) -> list[FeatureDrawing]:
         return [d for d in self.drawings.values() if d.visible]
@@ -109,26 +115,33 @@ class FeatureLayer:
 
     def refresh(self) -> None:
         """Bring the actors up to date; called before every drawing of the layer."""
-        if not self._stale or not self._actors:
+        if not self._actors:
             return
-        self._stale = False
-        shown = self.shown()
-        plain = [d for d in shown if d.id not in self.selected]
-        chosen = [d for d in shown if d.id in self.selected]
-        for drawings, mark, width in ((plain, "", LINE_WIDTH), (chosen, "+", SELECTED_WIDTH)):
-            data = self._lines(drawings)
-            for name, wide in (
-                (f"halo{mark}", width + HALO_EXTRA),
-                (f"line{mark}", width),
-                (f"hidden{mark}", width),
-            ):
-                actor = self._actors[name]
-                actor.GetMapper().SetInputData(data)
-                actor.GetProperty().SetLineWidth(wide * self.scale)
-                actor.SetVisibility(data.GetNumberOfPoints() > 0)
-        discs = self._discs([d for d in shown if d.disc is not None])
-        self._actors["discs"].GetMapper().SetInputData(discs)
-        self._actors["discs"].SetVisibility(discs.GetNumberOfPoints() > 0)
+        if self._stale:
+            self._stale = False
+            self._chosen_stale = True
+            shown = self.shown()
+            self._dress("", self._lines(shown), LINE_WIDTH, HALO_EXTRA)
+            discs = self._discs([d for d in shown if d.disc is not None])
+            self._actors["discs"].GetMapper().SetInputData(discs)
+        if self._chosen_stale:
+            # The selected ones are drawn once more over all the others, so that a change of the
+            # selection leaves the large arrays alone.
+            self._chosen_stale = False
+            chosen = [self.drawings[i] for i in self.selected if i in self.drawings]
+            lines = self._lines([d for d in chosen if d.visible])
+            self._dress("+", lines, SELECTED_WIDTH, SELECTED_HALO_EXTRA)
+        points = self._actors["line"].GetMapper().GetInput().GetNumberOfPoints()
+        rich = not self.thin or points < THIN_ABOVE
+        for name, actor in self._actors.items():
+            filled = actor.GetMapper().GetInput().GetNumberOfPoints() > 0
+            actor.SetVisibility(filled and (rich or name not in ("halo", "hidden")))
+
+    def _dress(self, mark: str, data: vtkPolyData, width: float, halo: float) -> None:
+        for name, wide in (("halo", width + halo), ("line", width), ("hidden", width)):
+            actor = self._actors[name + mark]
+            actor.GetMapper().SetInputData(data)
+            actor.GetProperty().SetLineWidth(wide * self.scale)
 
     def _lines(self, drawings: list[FeatureDrawing]) -> vtkPolyData:
         lines, colors = [], []

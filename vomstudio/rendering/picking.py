@@ -6,7 +6,7 @@ from the model's own float64 coordinates.
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.rendering.blocks import (
     FaceChunk,
     PointChunk,
+    box_range,
     boxes_hit,
     first_face,
     points_near_ray,
@@ -29,6 +30,9 @@ Array = npt.NDArray[np.float64]
 CLOUD_REACH_PIXELS = 6.0
 """How far from the cursor, in pixels, a point of a cloud may lie to be taken."""
 
+SURFACE_THICKNESS = 4.0
+"""Points at most this many times that reach behind the front-most one belong to its surface."""
+
 
 class Pickable(Protocol):
     """What picking needs of a model in the scene."""
@@ -39,9 +43,11 @@ class Pickable(Protocol):
     low: Array
     high: Array
     from_world: Array
-    locator: vtkStaticCellLocator | None
+    locators: list[vtkStaticCellLocator]
     face_chunks: list[FaceChunk]
     point_chunks: list[PointChunk]
+
+    def chunk_boxes(self) -> tuple[Array, Array]: ...
 
 
 def pick_model(
@@ -68,7 +74,7 @@ def pick_model(
 def _pick_mesh(model: Pickable, mesh: Mesh, start: Array, heading: Array) -> Hit | None:
     face = (
         _locate(model, start, heading)
-        if model.locator is not None
+        if model.locators
         else first_face(model.face_chunks, start, heading)
     )
     if face is None:
@@ -99,36 +105,58 @@ def _pick_mesh(model: Pickable, mesh: Mesh, start: Array, heading: Array) -> Hit
 
 
 def _locate(model: Pickable, start: Array, heading: Array) -> int | None:
-    assert model.locator is not None
-    reach = float(
-        np.linalg.norm((model.low + model.high) / 2.0 - start)
-        + np.linalg.norm(model.high - model.low)
-    )
-    end = start + heading * reach
-    t, sub, cell = mutable(0.0), mutable(0), mutable(-1)
+    """Row of the first face, through the locators of the chunks whose boxes the ray meets."""
+    low, high = model.chunk_boxes()
+    enter, leave = box_range(low, high, start, heading)
+    met = np.flatnonzero((leave >= enter) & (leave >= 0.0))
+    best, found = np.inf, None
+    t: Any = mutable(0.0)
+    sub: Any = mutable(0)
+    cell: Any = mutable(-1)
     x, pcoords = [0.0] * 3, [0.0] * 3
-    hit = model.locator.IntersectWithLine(
-        start.tolist(), end.tolist(), 0.0, t, x, pcoords, sub, cell
-    )
-    return int(cell) if hit and int(cell) >= 0 else None
+    for i in met[np.argsort(enter[met])]:
+        if enter[i] > best:
+            break
+        # Only the stretch inside the chunk's box, a little lengthened.
+        slack = 1e-3 * (leave[i] - enter[i]) + 1e-6
+        first, last = max(float(enter[i] - slack), 0.0), float(leave[i] + slack)
+        hit = model.locators[i].IntersectWithLine(
+            (start + heading * first).tolist(),
+            (start + heading * last).tolist(),
+            0.0,
+            t,
+            x,
+            pcoords,
+            sub,
+            cell,
+        )
+        if hit and int(cell) >= 0:
+            depth = first + float(t) * (last - first)
+            if depth < best:
+                best, found = depth, int(model.face_chunks[i].face_ids[int(cell)])
+    return found
 
 
 def _pick_cloud(
     model: Pickable, cloud: PointCloud, start: Array, heading: Array, radius: float, spread: float
 ) -> Hit | None:
+    if not model.point_chunks:
+        return None
     rows, depth, off = points_near_ray(
         model.point_chunks,
+        model.chunk_boxes(),
         start,
         heading,
         radius * CLOUD_REACH_PIXELS,
         spread * CLOUD_REACH_PIXELS,
+        SURFACE_THICKNESS,
     )
     if not len(rows):
         return None
     # The front-most point near the cursor names the surface; of the points of that surface the
-    # one nearest to the cursor is taken. A surface is as thick here as the circle is wide.
+    # one nearest to the cursor is taken.
     front = float(depth.min())
-    thick = 4.0 * (radius + spread * front) * CLOUD_REACH_PIXELS
+    thick = SURFACE_THICKNESS * (radius + spread * front) * CLOUD_REACH_PIXELS
     same = np.flatnonzero(depth <= front + thick)
     row = int(rows[same[np.argmin(off[same])]])
     x, y, z = (float(v) for v in cloud.points[row])

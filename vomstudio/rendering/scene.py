@@ -54,8 +54,8 @@ from vomstudio.tools.types import Hit
 Array = npt.NDArray[np.float64]
 
 DISPLAY_MODES = ("textured", "vertex_colors", "plain shaded", "wireframe", "points")
-BACKGROUND_TOP = (0.47, 0.50, 0.53)
-BACKGROUND_BOTTOM = (0.30, 0.31, 0.33)
+# One flat neutral: a gradient costs a software renderer 12 ms in every frame.
+BACKGROUND = (0.36, 0.375, 0.39)
 PLAIN_COLOR = (0.76, 0.74, 0.70)
 
 SLOW_FRAME_S = 0.050
@@ -79,6 +79,8 @@ class Part:
     material: int = -1
     density: float = 0.0
     has_uv: bool = False
+    spacing: float = 0.0
+    """Metres between neighbouring points of a cloud; 0 for a mesh."""
     has_colors: bool = False
     uploaded: bool = False
 
@@ -106,20 +108,33 @@ class ModelScene:
     from_world: Array
     visible: bool = True
     parts: list[Part] = field(default_factory=list)
-    proxy: Part | None = None
+    proxies: list[Part] = field(default_factory=list)
     face_chunks: list[FaceChunk] = field(default_factory=list)
     point_chunks: list[PointChunk] = field(default_factory=list)
     skins: dict[int, Skin] = field(default_factory=dict)
-    locator: vtkStaticCellLocator | None = None
+    locators: list[vtkStaticCellLocator] = field(default_factory=list)
     chunks_done: bool = False
     textures_done: bool = False
     pickable: bool = False
+    _boxes: tuple[Array, Array] | None = None
 
-    def corners_world(self) -> Array:
-        """(8, 3) corners of the model's box in World."""
-        box = np.stack([self.low, self.high])
+    def chunk_boxes(self) -> tuple[Array, Array]:
+        """Corners (n, 3), (n, 3) of the chunks' boxes in the local frame."""
+        if self._boxes is None or len(self._boxes[0]) != len(self.parts):
+            self._boxes = (
+                np.stack([p.low for p in self.parts]),
+                np.stack([p.high for p in self.parts]),
+            )
+        return self._boxes
+
+    def corners_world(self, *, close: bool = False) -> Array:
+        """(n, 3) corners in World of the model's box, or (close) of the boxes of its chunks once
+        they are there, which lie nearer to the surface."""
+        low, high = self.low[None], self.high[None]
+        if close and self.chunks_done and self.parts:
+            low, high = self.chunk_boxes()
         grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
-        local = np.stack([box[grid[:, a], a] for a in range(3)], axis=1)
+        local = np.where(grid[None] == 1, high[:, None], low[:, None]).reshape(-1, 3)
         file = local + self.origin
         return np.asarray(file @ self.to_world[:3, :3].T + self.to_world[:3, 3])
 
@@ -139,6 +154,8 @@ class Scene:
         self.eye: Eye | None = None
         self.complete = False
         self.showing_proxy = False
+        self.more_to_come = False
+        """The last frame left out stand-ins that the next one will show."""
         self.full_seconds: float | None = None
         self.extra_points: Array = np.zeros((0, 3))
         self.point_scale = 1.0
@@ -146,6 +163,7 @@ class Scene:
         self._window: vtkRenderWindow | None = None
         self._pending: list[Part] | None = None
         self._batch_first = False
+        self._outdated = False
         self._spent = 0.0
         self._uploaded_in_pass = False
         self._seconds_per_element = 4e-7
@@ -168,20 +186,19 @@ class Scene:
         window = vtkRenderWindow()
         window.SetOffScreenRendering(1)
         window.SetMultiSamples(0)
-        window.SetLineSmoothing(1)
         window.SetSize(width, height)
         window.SetNumberOfLayers(2)
         self.size = (width, height)
         surface, layer = vtkRenderer(), vtkRenderer()
-        surface.SetBackground(*BACKGROUND_BOTTOM)
-        surface.SetBackground2(*BACKGROUND_TOP)
-        surface.GradientBackgroundOn()
+        surface.SetBackground(*BACKGROUND)
         layer.SetLayer(1)
         layer.PreserveDepthBufferOn()
         layer.PreserveColorBufferOn()
         layer.AddObserver("StartEvent", self._layer_starts)
         for renderer in (surface, layer):
             renderer.SetAutomaticLightCreation(0)
+            # Plain blending: the weighted kind needs three more full-screen passes.
+            renderer.SetUseOIT(False)
             window.AddRenderer(renderer)
         surface.CreateLight()
         surface.GetActiveCamera()
@@ -240,20 +257,19 @@ class Scene:
 
     def _place(self, model: ModelScene, to_world: Array) -> None:
         model.to_world = np.array(to_world, np.float64)
-        model.from_world = np.linalg.inv(model.to_world)
+        model.from_world = np.asarray(np.linalg.inv(model.to_world), np.float64)
         if self.origin is None:
-            middle = model.corners_world().mean(axis=0)
-            self.set_origin(np.round(middle))
+            self.set_origin(np.round(model.corners_world().mean(axis=0)))
         placement = self._placement(model)
-        for part in model.parts + ([model.proxy] if model.proxy else []):
+        for part in model.parts + model.proxies:
             part.actor.SetUserMatrix(placement)
         self.abandon()
 
-    def set_origin(self, origin: Array) -> None:
-        self.origin = origin
-        self.features.set_origin(origin)
+    def set_origin(self, origin: npt.NDArray[np.floating]) -> None:
+        self.origin = np.asarray(origin, np.float64)
+        self.features.set_origin(self.origin)
         for model in self.models.values():
-            for part in model.parts + ([model.proxy] if model.proxy else []):
+            for part in model.parts + model.proxies:
                 part.actor.SetUserMatrix(self._placement(model))
 
     def _placement(self, model: ModelScene):  # type: ignore[no-untyped-def]
@@ -276,7 +292,7 @@ class Scene:
         self.mode = mode
         self.full_seconds = None
         for model in self.models.values():
-            for part in model.parts + ([model.proxy] if model.proxy else []):
+            for part in model.parts + model.proxies:
                 self._dress(model, part)
         self.abandon()
 
@@ -285,7 +301,7 @@ class Scene:
         if model is None:
             return
         self.abandon()
-        for part in model.parts + ([model.proxy] if model.proxy else []):
+        for part in model.parts + model.proxies:
             self._drop(part)
         for skin in model.skins.values():
             if skin.drawn is not None and self._window is not None:
@@ -295,7 +311,7 @@ class Scene:
             self.origin = None
 
     def _drop(self, part: Part) -> None:
-        part.actor.SetTexture(None)
+        part.actor.SetTexture(None)  # type: ignore[arg-type] # VTK takes None
         if self._window is not None:
             self._surface.RemoveActor(part.actor)
             part.actor.ReleaseGraphicsResources(self._window)
@@ -306,8 +322,8 @@ class Scene:
         if model is None:
             return
         if isinstance(event, ProxyReady):
-            model.proxy = self._part(model, event.data)
-            self._dress(model, model.proxy)
+            model.proxies.append(self._part(model, event.data))
+            self._dress(model, model.proxies[-1])
         elif isinstance(event, MeshChunkReady):
             part = self._part(model, event.data)
             part.material = event.chunk.material
@@ -319,6 +335,7 @@ class Scene:
         elif isinstance(event, CloudChunkReady):
             model.point_chunks.append(event.chunk)
             model.parts.append(self._part(model, event.data))
+            model.parts[-1].spacing = event.chunk.spacing()
             self._dress(model, model.parts[-1])
         elif isinstance(event, ChunksDone):
             model.chunks_done = True
@@ -328,10 +345,12 @@ class Scene:
         elif isinstance(event, TexturesDone):
             model.textures_done = True
         elif isinstance(event, LocatorReady):
-            model.locator = event.locator
+            model.locators = event.locators
             model.pickable = True
-            return
-        self.full_seconds = None
+        if isinstance(event, (ProxyReady, MeshChunkReady, CloudChunkReady, TextureReady)):
+            self.full_seconds = None
+            self.complete = False
+            self._outdated = True
 
     def _part(self, model: ModelScene, data) -> Part:  # type: ignore[no-untyped-def]
         bounds = np.array(data.GetBounds()).reshape(3, 2)
@@ -369,7 +388,9 @@ class Scene:
             return
         skin = model.skins.get(part.material) if part.has_uv else None
         texture = skin.drawn if skin is not None and self.mode == "textured" else None
-        actor.SetTexture(texture)
+        if texture is not None:
+            look.SetColor(1.0, 1.0, 1.0)
+        actor.SetTexture(texture)  # type: ignore[arg-type] # VTK takes None
         colored = part.has_colors and texture is None and self.mode != "plain shaded"
         mapper.SetScalarVisibility(colored)
         look.SetLighting(texture is None and not colored)
@@ -384,9 +405,9 @@ class Scene:
 
     # -- bounds
 
-    def corners(self, *, visible_only: bool = True) -> Array:
-        """(n, 3) World corners of what there is to see."""
-        some = [m.corners_world() for m in self.models.values() if m.visible or not visible_only]
+    def corners(self, *, close: bool = False) -> Array:
+        """(n, 3) World corners of the visible models; see `ModelScene.corners_world`."""
+        some = [m.corners_world(close=close) for m in self.models.values() if m.visible]
         return np.concatenate([np.zeros((0, 3)), *some])
 
     # -- features
@@ -444,8 +465,7 @@ class Scene:
         for model in self.models.values():
             if not model.visible or not model.parts:
                 continue
-            low = np.stack([p.low for p in model.parts])
-            high = np.stack([p.high for p in model.parts])
+            low, high = model.chunk_boxes()
             half = (high - low) / 2.0
             centre = (low + high) / 2.0 + model.origin
             linear = model.to_world[:3, :3]
@@ -478,11 +498,16 @@ class Scene:
         self._apply_camera()
         proxy = self.slow
         all_parts = self._all_parts()
+        self.more_to_come = False
         if proxy:
-            show = [m.proxy for m in self.models.values() if m.visible and m.proxy is not None]
-            without = [(m, p) for m, p in all_parts if m.proxy is None]
+            stand_ins = [p for m in self.models.values() if m.visible for p in m.proxies]
+            show = [p for p in stand_ins if p.uploaded]
+            fresh = [p for p in stand_ins if not p.uploaded]
+            # One at a time: the first drawing takes it to the graphics card.
+            show += fresh[:1]
+            self.more_to_come = len(fresh) > 1
             budget = 150_000
-            for _, part in without:
+            for _, part in [(m, p) for m, p in all_parts if not m.proxies]:
                 if part.uploaded and budget > 0:
                     show.append(part)
                     budget -= part.elements
@@ -490,7 +515,15 @@ class Scene:
             show = [p for _, p in all_parts]
         started = time.perf_counter()
         self._show(show)
-        self._render(erase=True, surface=True, layer=True, action=self._save_surface)
+        self._kept = False
+        self.features.thin = moving
+        self._render(
+            erase=True,
+            surface=True,
+            layer=True,
+            action=None if moving else self._save_surface,
+        )
+        self.features.thin = False
         self._window.WaitForCompletion()
         spent = time.perf_counter() - started
         for part in show:
@@ -506,6 +539,13 @@ class Scene:
         """Draw the features anew over the models as they last stood."""
         assert self._window is not None
         if not self._kept or self.eye is None:
+            if self._pending is None:
+                self.draw(moving=False)
+            # Else the frame in the making will show them.
+            return
+        depth = self.eye.depth(self.features.corners())
+        if len(depth) and (depth.min() < self.eye.near or depth.max() > self.eye.far):
+            # The kept depths are of another range: these features would be cut off.
             self.draw(moving=False)
             return
         busy = self._pending is not None and not self._batch_first
@@ -514,15 +554,20 @@ class Scene:
             self._blit(self._window.GetRenderFramebuffer(), self._partial)
         self._render(erase=False, surface=False, layer=True, action=self._restore_surface)
         if busy:
+            assert self._partial is not None
             self.pixels()
             self._blit(self._partial, self._window.GetRenderFramebuffer())
 
     def begin_rest(self) -> None:
         """Start the whole frame of a camera that has come to rest."""
+        if self.eye is not None and self._depth is None:
+            self._read_depth()
         self._apply_camera()
         self._choose_levels()
+        self._size_points()
         self._pending = [part for _, part in self._seen_parts()]
         self._batch_first = True
+        self._outdated = False
         self._spent = 0.0
         self._uploaded_in_pass = False
 
@@ -572,19 +617,39 @@ class Scene:
         if not last:
             return False
         self._pending = None
-        self.complete = True
+        self.complete = not self._outdated
         self.showing_proxy = False
-        if not self._uploaded_in_pass:
+        if not self._uploaded_in_pass and not self._outdated:
             self.full_seconds = self._spent
         return True
+
+    def _size_points(self) -> None:
+        """Points just large enough to close the surface they lie on, within limits."""
+        for model, part in self._seen_parts():
+            if part.spacing > 0.0 and isinstance(model.data, PointCloud):
+                scale, depth = self._reach(model, part)
+                pixels = (
+                    1.3 * part.spacing * scale / self.camera.metres_per_pixel(self.size[1], depth)
+                )
+                low, high = 2.0 * self.point_scale, 9.0 * self.point_scale
+                part.actor.GetProperty().SetPointSize(round(min(max(pixels, low), high)))
+
+    def _reach(self, model: ModelScene, part: Part) -> tuple[float, float]:
+        """Scale of the model and depth of the near side of a part's ball."""
+        assert self.eye is not None
+        scale = float(np.cbrt(abs(np.linalg.det(model.to_world[:3, :3])))) or 1.0
+        centre = (part.low + part.high) / 2.0 + model.origin
+        centre = model.to_world[:3, :3] @ centre + model.to_world[:3, 3]
+        radius = float(np.linalg.norm(part.high - part.low)) / 2.0 * scale
+        return scale, max(float(self.eye.depth(centre[None])[0]) - radius, self.eye.near)
 
     def _show(self, parts: list[Part]) -> None:
         wanted = {id(p) for p in parts}
         for model in self.models.values():
             for part in model.parts:
                 part.actor.SetVisibility(id(part) in wanted)
-            if model.proxy is not None:
-                model.proxy.actor.SetVisibility(id(model.proxy) in wanted)
+            for part in model.proxies:
+                part.actor.SetVisibility(id(part) in wanted)
 
     def _render(
         self, *, erase: bool, surface: bool, layer: bool, action: Callable[[], None] | None
@@ -596,7 +661,8 @@ class Scene:
         if layer:
             self.features.refresh()
         self._action = action
-        self._depth = None
+        if layer:
+            self._depth = None
         self._window.Render()
         self._action = None
         self.frames += 1
@@ -643,7 +709,8 @@ class Scene:
         self._kept = True
 
     def _restore_surface(self) -> None:
-        assert self._window is not None and self._keep is not None
+        assert self._window is not None
+        assert self._keep is not None
         self._blit(self._keep, self._window.GetRenderFramebuffer())
 
     # -- textures
@@ -663,14 +730,10 @@ class Scene:
         assert self.eye is not None
         best: dict[int, float] = {}
         for model, part in self._seen_parts():
-            skin = model.skins.get(part.material) if part.has_uv else None
-            if skin is None:
+            if not part.has_uv or part.material not in model.skins:
                 continue
-            scale = np.cbrt(abs(np.linalg.det(model.to_world[:3, :3]))) or 1.0
-            centre = (part.low + part.high) / 2.0 + model.origin
-            centre = model.to_world[:3, :3] @ centre + model.to_world[:3, 3]
-            radius = float(np.linalg.norm(part.high - part.low)) / 2.0 * scale
-            depth = max(float(self.eye.depth(centre[None])[0]) - radius, self.eye.near)
+            skin = model.skins[part.material]
+            scale, depth = self._reach(model, part)
             per_pixel = self.camera.metres_per_pixel(self.size[1], depth)
             texels = part.density / scale * max(skin.texture.levels[0].shape[:2]) * per_pixel
             best[id(skin)] = min(best.get(id(skin), np.inf), texels)
@@ -718,7 +781,6 @@ class Scene:
         assert self._window is not None
         width, height = self.size
         self._window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, self._pixels, 0)
-        self._read_depth()
         return vtk_to_numpy(self._pixels).reshape(height, width, 4)
 
     def _read_depth(self) -> None:
@@ -734,8 +796,11 @@ class Scene:
         ok = np.isfinite(pixels).all(axis=1) & (depth > 0.0)
         x, y = np.where(ok, pixels[:, 0], 0.0), np.where(ok, pixels[:, 1], 0.0)
         ok &= (x >= 0) & (x < width) & (y >= 0) & (y < height)
-        if self._depth is None or self.eye is None:
+        if self.eye is None or not ok.any():
             return ok
+        if self._depth is None:
+            self._read_depth()
+        assert self._depth is not None
         column = np.clip(x.astype(int), 0, width - 1)
         row = np.clip(height - 1 - y.astype(int), 0, height - 1)
         buffer = self._depth[row, column].astype(np.float64)

@@ -13,6 +13,7 @@ nothing.
 from __future__ import annotations
 
 import collections
+import contextlib
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
@@ -28,7 +29,6 @@ from PySide6.QtGui import (
     QColor,
     QHideEvent,
     QImage,
-    QLinearGradient,
     QMouseEvent,
     QPainter,
     QPaintEvent,
@@ -55,6 +55,8 @@ CLICK_PIXELS = 4.0
 HANDLE_PIXELS = 9.0
 FEATURE_PIXELS = 7.0
 REST_MS = 250
+BACKGROUND = QColor.fromRgbF(0.36, 0.375, 0.39)
+"""The scene's own, until there is a scene."""
 HOVER_S = 0.016
 DEGREES_PER_PIXEL = 0.35
 ZOOM_PER_NOTCH = 0.85
@@ -102,6 +104,7 @@ class Viewport(QWidget):
         self._features_dirty = False
         self._moving = False
         self._picture: QImage | None = None
+        self._pixels: npt.NDArray[np.uint8] | None = None
         self._base: QImage | None = None
         self._first_done = False
         self._stages: dict[str, set[str]] = {}
@@ -160,14 +163,15 @@ class Viewport(QWidget):
 
         if not self._closed:
             self._imported.emit()
+        # Wanted as soon as a model is opened.
+        import PIL.JpegImagePlugin  # noqa: F401
+        import vtkmodules.vtkFiltersCore  # noqa: F401
 
     def _start(self) -> None:
         if self._scene is not None or self._closed:
             return
         from vomstudio.rendering.scene import Scene
 
-        if self._importer is not None and self._importer.is_alive():
-            self._importer.join()
         scene = Scene()
         scene.camera = self._camera
         ratio = self.devicePixelRatioF()
@@ -258,6 +262,7 @@ class Viewport(QWidget):
 
         if self._pool is None:
             self._pool = ThreadPoolExecutor(2, thread_name_prefix="viewport")
+        pool = self._pool
         limit = self._scene.texture_limit
 
         def emit(event: Any) -> None:
@@ -273,6 +278,8 @@ class Viewport(QWidget):
                 origin = np.round(bounds.mean(axis=0))
                 emit(_Registered(data, bounds, origin))
                 if isinstance(data, Mesh):
+                    # Only now: what comes before the model is registered would be lost.
+                    pool.submit(pictures)
                     preparation.prepare_mesh(data, origin, stop, emit)
                 else:
                     preparation.prepare_cloud(data, origin, stop, emit)
@@ -290,16 +297,12 @@ class Viewport(QWidget):
             except Exception as error:  # noqa: BLE001 - as above
                 self._tell(emit, preparation, error)
 
-        self._pool.submit(shape)
-        if isinstance(data, Mesh):
-            self._pool.submit(pictures)
+        pool.submit(shape)
 
     @staticmethod
     def _tell(emit: Callable[[Any], None], preparation: Any, error: Exception) -> None:
-        try:
+        with contextlib.suppress(preparation.Stopped):
             emit(preparation.Problem(f"A model could not be prepared for drawing: {error}"))
-        except preparation.Stopped:
-            pass
 
     def _take(self) -> None:
         """Accept what the workers have handed over, for a few milliseconds at a time."""
@@ -346,7 +349,7 @@ class Viewport(QWidget):
         first = not all(
             "shown" in self._stages.get(m.model_id, ()) for m in self._scene.models.values()
         )
-        if first and any(m.proxy or m.parts for m in self._scene.models.values()):
+        if first and any(m.proxies or m.parts for m in self._scene.models.values()):
             self._frame_dirty = True
             self.update()
         if not self._rest.isActive():
@@ -515,7 +518,7 @@ class Viewport(QWidget):
     def _fit_all(self) -> None:
         corners = np.zeros((0, 3))
         if self._scene is not None:
-            corners = self._scene.corners()
+            corners = self._scene.corners(close=True)
             if not len(corners):
                 corners = self._scene.features.corners()
         self._camera.fit(corners, self._extent())
@@ -567,7 +570,7 @@ class Viewport(QWidget):
     def set_frame(self, *, north_known: bool) -> None:
         """Whether World's y is North; if not, the compass says "local frame"."""
         self._north_known = north_known
-        self._base = None
+        self._features_dirty = True
         self.update()
 
     def _moved(self) -> None:
@@ -597,9 +600,10 @@ class Viewport(QWidget):
         if scene is None or self._closed or not self.isVisible():
             return
         if scene.complete and not self._frame_dirty:
+            self._report_stages()
             return
         unfinished = any(
-            m.visible and m.proxy is not None and not m.chunks_done for m in scene.models.values()
+            m.visible and m.proxies and not m.chunks_done for m in scene.models.values()
         )
         if unfinished:
             if self._frame_dirty:
@@ -620,31 +624,31 @@ class Viewport(QWidget):
             self._grab_picture()
             self._report_stages()
             self.update()
+            if not scene.complete:
+                # More has arrived while this frame was being made.
+                self._rest.start(30)
         else:
             self._refine.start()
 
     def _grab_picture(self) -> None:
         assert self._scene is not None
-        pixels = self._scene.pixels()
-        height, width = pixels.shape[:2]
-        image = QImage(pixels.data, width, height, 4 * width, QImage.Format.Format_RGBX8888)
-        self._picture = image.mirrored(False, True)
+        # The picture's memory is the array's, which therefore has to live as long.
+        self._pixels = np.ascontiguousarray(self._scene.pixels()[::-1])
+        height, width = self._pixels.shape[:2]
+        self._picture = QImage(
+            self._pixels.data, width, height, 4 * width, QImage.Format.Format_RGBX8888
+        )
         self._picture.setDevicePixelRatio(self.devicePixelRatioF())
         self._base = None
 
     def _report_stages(self) -> None:
         assert self._scene is not None
         for model in self._scene.models.values():
-            if (model.proxy is not None and self._scene.showing_proxy) or any(
+            if (model.proxies and self._scene.showing_proxy) or any(
                 p.uploaded for p in model.parts
             ):
                 self._reach(model.model_id, "shown")
-            if (
-                self._scene.complete
-                and model.chunks_done
-                and model.textures_done
-                and all(p.uploaded for p in model.parts)
-            ):
+            if self._scene.complete and model.chunks_done and model.textures_done:
                 self._reach(model.model_id, "complete")
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
@@ -655,6 +659,9 @@ class Viewport(QWidget):
                 scene.draw(moving=self._moving)
                 self._grab_picture()
                 self._report_stages()
+                if scene.more_to_come:
+                    self._frame_dirty = True
+                    QTimer.singleShot(0, self.update)
                 if not scene.complete and not self._rest.isActive():
                     self._rest.start(30)
             elif self._features_dirty:
@@ -676,7 +683,8 @@ class Viewport(QWidget):
         """The picture with all that moves only with the camera."""
         width, height = self._extent()
         if self._picture is not None:
-            base = self._picture.copy()
+            # Painted upon in place: whoever wants it anew takes it anew from the scene.
+            base = self._picture
         else:
             ratio = self.devicePixelRatioF()
             base = QImage(
@@ -687,10 +695,7 @@ class Viewport(QWidget):
             base.setDevicePixelRatio(ratio)
         painter = QPainter(base)
         if self._picture is None:
-            gradient = QLinearGradient(0.0, 0.0, 0.0, height)
-            gradient.setColorAt(0.0, QColor.fromRgbF(0.47, 0.50, 0.53))
-            gradient.setColorAt(1.0, QColor.fromRgbF(0.30, 0.31, 0.33))
-            painter.fillRect(QRectF(0.0, 0.0, width, height), gradient)
+            painter.fillRect(QRectF(0.0, 0.0, width, height), BACKGROUND)
         elif self._scene is not None and (self._scene.models or self._features):
             self._paint_labels(painter)
             painting.draw_compass(painter, self._camera.frame, height, self._north_known)
@@ -786,7 +791,7 @@ class Viewport(QWidget):
         super().changeEvent(event)
         if event.type() == QEvent.Type.FontChange:
             self._labels.clear()
-            self._base = None
+            self._features_dirty = True
 
     def _rescale(self) -> None:
         self._base = None

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
@@ -396,7 +397,7 @@ class TraceTool:
             self._context.format_plane(measurement),
             error,
             f"{indices}   n {count}" if indices else f"n {count}",
-            *measurement.verdict.reasons[:1],
+            *(line for why in measurement.verdict.reasons[:1] for line in wrap(why, 44)),
         )
 
 

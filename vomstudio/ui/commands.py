@@ -25,6 +25,14 @@ _VIEWS = (
     ("bottom", "From below", "8"),
 )
 
+_DISPLAYS = (
+    ("display_textured", "Textured", "textured"),
+    ("display_colors", "Vertex colours", "vertex_colors"),
+    ("display_plain", "Plain, shaded", "plain shaded"),
+    ("display_wireframe", "Wireframe", "wireframe"),
+    ("display_points", "Points", "points"),
+)
+
 
 def commands(w: MainWindow) -> list[Command]:
     return [*_files(w), *_edits(w), *_views(w), *_models(w), *_tools(w), *_help(w)]
@@ -123,15 +131,36 @@ def _views(w: MainWindow) -> list[Command]:
     def is_notation(name: str) -> Callable[[], bool]:
         return lambda: studio.settings.notation == name
 
+    def trackball() -> None:
+        studio.settings.turntable = not studio.settings.turntable
+        if w.viewport is not None:
+            w.viewport.navigation = "turntable" if studio.settings.turntable else "trackball"
+        studio.keep_settings()
+
+    def display(mode: str) -> Callable[[], None]:
+        def choose() -> None:
+            studio.display_mode = mode
+            if w.viewport is not None:
+                w.viewport.set_display(mode)
+
+        return choose
+
+    def is_display(mode: str) -> Callable[[], bool]:
+        return lambda: studio.display_mode == mode
+
     table = [
         Command("home", "&Whole model", home, "home-outline", "Home", "",
                 no_viewport, in_viewport=True),
         Command("frame_selection", "&Frame selection", w.frame_selection,
-                "image-filter-center-focus", "F", "Bring the selected planes into view", none_chosen, in_viewport=True),
+                "image-filter-center-focus", "F", "Bring the selected planes into view",
+                none_chosen, in_viewport=True),
         Command("orthographic", "&Orthographic", toggle_orthographic, "cube-outline", "O",
                 "Without perspective: lengths across the view are true", no_viewport,
                 in_viewport=True,
                 checked=lambda: w.viewport is not None and w.viewport.orthographic),
+        Command("trackball", "Turn about any &axis", trackball, None, (),
+                "Off: the turntable keeps Z up", no_viewport,
+                checked=lambda: not studio.settings.turntable),
         Command("only_outcrop", "Only the outcrop", w.show_only_outcrop, None, "F9",
                 "Hide the panels, or bring them back"),
     ]  # fmt: skip
@@ -139,6 +168,12 @@ def _views(w: MainWindow) -> list[Command]:
         Command(f"view_{name}", text, view(name), None, key, "", no_viewport, in_viewport=True)
         for name, text, key in _VIEWS
     ]
+    for name, text, value in _DISPLAYS:
+        table.append(
+            Command(
+                name, text, display(value), None, (), "", no_viewport, checked=is_display(value)
+            )
+        )
     for name, text, value in (
         ("notation_dipdir", "Dip direction/dip (132/41)", "dipdir/dip"),
         ("notation_strike", "Strike/dip, right-hand rule (042/41)", "strike/dip"),
@@ -288,8 +323,9 @@ def _shortcuts(w: MainWindow) -> None:
     for command in w.actions_table.commands():
         keys = ", ".join(k.toString() for k in w.actions_table.all[command.name].shortcuts())
         if keys:
-            rows.append(f"<tr><td><b>{keys}</b>&nbsp;&nbsp;</td><td>{command.text.replace('&', '')}"
-                        f"{' (in the viewport)' if command.in_viewport else ''}</td></tr>")  # fmt: skip
+            where = " (in the viewport)" if command.in_viewport else ""
+            text = command.text.replace("&", "") + where
+            rows.append(f"<tr><td><b>{keys}</b>&nbsp;&nbsp;</td><td>{text}</td></tr>")
     mouse = (
         "<p><b>Mouse</b>: drag orbits about the point under the cursor, wheel zooms to the cursor, "
         "middle button or Shift+drag pans, double click sets the pivot. While picking: click adds, "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
 from vomstudio.document.measurements import Measurement
 from vomstudio.ui import theme
@@ -24,8 +24,11 @@ _FIELDS = (
 
 
 class FitView(QWidget):
-    def __init__(self) -> None:
+    """`reasons_shown`: the others wait in the tooltip, where the panel has little room."""
+
+    def __init__(self, reasons_shown: int | None = None) -> None:
         super().__init__()
+        self._reasons_shown = reasons_shown
         self._badge = QLabel()
         self._badge.setFixedSize(18, 18)
         self._plane = QLabel("–")
@@ -55,6 +58,7 @@ class FitView(QWidget):
             self._values[name] = value
         self._reasons = QLabel()
         self._reasons.setWordWrap(True)
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(3)
@@ -87,5 +91,10 @@ class FitView(QWidget):
         reasons = verdict.reasons if verdict else ()
         if not reasons and measured is not None and measured.problem and len(measured.points) > 2:
             reasons = (measured.problem,)
-        self._reasons.setText("\n".join(f"• {reason}" for reason in reasons))
+        lines = [f"• {reason}" for reason in reasons]
+        shown = lines[: self._reasons_shown]
+        if len(shown) < len(lines):
+            shown[-1] += f"  (+{len(lines) - len(shown)})"
+        self._reasons.setText("\n".join(shown))
+        self._reasons.setToolTip("\n".join(lines))
         self._reasons.setVisible(bool(reasons))

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import base64
+import threading
 from collections.abc import Callable
-from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QByteArray, Qt, QTimer
+from PySide6.QtCore import QByteArray, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QAction,
     QCloseEvent,
@@ -16,7 +16,6 @@ from PySide6.QtGui import (
     QDropEvent,
     QGuiApplication,
     QKeyEvent,
-    QShowEvent,
 )
 from PySide6.QtWidgets import (
     QDockWidget,
@@ -25,7 +24,6 @@ from PySide6.QtWidgets import (
     QMainWindow,
     QMenu,
     QMessageBox,
-    QProgressBar,
     QSizePolicy,
     QToolBar,
     QToolButton,
@@ -34,35 +32,24 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio import __version__
-from vomstudio.document import edits
 from vomstudio.document.records import Model, Record, Trace
 from vomstudio.errors import VomError
-from vomstudio.io.project import SUFFIX
 from vomstudio.io.settings import Settings
-from vomstudio.tools.types import Pointer, PointerEvent
 from vomstudio.ui import theme
 from vomstudio.ui.actions import Actions
-from vomstudio.ui.commands import commands
-from vomstudio.ui.messages_panel import MessageBar, MessagesPanel
-from vomstudio.ui.project_tree import ProjectTree
-from vomstudio.ui.properties_panel import PropertiesPanel
-from vomstudio.ui.start_page import StartPage
-from vomstudio.ui.studio import Notice, Studio
-from vomstudio.ui.table_panel import TablePanel
-from vomstudio.ui.trace_panel import TracePanel
-from vomstudio.ui.view_panel import ViewPanel
 
 if TYPE_CHECKING:
     from vomstudio.rendering.viewport import Viewport
+    from vomstudio.ui.studio import Notice
 
 _LAYOUT_VERSION = 1
 _MENUS = (
-    ("&File", ("new", "open", "open_project", "*recent", "|", "save", "save_as", "|",
+    ("&File", ("new", "open", "open_project", "*recent", "*discarded", "|", "save", "save_as", "|",
                "export_csv", "export_gpkg", "|", "quit")),
     ("&Edit", ("undo", "redo", "|", "delete", "rename", "|", "select_all", "|", "find_command")),
     ("&View", ("home", "frame_selection", "orthographic", "|", "view_top", "view_north",
                "view_east", "view_south", "view_west", "view_bottom", "|", "*notation",
-               "|", "only_outcrop", "*docks")),
+               "*display", "trackball", "|", "only_outcrop", "*docks")),
     ("&Model", ("declare_frame", "locate", "remove_model")),
     ("&Interpret", ("navigate", "trace", "|", "finish_trace", "cancel_trace", "continue_trace",
                     "delete_vertex")),
@@ -72,17 +59,33 @@ _MENUS = (
 
 
 class MainWindow(QMainWindow):
+    """Made in two steps: an empty frame that is on the screen at once, then `begin` fills it."""
+
+    _net_imported = Signal()
+
     def __init__(self, settings: Settings) -> None:
         super().__init__()
+        self._settings = settings
+        self._filled = False
+        self._net_importer: threading.Thread | None = None
+        self._net_imported.connect(self._bring_net, Qt.ConnectionType.QueuedConnection)
+        self._put_away: list[QDockWidget] = []
+        self.viewport: Viewport | None = None
         self.setWindowTitle("VOM Studio")
         self.setAcceptDrops(True)
         self.setDockNestingEnabled(True)
         self.resize(1400, 900)
-        self.studio = Studio(settings)
-        self.viewport: Viewport | None = None
-        self._arranged = False
-        self._put_away: list[QDockWidget] = []
-        self._layers_time: datetime | None = None
+        self._restore_geometry()
+        starting = QLabel(self.tr("VOM Studio is starting…"))
+        starting.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.setCentralWidget(starting)
+
+    def _fill(self) -> None:
+        """Everything but the viewport and the net. What is imported here is not light."""
+        from vomstudio.ui.commands import commands
+        from vomstudio.ui.studio import Studio
+
+        self.studio = Studio(self._settings)
         self.actions_table = Actions(self)
         for command in commands(self):
             self.actions_table.add(command)
@@ -93,12 +96,20 @@ class MainWindow(QMainWindow):
         self._make_toolbar()
         self._make_status()
         self._connect()
-        self._restore_layout()
+        # Docks that are tabbed before the window is shown leave a stray tab bar behind.
+        docks = self._settings.window.get("docks")
+        if docks is None or not self.restoreState(_bytes(docks), _LAYOUT_VERSION):
+            self._arrange()
+            QTimer.singleShot(0, self._default_sizes)
+        self._filled = True
         self.studio.project_opened.emit()
         self.actions_table.refresh()
 
     # --- parts -------------------------------------------------------------------------------
     def _make_centre(self) -> None:
+        from vomstudio.ui.messages_panel import MessageBar
+        from vomstudio.ui.start_page import StartPage
+
         self.message_bar = MessageBar()
         self.start_page = StartPage(self.studio, self.actions_table.all)
         centre = QWidget()
@@ -110,6 +121,13 @@ class MainWindow(QMainWindow):
         self.setCentralWidget(centre)
 
     def _make_docks(self) -> None:
+        from vomstudio.ui.messages_panel import MessagesPanel
+        from vomstudio.ui.project_tree import ProjectTree
+        from vomstudio.ui.properties_panel import PropertiesPanel
+        from vomstudio.ui.table_panel import TablePanel
+        from vomstudio.ui.trace_panel import TracePanel
+        from vomstudio.ui.view_panel import ViewPanel
+
         actions = self.actions_table.all
         self.docks: dict[str, QDockWidget] = {}
         self.tree = ProjectTree(self.studio, self._record_actions)
@@ -145,11 +163,13 @@ class MainWindow(QMainWindow):
         self.tabifyDockWidget(docks["table"], docks["messages"])
         docks["stereonet"].raise_()
         docks["table"].raise_()
-        width, height = Qt.Orientation.Horizontal, Qt.Orientation.Vertical
-        self.resizeDocks([docks["project"], docks["stereonet"]], [290, 330], width)
-        self.resizeDocks([docks["project"], docks["trace"]], [330, 440], height)
-        self.resizeDocks([docks["stereonet"], docks["properties"]], [400, 370], height)
-        self.resizeDocks([docks["table"]], [190], height)
+
+    def _default_sizes(self) -> None:
+        docks, wide, high = self.docks, Qt.Orientation.Horizontal, Qt.Orientation.Vertical
+        self.resizeDocks([docks["project"], docks["stereonet"]], [290, 330], wide)
+        self.resizeDocks([docks["project"], docks["trace"]], [300, 500], high)
+        self.resizeDocks([docks["stereonet"], docks["properties"]], [400, 400], high)
+        self.resizeDocks([docks["table"]], [190], high)
 
     def _make_menus(self) -> None:
         self._menus: dict[str, QMenu] = {}
@@ -168,6 +188,13 @@ class MainWindow(QMainWindow):
         if name == "recent":
             recent = menu.addMenu(self.tr("Open &recent"))
             recent.aboutToShow.connect(lambda: self._fill_recent(recent))
+        elif name == "discarded":
+            discarded = menu.addMenu(self.tr("&Bring back discarded work"))
+            discarded.aboutToShow.connect(lambda: self._fill_discarded(discarded))
+        elif name == "display":
+            display = menu.addMenu(self.tr("&Display"))
+            for each in ("textured", "colors", "plain", "wireframe", "points"):
+                display.addAction(self.actions_table.all[f"display_{each}"])
         elif name == "notation":
             notation = menu.addMenu(self.tr("&Notation"))
             for each in ("notation_dipdir", "notation_strike", "notation_quadrant"):
@@ -185,6 +212,17 @@ class MainWindow(QMainWindow):
             action.triggered.connect(lambda _=False, p=text: self.open_path(Path(p)))
         if menu.isEmpty():
             menu.addAction(self.tr("Nothing yet")).setEnabled(False)
+
+    def _fill_discarded(self, menu: QMenu) -> None:
+        from vomstudio.io.project import untitled_projects
+
+        menu.clear()
+        for folder in untitled_projects(finished=True)[:20]:
+            action = menu.addAction(folder.stem)
+            action.setToolTip(self.tr("Opens as it was left; Undo brings the discarded work back"))
+            action.triggered.connect(lambda _=False, p=folder: self.open_path(p))
+        if menu.isEmpty():
+            menu.addAction(self.tr("Nothing was discarded")).setEnabled(False)
 
     def _make_toolbar(self) -> None:
         bar = QToolBar(self.tr("Tools"))
@@ -223,26 +261,10 @@ class MainWindow(QMainWindow):
         self.addToolBar(bar)
 
     def _make_status(self) -> None:
-        status = self.statusBar()
-        self._hint = QLabel()
-        self._position = QLabel()
-        self._frame_badge = QToolButton()
-        self._frame_badge.setObjectName("frame_badge")
-        self._frame_badge.setAutoRaise(True)
-        self._frame_badge.clicked.connect(self.actions_table.all["declare_frame"].trigger)
-        self._selected = QLabel()
-        self._layers = QLabel()
-        self._job = QLabel()
-        self._bar = QProgressBar()
-        self._bar.setFixedWidth(110)
-        self._stop = QToolButton()
-        self._stop.setText(self.tr("Stop"))
-        self._stop.clicked.connect(self._stop_job)
-        status.addWidget(self._hint, 1)
-        for widget in (self._position, self._frame_badge, self._selected, self._layers,
-                       self._job, self._bar, self._stop):  # fmt: skip
-            status.addPermanentWidget(widget)
-        self._show_jobs()
+        from vomstudio.ui.status_line import StatusLine
+
+        self.status_line = StatusLine(self.studio, self.actions_table.all["declare_frame"])
+        self.setStatusBar(self.status_line)
 
     def _connect(self) -> None:
         studio = self.studio
@@ -256,17 +278,12 @@ class MainWindow(QMainWindow):
         studio.tool_changed_signal.connect(self._refresh)
         studio.frame_wanted.connect(self.declare_frame)
         studio.recovery_found.connect(self._offer_recovery)
-        studio.layers_written.connect(self._layers_written)
-        self._jobs_timer = QTimer(self)
-        self._jobs_timer.setSingleShot(True)
-        # Slow things show themselves after 0.2 s.
-        self._jobs_timer.setInterval(200)
-        self._jobs_timer.timeout.connect(self._show_jobs)
-        studio.jobs.changed.connect(self._jobs_changed)
+        studio.jobs.changed.connect(self._show_start_page)
 
     # --- birth -------------------------------------------------------------------------------
     def begin(self, paths: list[Path]) -> None:
-        """The window is on the screen: bring the viewport, then the paths of the command line."""
+        """The window is on the screen: fill it, then open the paths of the command line."""
+        self._fill()
         from vomstudio.rendering.viewport import Viewport
         from vomstudio.ui.scene_presenter import ScenePresenter
 
@@ -279,9 +296,10 @@ class MainWindow(QMainWindow):
         self.start_page.place_over(viewport)
         self._presenter = ScenePresenter(self.studio, viewport)
         self._presenter.rebuild()
-        viewport.pointer.connect(self._pointer)
+        viewport.pointer.connect(self.status_line.show_pointer)
         viewport.camera_changed.connect(self._camera_changed)
         viewport.problem.connect(lambda text: self.studio.warn(text))
+        viewport.navigation = "turntable" if self._settings.turntable else "trackball"
         viewport.setFocus()
         self._camera_timer = QTimer(self)
         self._camera_timer.setSingleShot(True)
@@ -291,10 +309,27 @@ class MainWindow(QMainWindow):
         for path in paths:
             self.open_path(path)
         self.studio.offer_recovery()
-        QTimer.singleShot(50, self._bring_net)
+        # The net's library takes a second to import: after the first frame, and in a thread. A
+        # viewport that cannot draw must not keep the net away.
+        viewport.first_frame.connect(self._import_net)
+        QTimer.singleShot(5000, self._import_net)
         self._refresh()
 
+    def _import_net(self) -> None:
+        if self._net_importer is not None:
+            return
+
+        def work() -> None:
+            import vomstudio.ui.stereonet_panel  # noqa: F401
+
+            self._net_imported.emit()
+
+        self._net_importer = threading.Thread(target=work, name="net import", daemon=True)
+        self._net_importer.start()
+
     def _bring_net(self) -> None:
+        if not self._filled or not self.isVisible():
+            return
         from vomstudio.ui.stereonet_panel import StereonetPanel
 
         self.net = StereonetPanel(self.studio)
@@ -349,6 +384,8 @@ class MainWindow(QMainWindow):
         return self._try(self.studio.save)
 
     def save_as(self) -> bool:
+        from vomstudio.io.project import SUFFIX
+
         name, _ = QFileDialog.getSaveFileName(
             self,
             self.tr("Save the project as"),
@@ -414,6 +451,8 @@ class MainWindow(QMainWindow):
         return True
 
     def _offer_recovery(self, folders: list[Path]) -> None:
+        from vomstudio.ui.studio import Notice
+
         newest = folders[0]
         self.message_bar.say(
             Notice(
@@ -428,7 +467,7 @@ class MainWindow(QMainWindow):
 
     def dropEvent(self, event: QDropEvent) -> None:  # noqa: N802
         for url in event.mimeData().urls():
-            if url.isLocalFile():
+            if url.isLocalFile() and self._filled:
                 self.open_path(Path(url.toLocalFile()))
         event.acceptProposedAction()
 
@@ -448,6 +487,7 @@ class MainWindow(QMainWindow):
         return models[-1] if models else None
 
     def declare_frame(self, model_id: str | None = None) -> None:
+        from vomstudio.document import edits
         from vomstudio.ui.frame_dialog import FrameDialog
 
         model = self.studio.records.get(model_id) if model_id else self.current_model()
@@ -471,6 +511,8 @@ class MainWindow(QMainWindow):
             self.studio.locate_model(model.id, Path(name))
 
     def remove_model(self) -> None:
+        from vomstudio.document import edits
+
         model = self.current_model()
         if model is not None:
             self.studio.attempt(edits.remove_model, model.id)
@@ -511,26 +553,6 @@ class MainWindow(QMainWindow):
             for dock in self._put_away:
                 dock.hide()
 
-    def _pointer(self, event: PointerEvent) -> None:
-        if event.kind is not Pointer.MOVE:
-            return
-        if event.hit is None:
-            self._position.setText("")
-            return
-        from vomstudio.geometry import transform
-
-        model = self.studio.records.get(event.hit.model_id)
-        if isinstance(model, Model):
-            east, north, up = transform.apply(model.to_world, [event.hit.position])[0]
-            names = ("E", "N", "Z") if model.frame.has_north else ("x", "y", "z")
-            self._position.setText(
-                "  ".join(
-                    f"{name} {value:,.3f}".replace(",", "\N{NARROW NO-BREAK SPACE}")
-                    for name, value in zip(names, (east, north, up), strict=True)
-                )
-                + " m"
-            )
-
     def _camera_changed(self) -> None:
         if self.viewport is not None:
             trend, plunge = self.viewport.view_direction()
@@ -546,7 +568,7 @@ class MainWindow(QMainWindow):
     def _notice(self, notice: Notice) -> None:
         self.messages.add(notice)
         if notice.level == "info":
-            self.statusBar().showMessage(notice.text, 6000)
+            self.status_line.showMessage(notice.text, 6000)
         else:
             self.message_bar.say(notice)
 
@@ -568,74 +590,21 @@ class MainWindow(QMainWindow):
         self.actions_table.refresh()
         star = "*" if studio.session.dirty else ""
         self.setWindowTitle(f"{self._project_name()}{star} – VOM Studio")
-        if studio.tool_name == "trace":
-            self._hint.setText(studio.trace_tool.hint())
-        else:
-            self._hint.setText(
-                self.tr("Navigate: drag to orbit, wheel to zoom, Shift+drag to pan; "
-                        "click a plane to select it")
-            )  # fmt: skip
-        count = len(studio.selection.ids)
-        self._selected.setText(f"{count} selected" if count else "")
-        models = studio.session.of(Model)
-        self.start_page.setVisible(not models and not studio.jobs.visible())
-        self._frame_badge.setVisible(bool(models))
-        if models:
-            known = studio.north_known()
-            self._frame_badge.setText(
-                studio.frame_name() if known else self.tr("⚠ local frame: not registered")
-            )
-            self._frame_badge.setToolTip(
-                self.tr("The frame of the numbers shown. Click to change it.")
-                if known
-                else self.tr("Angles are not geographic yet. Click to declare the model's frame.")
-            )
-            self._frame_badge.setStyleSheet(
-                "" if known else "background: #e69f00; color: black; padding: 1px 6px;"
-            )
+        self._show_start_page()
 
-    def _jobs_changed(self) -> None:
-        if not self.studio.jobs.visible():
-            self._jobs_timer.stop()
-            self._show_jobs()
-        elif not self._jobs_timer.isActive():
-            self._jobs_timer.start()
-
-    def _show_jobs(self) -> None:
-        jobs = self.studio.jobs.visible()
-        for widget in (self._job, self._bar, self._stop):
-            widget.setVisible(bool(jobs))
-        if jobs:
-            job = jobs[0]
-            self._job.setText(job.words())
-            self._bar.setRange(0, job.total or 0)
-            self._bar.setValue(job.done)
-        self.start_page.setVisible(not self.studio.session.of(Model) and not jobs)
-
-    def _stop_job(self) -> None:
-        for job in self.studio.jobs.visible()[:1]:
-            self.studio.jobs.cancel(job)
-
-    def _layers_written(self, path: str) -> None:
-        if path:
-            self._layers_time = datetime.now()
-            self._layers.setText("")
-            self._layers.setToolTip(path)
-        else:
-            when = self._layers_time
-            self._layers.setText(
-                f"GIS layers are from {when:%H:%M}" if when else "GIS layers are not written yet"
-            )
+    def _show_start_page(self) -> None:
+        empty = not self.studio.session.of(Model) and not self.studio.jobs.visible()
+        self.start_page.setVisible(empty)
 
     # --- keys, layout, end -------------------------------------------------------------------
     def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802
-        if event.key() == Qt.Key.Key_Escape and self.studio.trace_tool.open:
+        if event.key() == Qt.Key.Key_Escape and self._filled and self.studio.trace_tool.open:
             self.studio.trace_tool.cancel()
             return
         super().keyPressEvent(event)
 
-    def _restore_layout(self) -> None:
-        kept = self.studio.settings.window
+    def _restore_geometry(self) -> None:
+        kept = self._settings.window
         if "geometry" in kept:
             self.restoreGeometry(_bytes(kept["geometry"]))
             # A screen that is gone must not take the window with it.
@@ -645,17 +614,10 @@ class MainWindow(QMainWindow):
             ):
                 self.move(40, 40)
 
-    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802
-        super().showEvent(event)
-        if self._arranged:
-            return
-        # Docks that are tabbed before the window is shown leave a stray tab bar behind.
-        self._arranged = True
-        docks = self.studio.settings.window.get("docks")
-        if docks is None or not self.restoreState(_bytes(docks), _LAYOUT_VERSION):
-            self._arrange()
-
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802
+        if not self._filled:
+            event.accept()
+            return
         if not self.ask_to_keep():
             event.ignore()
             return

@@ -36,9 +36,15 @@ def run_window(paths: Sequence[str]) -> int:
     settings, problems = read_settings()
     window = MainWindow(settings)
     window.show()
-    for problem in problems:
-        window.studio.warn(problem)
-    QTimer.singleShot(0, lambda: window.begin([Path(p) for p in paths]))
+
+    def begin() -> None:
+        window.begin([Path(p) for p in paths])
+        for problem in problems:
+            window.studio.warn(problem)
+
+    # The first paint comes before a timer of zero.
+    application.processEvents()
+    QTimer.singleShot(0, begin)
     # Ctrl+C in the terminal closes like the window's own button; the timer lets Python hear it.
     signal.signal(signal.SIGINT, lambda *_: window.close())
     listener = QTimer()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,29 +16,17 @@ from vomstudio.document.records import Frame, Model, Record, Trace
 from vomstudio.document.selection import Selection
 from vomstudio.document.session import Session
 from vomstudio.errors import VomError
-from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.surface import Surface, VertexSurface
-from vomstudio.io import model_cache
-from vomstudio.io.project import Project, create_untitled, is_project, unfinished_untitled
+from vomstudio.geometry.surface import Surface
+from vomstudio.io.project import Project, create_untitled, is_free, is_project, untitled_projects
 from vomstudio.io.settings import Settings, write_settings
 from vomstudio.jobs.events import Failed
 from vomstudio.tools.trace import TraceTool
 from vomstudio.tools.types import PointerEvent, Preview
-from vomstudio.ui.job_bridge import Job, JobBridge
+from vomstudio.ui.job_bridge import JobBridge
+from vomstudio.ui.model_loader import ModelLoader, OpenModel
 from vomstudio.ui.wording import plane_text
 
 _LAYERS_IDLE_MS = 2000
-
-
-@dataclass(eq=False)
-class OpenModel:
-    """The data of a model that has been read."""
-
-    data: Mesh | PointCloud
-    surface: VertexSurface
-    warnings: tuple[str, ...]
-    resolution: float | None
 
 
 @dataclass(frozen=True)
@@ -78,10 +65,12 @@ class Studio(QObject):
         self.models: dict[str, OpenModel] = {}
         self.hidden: set[str] = set()
         self.tool_name = "navigate"
+        self.display_mode = "textured"
         self.next_type_id = "bedding"
         self.next_set = ""
         self.project: Project = None  # type: ignore[assignment]
-        self._loading: dict[str, Job] = {}
+        self.loader = ModelLoader(self.jobs)
+        self.loader.problem.connect(lambda text: self.warn(text, "error"))
         self._layers_timer = QTimer(self)
         self._layers_timer.setSingleShot(True)
         self._layers_timer.setInterval(_LAYERS_IDLE_MS)
@@ -109,8 +98,13 @@ class Studio(QObject):
             self.remember(self.project.folder)
 
     def offer_recovery(self) -> None:
-        """Tell of untitled projects that a crash has left behind."""
-        found = [f for f in unfinished_untitled() if f != self.project.folder]
+        """Tell of projects that a crash or a power cut has left open."""
+        named = [Path(p) for p in self.settings.unclosed]
+        found = [
+            folder
+            for folder in (*(f for f in named if is_free(f)), *untitled_projects(finished=False))
+            if folder.resolve() != self.project.folder.resolve()
+        ]
         if found:
             self.recovery_found.emit(found)
 
@@ -120,6 +114,7 @@ class Studio(QObject):
         self.project = project
         self.session.changed.connect(self._on_edit)
         self.session.history_changed.connect(lambda _: self.history_changed.emit())
+        self._mark_open(True)
         self.hidden = set(project.journal.view("hidden", []))
         self.selection.set(())
         self.project_opened.emit()
@@ -138,9 +133,8 @@ class Studio(QObject):
                 self.info(f"An unfinished trace with {count} points is back: go on picking.")
 
     def _leave(self) -> None:
-        for job in self._loading.values():
-            self.jobs.cancel(job)
-        self._loading.clear()
+        self._mark_open(False)
+        self.loader.forget_all()
         self._layers_timer.stop()
         self.trace_tool.forget()
         self.models.clear()
@@ -158,12 +152,23 @@ class Studio(QObject):
         self.info(f"Saved {self.project.name}.")
 
     def save_as(self, folder: Path) -> None:
+        self._mark_open(False)
         self.project.save_as(folder)
+        self._mark_open(True)
         self.remember(folder)
         self.project_opened.emit()
         self.history_changed.emit()
         self.write_layers()
         self.info(f"Saved as {folder}.")
+
+    def _mark_open(self, is_open: bool) -> None:
+        """Note in the settings what must be offered if the program ends without closing it."""
+        folder = str(self.project.folder.resolve())
+        kept = [p for p in self.settings.unclosed if p != folder]
+        unclosed = [*kept, folder] if is_open and not self.project.untitled else kept
+        if unclosed != self.settings.unclosed:
+            self.settings.unclosed = unclosed
+            self.keep_settings()
 
     @property
     def worth_asking(self) -> bool:
@@ -257,14 +262,9 @@ class Studio(QObject):
 
     def open_model(self, path: Path) -> None:
         path = path.resolve()
-        if str(path) in self._loading:
-            return
-
-        def done(result: dict[str, Any]) -> None:
-            self._loading.pop(str(path), None)
-            self._add_loaded(path, result)
-
-        self._submit_load(path, str(path), done)
+        self.loader.load(
+            str(path), path, self.project.cache, lambda opened: self._add_opened(path, opened)
+        )
 
     def _load(self, model: Model) -> None:
         """Read the data of a model of the project."""
@@ -276,89 +276,61 @@ class Studio(QObject):
             )
             return
 
-        def done(result: dict[str, Any]) -> None:
-            self._loading.pop(model.id, None)
+        def arrived(opened: OpenModel) -> None:
             if model.id not in self.records:
                 return
-            if result["content_hash"] != model.content_hash:
+            if opened.content_hash != model.content_hash:
                 self.warn(
                     f"{path} has changed since {model.name} was measured on it. The features stay "
                     "as they are; open the file as a new model to measure on it."
                 )
                 return
-            self._attach(model.id, path, result)
+            self._attach(model.id, path, opened)
 
-        self._submit_load(path, model.id, done)
-
-    def _submit_load(self, path: Path, key: str, done: Any) -> None:
-        def failed(event: Failed) -> None:
-            self._loading.pop(key, None)
-            if not event.cancelled:
-                self.warn(event.message, "error")
-
-        self._loading[key] = self.jobs.submit(
-            "models",
-            "load_model",
-            {"path": str(path), "cache": str(self.project.cache)},
-            title=f"Opening {path.name}",
-            on_done=done,
-            on_failed=failed,
-        )
+        self.loader.load(model.id, path, self.project.cache, arrived)
 
     def locate_model(self, model_id: str, path: Path) -> None:
         """The user says where a model's file is now."""
 
-        def done(result: dict[str, Any]) -> None:
-            self._loading.pop(model_id, None)
+        def arrived(opened: OpenModel) -> None:
             stored = self.project.model_path(path)
-            if self.attempt(edits.relocate_model, model_id, stored, result["content_hash"]):
-                self._attach(model_id, path, result)
+            if self.attempt(edits.relocate_model, model_id, stored, opened.content_hash):
+                self._attach(model_id, path, opened)
 
-        self._submit_load(path, model_id, done)
+        self.loader.load(model_id, path, self.project.cache, arrived)
 
-    def _add_loaded(self, path: Path, result: dict[str, Any]) -> None:
-        same = [m for m in self.session.of(Model) if m.content_hash == result["content_hash"]]
+    def _add_opened(self, path: Path, opened: OpenModel) -> None:
+        same = [m for m in self.session.of(Model) if m.content_hash == opened.content_hash]
         if same:
             if same[0].id not in self.models:
-                self._attach(same[0].id, path, result)
+                self._attach(same[0].id, path, opened)
             self.info(f"{path.name} is open already.")
             return
-        frame = Frame("crs", result["crs"]) if result["crs"] else Frame()
+        frame = Frame("crs", opened.crs) if opened.crs else Frame()
         model = Model(
             id=edits.new_id("model"),
             name=path.stem,
             path=self.project.model_path(path),
-            kind=result["kind"],
-            content_hash=result["content_hash"],
+            kind=opened.kind,
+            content_hash=opened.content_hash,
             frame=frame,
             to_world=frame.to_world(),
         )
-        self._attach(model.id, path, result, quiet=True)
+        # The data first: an edit that brings a model without data would read the file again.
+        self.models[model.id] = opened
         if not self.attempt(edits.add_model, model):
-            self.models.pop(model.id, None)
+            del self.models[model.id]
             return
         self.remember(path)
-        self.model_loaded.emit(model.id)
+        self._attach(model.id, path, opened)
         if frame.kind == "undeclared":
             self.frame_wanted.emit(model.id)
 
-    def _attach(
-        self, model_id: str, path: Path, result: dict[str, Any], *, quiet: bool = False
-    ) -> None:
-        try:
-            loaded = model_cache.open_cached(Path(result["folder"]))
-        except VomError as error:
-            self.warn(f"{path.name} cannot be kept at hand: {error}", "error")
-            return
-        data = loaded.data
-        surface = VertexSurface(data.vertices if isinstance(data, Mesh) else data.points)
-        threading.Thread(target=surface.build, daemon=True).start()
-        warnings = tuple(result["warnings"])
-        self.models[model_id] = OpenModel(data, surface, warnings, result["resolution"])
-        for warning in warnings:
+    def _attach(self, model_id: str, path: Path, opened: OpenModel) -> None:
+        self.models[model_id] = opened
+        for warning in opened.warnings:
             self.warn(f"{path.name}: {warning}")
-        if not quiet:
-            self.model_loaded.emit(model_id)
+        self.model_loaded.emit(model_id)
 
     def visible(self, id_: str) -> bool:
         return id_ not in self.hidden

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QPointF, QSize, Qt
-from PySide6.QtGui import QColor, QFont, QIcon, QPainter, QPalette, QPen, QPixmap, QPolygonF
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QFont, QIcon, QPainter, QPalette, QPen, QPixmap
 from PySide6.QtWidgets import QApplication
-
-# Colour-blind safe, and each with a shape and a word of its own.
-VERDICT_COLORS = {"good": "#009e73", "doubtful": "#e69f00", "poor": "#d7301f"}
 
 
 def icon(name: str) -> QIcon:
@@ -26,17 +23,12 @@ def verdict_icon(verdict: str | None) -> QIcon:
     """Green circle, amber triangle, red square; empty where nothing is judged."""
     pixmap = QPixmap(QSize(32, 32))
     pixmap.fill(Qt.GlobalColor.transparent)
-    if verdict in VERDICT_COLORS:
+    if verdict is not None:
+        from vomstudio.rendering.painting import draw_verdict_shape
+
         painter = QPainter(pixmap)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setBrush(QColor(VERDICT_COLORS[verdict]))
-        painter.setPen(QPen(QColor(0, 0, 0, 120), 1.5))
-        if verdict == "good":
-            painter.drawEllipse(QPointF(16, 16), 11, 11)
-        elif verdict == "doubtful":
-            painter.drawPolygon(QPolygonF([QPointF(16, 4), QPointF(29, 27), QPointF(3, 27)]))
-        else:
-            painter.drawRect(6, 6, 20, 20)
+        draw_verdict_shape(painter, QRectF(4, 4, 24, 24), verdict)
         painter.end()
     return QIcon(pixmap)
 

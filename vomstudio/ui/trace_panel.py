@@ -45,18 +45,18 @@ class TracePanel(QWidget):
         form.addRow(self.tr("Type"), self.type_box)
         form.addRow(self.tr("Set"), self.set_edit)
 
-        self.fit_view = FitView()
+        self.fit_view = FitView(reasons_shown=2)
 
         self.table = QTableWidget(0, 3)
         self.table.setObjectName("trace_vertices")
         self.table.setHorizontalHeaderLabels(["E (m)", "N (m)", "Z (m)"])
         self.table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        self.table.horizontalHeader().setStretchLastSection(True)
+        self.table.horizontalHeader().setMinimumSectionSize(40)
         self.table.verticalHeader().setFixedWidth(22)
         self.table.verticalHeader().setDefaultSectionSize(22)
         self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        self.table.setMinimumHeight(90)
+        self.table.setMinimumHeight(76)
         self.table.itemSelectionChanged.connect(self._marked)
         self.table.itemChanged.connect(self._typed)
 

@@ -163,6 +163,17 @@ class ViewPanel(QWidget):
         except VomError as error:
             return str(error)
 
+    def _poor_planes(self) -> tuple[str, ...]:
+        """The scatter of planes does not know how well each of them is known."""
+        measured = self._studio.measured(self.bedding()).values()
+        poor = sum(m.verdict is not None and m.verdict.quality == "poor" for m in measured)
+        if not poor:
+            return ()
+        return (
+            f"{poor} of these planes {'is' if poor == 1 else 'are'} poor: beta's error comes from "
+            "their scatter alone and is too small",
+        )
+
     def refresh(self, *_: object) -> None:
         axis, plane = self._axis(), self._plane()
         _enable(self._buttons["beta"], None if isinstance(axis, FoldAxis) else axis)
@@ -176,7 +187,7 @@ class ViewPanel(QWidget):
                 f"{degrees(axis.max_confidence95_deg)} × {degrees(axis.min_confidence95_deg)}<br>"
                 f"Verdict: {axis.verdict} (valid: {axis.valid})<br>"
             )
-            self._verdict.setText(words + "<br>".join(axis.reasons))
+            self._verdict.setText(words + "<br>".join((*axis.reasons, *self._poor_planes())))
         else:
             self._verdict.setText(axis[:1].upper() + axis[1:] + ".")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from math import floor, isfinite, log10
 
 from vomstudio.geology.notation import format_plane
 from vomstudio.geology.orientation import Plane
@@ -30,7 +31,12 @@ def number(value: float | None, digits: int = 3) -> str:
     """A ratio or an index, to so many significant digits."""
     if value is None:
         return "–"
-    return f"{value:.{digits}g}" if abs(value) < 1e5 else f"{value:.2e}"
+    if not isfinite(value):
+        return "∞"
+    if value == 0 or abs(value) >= 1e6:
+        return f"{value:.{digits}g}"
+    decimals = max(0, digits - 1 - floor(log10(abs(value))))
+    return f"{value:.{decimals}f}"
 
 
 def length(value_m: float | None) -> str:

@@ -13,22 +13,22 @@ from __future__ import annotations
 
 import numpy as np
 
-from vomstudio.io.formats._jit import kernel
+from vomstudio.io.formats._jit import part
 
 EXACT = 1 << 53
 MAX_DIGITS = 18
 POWERS = 10.0 ** np.arange(23)
 
-READY, LEFT_OVER = 0, 1
+READY, LEFT_OVER, NO_NUMBER = 0, 1, 2
 
 
-@kernel("boolean(uint8)")
+@part
 def is_space(c):  # type: ignore[no-untyped-def]
     """Blanks inside a line; the line end itself (10) is not one."""
     return c == 32 or c == 9 or c == 13 or c == 11 or c == 12
 
 
-@kernel("float64(int64, int64)")
+@part
 def _quotient(mantissa, power):  # type: ignore[no-untyped-def]
     """mantissa / 10**power, correctly rounded, or NaN where that is not certain."""
     p = POWERS[power]
@@ -54,11 +54,11 @@ def _quotient(mantissa, power):  # type: ignore[no-untyped-def]
     return np.nan
 
 
-@kernel("Tuple((float64, int64, int64))(uint8[::1], int64, int64)")
+@part
 def number(data, start, end):  # type: ignore[no-untyped-def]
-    """The token from `start` to a blank or `end`: its value, READY or LEFT_OVER, and its end.
+    """The token from `start` to a blank or `end`: its value, its state, and its end.
 
-    LEFT_OVER tokens are for Python: long, extreme, nan, inf or not a number at all.
+    State READY, LEFT_OVER: for Python (long, extreme, nan, inf, or no number), or NO_NUMBER.
     """
     i = start
     negative = False
@@ -119,6 +119,10 @@ def number(data, start, end):  # type: ignore[no-untyped-def]
     if not sound or long:
         while i < end and not is_space(data[i]):
             i += 1
+        c = data[start] | 32
+        # A word that cannot be nan or inf, with whatever sign, is not worth Python's time.
+        if 97 <= c <= 122 and c != 110 and c != 105:
+            return 0.0, NO_NUMBER, i
         return 0.0, LEFT_OVER, i
     value = 0.0
     if mantissa != 0:

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.io.formats._decimals import LEFT_OVER, is_space, number
-from vomstudio.io.formats._jit import kernel
+from vomstudio.io.formats._decimals import LEFT_OVER, READY, is_space, number
+from vomstudio.io.formats._jit import kernel, part
 
 # What `count` returns, by row.
 N_VERTICES, N_UVS, N_TRIANGLES, N_WORDS, N_POLYGONS, N_ODD, N_SHORT_FACES, N_COLORED = range(8)
@@ -18,8 +18,9 @@ N_LINE_ELEMENTS = 8
 COUNTS = 9
 
 # What `parse` reports, by row.
-R_LEFT_OVER, R_BAD_CORNERS, R_FIRST_BAD_CORNER, R_BAD_UVS, R_FIRST_BAD_UV, R_UNCOLORED = range(6)
-REPORTS = 6
+R_LEFT_OVER, R_BAD_CORNERS, R_FIRST_BAD_CORNER, R_BAD_UVS, R_FIRST_BAD_UV = range(5)
+R_NO_NUMBERS, R_FIRST_NO_NUMBER = range(5, 7)
+REPORTS = 7
 
 # Where a left-over number belongs.
 TO_VERTEX, TO_UV, TO_COLOR = range(3)
@@ -28,7 +29,7 @@ TO_VERTEX, TO_UV, TO_COLOR = range(3)
 _NONE, _VERTEX, _UV, _FACE, _WORD, _IGNORED, _ODD, _LINE_ELEMENT = range(8)
 
 
-@kernel("Tuple((int64, int64))(uint8[::1], int64, int64)")
+@part
 def _classify(data, i, end):  # type: ignore[no-untyped-def]
     """Kind of the line that starts at i, and where its values start. data[end - 1] is a newline."""
     while is_space(data[i]):
@@ -109,7 +110,7 @@ def count(data, start, end, counts):  # type: ignore[no-untyped-def]
         i += 1
 
 
-@kernel("Tuple((int64, boolean, int64))(uint8[::1], int64)")
+@part
 def _integer(data, i):  # type: ignore[no-untyped-def]
     negative = False
     if data[i] == 45:
@@ -182,6 +183,12 @@ def parse(  # type: ignore[no-untyped-def]
                     stop += 1
                 token[n, 0] = i
                 value[n], state[n], i = number(data, i, stop)
+                if state[n] != READY:
+                    value[n] = np.nan
+                    if state[n] != LEFT_OVER:
+                        if report[R_NO_NUMBERS] == 0:
+                            report[R_FIRST_NO_NUMBER] = token[n, 0]
+                        report[R_NO_NUMBERS] += 1
                 token[n, 1] = i
                 n += 1
             wanted = 3 if kind == _VERTEX else 2
@@ -190,7 +197,6 @@ def parse(  # type: ignore[no-untyped-def]
                 if k < n:
                     x = value[k]
                     if state[k] == LEFT_OVER:
-                        x = np.nan
                         r = report[R_LEFT_OVER]
                         if r < room:
                             left_over[r, 0] = TO_VERTEX if kind == _VERTEX else TO_UV
@@ -210,7 +216,6 @@ def parse(  # type: ignore[no-untyped-def]
                         for k in range(3):
                             colors[v, k] = value[3 + k]
                             if state[3 + k] == LEFT_OVER:
-                                colors[v, k] = np.nan
                                 r = report[R_LEFT_OVER]
                                 if r < room:
                                     left_over[r, 0] = TO_COLOR
@@ -219,7 +224,6 @@ def parse(  # type: ignore[no-untyped-def]
                                     left_over[r, 3] = token[3 + k, 1]
                                 report[R_LEFT_OVER] += 1
                     else:
-                        report[R_UNCOLORED] += 1
                         for k in range(3):
                             colors[v, k] = np.nan
                 v += 1

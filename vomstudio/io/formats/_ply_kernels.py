@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from vomstudio.io.formats._decimals import LEFT_OVER, is_space, number
-from vomstudio.io.formats._jit import kernel
+from vomstudio.io.formats._decimals import READY, is_space, number
+from vomstudio.io.formats._jit import kernel, part
 
 
-@kernel("int64(uint8[::1], int64, int64, boolean, boolean)")
+@part
 def _count_at(data, at, size, signed, little):  # type: ignore[no-untyped-def]
     value = np.int64(0)
     for k in range(size):
@@ -87,7 +87,7 @@ def rows(data, at, wanted, starts, values, left_over, row, filled):  # type: ign
                 break
             begin = i
             value, state, i = number(data, i, stop)
-            if state == LEFT_OVER:
+            if state != READY:
                 value = np.nan
                 left_over[n_left, 0] = filled
                 left_over[n_left, 1] = begin

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.io.formats._jit import kernel
+from vomstudio.io.formats._jit import kernel, part
 
 # Ear clipping is cubic at worst; longer polygons keep their fan.
 MAX_RING = 256
 
 
-@kernel("float64(float64[:,::1], int64, int64, int64, float64, float64, float64)")
+@part
 def _turn(points, a, b, c, nx, ny, nz):  # type: ignore[no-untyped-def]
     """Twice the area of triangle abc as seen against the normal: negative where it is clockwise."""
     ux = points[b, 0] - points[a, 0]

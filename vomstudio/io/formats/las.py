@@ -24,6 +24,10 @@ POINTS_PER_STEP = 500_000
 STANDARD_FIELDS = ("intensity", "classification", "return_number", "gps_time")
 MIN_HEADER_BYTES = 227
 POINTS_PER_CAREFUL_STEP = 200
+MIN_POINT_BYTES = 20
+USUAL_CHUNK_POINTS = 50_000
+MAX_CHUNK_POINTS = 10_000_000
+VARIABLE = 2**32 - 1
 POINT_FORMAT_AT, COMPRESSED = 104, 0x80
 
 # laspy logs what it raises as well; without any handler Python would print it.
@@ -129,28 +133,82 @@ def _read(
 
 
 def _mended(path: Path, size: int) -> io.BytesIO | None:
-    """A LAZ file whose table of chunks has been cut off, with an empty table in its place.
+    """A LAZ file whose table of chunks is cut off or senseless, with an empty one in its place.
 
     The table lies at the end of the file, and the decoder wants it first; but from front to back it
-    can do without. None where the file needs no mending.
+    can do without. None where the file needs no mending. lazrs believes what it reads here and
+    aborts the process when it asks for too much memory, so this is where lies must be found.
     """
     with open(path, "rb") as file:
         head = file.read(MIN_HEADER_BYTES)
         if not head[POINT_FORMAT_AT] & COMPRESSED:
             return None
-        (points_at,) = struct.unpack_from("<I", head, 96)
-        file.seek(points_at)
-        where = file.read(8)
-        if len(where) < 8:
+        header_size, points_at, n_records = struct.unpack_from("<HII", head, 94)
+        (record_bytes,) = struct.unpack_from("<H", head, 105)
+        (promised,) = struct.unpack_from("<I", head, 107)
+        file.seek(0)
+        top = file.read(points_at + 8)
+        if len(top) < points_at + 8:
             raise InputError("The file ends before its first point; copy it again.", file=path)
-        (table_at,) = struct.unpack("<q", where)
-        if table_at == -1 or points_at < table_at <= size - 8:
-            return None
+        if head[25] >= 4 and len(top) >= 255:
+            (promised,) = struct.unpack_from("<Q", top, 247)
+        chunk_points = _chunk_points(top, header_size, n_records, record_bytes)
+        if chunk_points is None:
+            raise InputError(
+                "Its LAZ header contradicts itself; copy or export it again.",
+                file=path,
+                field="LAS header",
+            )
+        (table_at,) = struct.unpack_from("<q", top, points_at)
+        if table_at == -1:
+            file.seek(size - 8)
+            (table_at,) = struct.unpack("<q", file.read(8))
+        if points_at < table_at <= size - 8:
+            file.seek(table_at)
+            _, n_chunks = struct.unpack("<II", file.read(8))
+            # Each chunk begins with a whole point.
+            fits = n_chunks <= (table_at - points_at) // MIN_POINT_BYTES
+            if fits and chunk_points in (VARIABLE, 0):
+                return None
+            if fits and n_chunks == -(-promised // chunk_points):
+                return None
+        if chunk_points != USUAL_CHUNK_POINTS:
+            raise InputError(
+                "The chunks of the LAZ file do not add up to its points; copy or export it again.",
+                file=path,
+            )
         file.seek(0)
         content = bytearray(file.read())
     struct.pack_into("<q", content, points_at, len(content))
     content += struct.pack("<II", 0, 0)
     return io.BytesIO(content)
+
+
+def _chunk_points(top: bytes, at: int, n_records: int, record_bytes: int) -> int | None:
+    """Points per chunk from the laszip record (0: not in chunks); None where it makes no sense."""
+    for _ in range(n_records):
+        if at + 54 > len(top):
+            return None
+        user, number, length = struct.unpack_from("<16sHH", top, at + 2)
+        at += 54
+        if user.rstrip(b"\0") == b"laszip encoded" and number == 22204:
+            if length < 34 or at + length > len(top):
+                return None
+            (compressor,) = struct.unpack_from("<H", top, at)
+            (points,) = struct.unpack_from("<I", top, at + 12)
+            (n_items,) = struct.unpack_from("<H", top, at + 32)
+            if length < 34 + 6 * n_items:
+                return None
+            item_bytes = sum(
+                struct.unpack_from("<H", top, at + 36 + 6 * k)[0] for k in range(n_items)
+            )
+            if item_bytes != record_bytes:
+                return None
+            if compressor == 1:
+                return 0
+            return points if 0 < points <= MAX_CHUNK_POINTS or points == VARIABLE else None
+        at += length
+    return None
 
 
 def _read_points(
@@ -202,7 +260,7 @@ def _read_points(
         for name in wanted:
             columns.add(f"field {name}", np.asarray(chunk[name]), limit)
         done += got
-        if done % POINTS_PER_STEP < got:
+        if done == limit or done % POINTS_PER_STEP < got:
             progress.step(done)
     if done == 0:
         raise InputError(

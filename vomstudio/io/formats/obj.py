@@ -27,6 +27,7 @@ MAX_THREADS = 8
 MAX_ROWS = 2**31 - 1
 LISTED = 5
 HEAD = 65536
+BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 
 def matches(path: Path, head: bytes) -> bool:
@@ -34,6 +35,7 @@ def matches(path: Path, head: bytes) -> bool:
     if b"\0" in head:
         return False
     known = 0
+    head = head.removeprefix(BYTE_ORDER_MARK)
     lines = head.replace(b"\r", b"\n").split(b"\n")[:-1] or [head]
     for line in lines:
         words = line.split()
@@ -107,6 +109,8 @@ class _Reading:
         """Old line ends become new ones, continued lines become one line, all in place."""
         data = self.data
         size = len(data) - 1
+        if data[:3].tobytes() == BYTE_ORDER_MARK:
+            data[:3] = 32
         if np.any(data[:HEAD] == 0):
             raise InputError(
                 "This is a binary file, not a Wavefront OBJ text; check what it really is.",
@@ -238,20 +242,19 @@ class _Reading:
             k.TO_UV: self.uvs.reshape(-1),
             k.TO_COLOR: self.colors.reshape(-1),
         }
-        wrong = 0
-        first = None
+        wrong = int(self.reports[:, k.R_NO_NUMBERS].sum())
+        where = self.reports[self.reports[:, k.R_NO_NUMBERS] > 0, k.R_FIRST_NO_NUMBER].tolist()
         for block in self.left_over:
             for target, at, start, end in block.tolist():
                 value = python_number(self.data[start:end].tobytes())
                 if value is None:
                     wrong += 1
-                    if first is None:
-                        first = start
+                    where.append(start)
                     value = float("nan")
                 targets[target][at] = value
-        if first is not None:
+        if where:
             self.said.append(
-                f"{some(wrong, 'value')} not a number, first in line {self._line(first)}."
+                f"{some(wrong, 'value')} not a number, first in line {self._line(min(where))}."
             )
         bad, line = self._first(k.R_BAD_CORNERS, k.R_FIRST_BAD_CORNER)
         if bad:

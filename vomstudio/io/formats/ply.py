@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -122,6 +122,7 @@ def read_header(top: bytes, path: Path) -> Header:
     order: str | None = None
     elements: list[tuple[str, int, list[Property]]] = []
     textures: list[str] = []
+    names: set[tuple[int, str]] = set()
     number = 0
 
     def wrong(sentence: str) -> InputError:
@@ -154,19 +155,20 @@ def read_header(top: bytes, path: Path) -> Header:
         elif words[0] == "property":
             if not elements:
                 raise wrong("A property stands before the first element")
-            kinds = words[2:4] if words[1:2] == ["list"] else words[1:2]
-            if len(words) != len(kinds) + (3 if len(kinds) == 2 else 2) or any(
-                k not in TYPES for k in kinds
-            ):
+            is_list = words[1:2] == ["list"]
+            kinds = words[2:4] if is_list else words[1:2]
+            if len(words) != (5 if is_list else 3) or any(k not in TYPES for k in kinds):
                 raise wrong(f"'{line.strip()}' is no property of a known type")
-            if len(kinds) == 2:
+            if is_list:
                 if TYPES[kinds[0]][0] == "f":
                     raise wrong(f"'{line.strip()}' counts a list in broken numbers")
                 new = Property(words[4], TYPES[kinds[1]], TYPES[kinds[0]])
             else:
                 new = Property(words[2], TYPES[kinds[0]])
-            if any(p.name == new.name for p in elements[-1][2]):
+            known = (len(elements), new.name)
+            if known in names:
                 raise wrong(f"The property '{new.name}' stands twice in one element")
+            names.add(known)
             elements[-1][2].append(new)
         else:
             raise wrong(f"The PLY header line '{line.strip()[:60]}' is not understood")
@@ -478,50 +480,62 @@ def _mesh(
     header: Header, face: Table, bare: Mesh, path: Path, said: list[str]
 ) -> Mesh | PointCloud:
     """Faces, their own texture coordinates and textures, onto bare vertices."""
-    from vomstudio.io.formats import _ply_kernels as k
-
     vertices, uv, colors, fields = bare.vertices, bare.uv, bare.colors, dict(bare.fields)
     key = next((n for n in FACE_NAMES if n in face.lists), None)
+    indices: npt.NDArray[Any]
     if key is None:
         said.append("Its faces have no list 'vertex_indices'.")
         counts, indices = np.zeros(0, np.int64), np.zeros(0, np.int64)
     else:
         counts, raw = face.lists[key]
-        if raw.dtype.kind == "f":
-            raw = np.nan_to_num(raw, nan=-1.0)
-            raw = np.where(np.abs(raw) < 2.0**62, raw, -1)
-        indices = raw.astype(np.int64)
+        indices = raw if raw.dtype.kind in "iu" else _whole(raw)
     uv_counts, uv_values = face.lists.get("texcoord", (np.zeros(0, np.int64), np.zeros(0)))
     has_wedges = len(uv_counts) == len(counts) > 0 and len(uv_values) > 0
     room = int(np.maximum(counts - 2, 0).sum())
     if room > MAX_ROWS:
         raise InputError("More than 2147483647 faces; divide it into tiles.", file=path)
-    corners = np.empty((room, 3), np.int32)
-    uv_corners = np.empty((room if has_wedges else 0, 3), np.int32)
-    face_of = np.empty(room, np.int32)
-    polygons = np.empty((int(np.count_nonzero(counts > 3)), 2), np.int64)
-    n, p, out_of_range, short = k.fan(
-        np.ascontiguousarray(counts),
-        np.ascontiguousarray(indices),
-        len(vertices),
-        np.ascontiguousarray(uv_counts),
-        corners,
-        uv_corners,
-        face_of,
-        polygons,
-    )
+    polygons = np.empty((0, 2), np.int64)
+    if not has_wedges and len(counts) and (counts == 3).all():
+        # The common case, without waiting for compiled code.
+        triples: npt.NDArray[Any] = indices.reshape(-1, 3)
+        n_vertices = len(vertices)
+        if triples.min() >= 0 and triples.max() < n_vertices:
+            face_of = np.arange(len(triples))
+        else:
+            face_of = np.flatnonzero(((triples >= 0) & (triples < n_vertices)).all(axis=1))
+        out_of_range, short = len(triples) - len(face_of), 0
+        if out_of_range:
+            triples = triples[face_of]
+        faces: npt.NDArray[np.int32] = triples.astype(np.int32, copy=False)
+        uv_corners = np.empty((0, 3), np.int32)
+    else:
+        from vomstudio.io.formats import _ply_kernels as k
+
+        faces = np.empty((room, 3), np.int32)
+        uv_corners = np.empty((room if has_wedges else 0, 3), np.int32)
+        face_of = np.empty(room, np.int32)
+        polygons = np.empty((int(np.count_nonzero(counts > 3)), 2), np.int64)
+        n, p, out_of_range, short = k.fan(
+            np.ascontiguousarray(counts),
+            np.ascontiguousarray(indices, np.int64),
+            len(vertices),
+            np.ascontiguousarray(uv_counts),
+            faces,
+            uv_corners,
+            face_of,
+            polygons,
+        )
+        faces, face_of, uv_corners, polygons = faces[:n], face_of[:n], uv_corners[:n], polygons[:p]
     if out_of_range:
         said.append(
             f"{some(out_of_range, 'face')} left out that name vertices the file does not have."
         )
     if short:
         said.append(f"{some(short, 'face')} with fewer than 3 corners left out.")
-    faces, face_of = corners[:n], face_of[:n]
-    uv_corners = uv_corners[:n]
-    if p:
+    if len(polygons):
         from vomstudio.io.formats import _polygons
 
-        _polygons.cut_concave(vertices, faces, uv_corners, polygons[:p])
+        _polygons.cut_concave(vertices, faces, uv_corners, polygons)
     materials: tuple[Material, ...] = ()
     offsets = np.zeros(1, np.int64)
     if header.textures:
@@ -565,6 +579,12 @@ def _mesh(
         uv[has] = pairs[texture[has]]
     mesh = Mesh(vertices, faces, materials, offsets, uv, colors, fields)
     return drop_unsound(mesh, said, path)
+
+
+def _whole(raw: npt.NDArray[Any]) -> npt.NDArray[np.int64]:
+    """Indices that came as text or floats; -1, which is no vertex, for what is no index."""
+    values = np.nan_to_num(raw, nan=-1.0)
+    return np.where(np.abs(values) < 2.0**62, values, -1).astype(np.int64)
 
 
 def _texture(name: str, index: int, path: Path, said: list[str]) -> Material:

@@ -1,0 +1,379 @@
+"""What the 3-D view costs, on models that this script makes itself.
+
+    xvfb-run -a -s '-screen 0 1600x1000x24 +extension GLX' \\
+        python tests/benchmarks/bench_viewport.py [--millions 1 5] [--stock]
+
+Prints, for each size: time to the stages of a model, longest freeze of the window while it loads
+and while it comes to rest (gaps of a 5 ms timer), a drag step through Qt beside a plain frame of
+60,000 vertex-coloured triangles drawn by VTK alone in the same run, picks before and after the
+locator stands, a repaint with a live preview over the resting model, and memory. `--stock` drags
+the same model in pyvistaqt's QtInteractor.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+STARTED = time.perf_counter()
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+import numpy as np  # noqa: E402
+from PySide6.QtCore import QPointF, Qt, QTimer  # noqa: E402
+from PySide6.QtGui import QMouseEvent  # noqa: E402
+from PySide6.QtWidgets import QApplication, QMainWindow, QWidget  # noqa: E402
+
+SIZE = (1400, 900)
+TEXTURES = 4
+TEXTURE_SIDE = 4096
+ORIGIN = np.array([576_700.0, 5_188_100.0, 180.0])
+
+
+def outcrop(triangles: int, folder: Path):  # type: ignore[no-untyped-def]
+    """A rough cliff of 100 x 60 m in UTM coordinates with four textures, as a Mesh."""
+    from vomstudio.geometry.mesh import Material, Mesh
+
+    rows = int((triangles / 2 / (100 / 60)) ** 0.5)
+    columns = triangles // 2 // rows
+    vertices, faces, uvs, offsets, base = [], [], [], [0], 0
+    splits = np.linspace(0, columns, TEXTURES + 1).astype(int)
+    for k in range(TEXTURES):
+        i = np.arange(splits[k], splits[k + 1] + 1)
+        x, z = np.meshgrid(i * 100.0 / columns, np.linspace(0.0, 60.0, rows + 1))
+        y = 2.0 * np.sin(x / 3.0) * np.cos(z / 5.0) + 0.4 * np.sin(3.1 * x + 1.7 * z)
+        y += 0.05 * np.sin(40.0 * x) * np.sin(37.0 * z) + 0.2 * z
+        vertices.append(np.stack([x, y, z], -1).reshape(-1, 3) + ORIGIN)
+        u = (i - splits[k]) / (splits[k + 1] - splits[k])
+        uvs.append(np.stack(np.meshgrid(u, np.linspace(0.0, 1.0, rows + 1)), -1).reshape(-1, 2))
+        wide = len(i)
+        a = (np.arange(rows)[:, None] * wide + np.arange(wide - 1)).ravel() + base
+        faces.append(np.stack([a, a + 1, a + wide + 1], 1))
+        faces.append(np.stack([a, a + wide + 1, a + wide], 1))
+        offsets.append(offsets[-1] + 2 * len(a))
+        base += wide * (rows + 1)
+    materials = tuple(Material(f"face{k}", picture(folder, k)) for k in range(TEXTURES))
+    return Mesh(
+        np.concatenate(vertices),
+        np.concatenate(faces).astype(np.int32),
+        materials,
+        np.array(offsets, np.int64),
+        np.concatenate(uvs).astype(np.float32),
+    )
+
+
+def picture(folder: Path, number: int) -> Path:
+    path = folder / f"texture{number}.jpg"
+    if not path.exists():
+        from PIL import Image
+
+        rng = np.random.default_rng(number)
+        coarse = rng.integers(90, 190, (TEXTURE_SIDE // 16, TEXTURE_SIDE // 16, 3), np.uint8)
+        image = Image.fromarray(coarse).resize(
+            (TEXTURE_SIDE, TEXTURE_SIDE), Image.Resampling.BICUBIC
+        )
+        fine = rng.integers(0, 40, (TEXTURE_SIDE, TEXTURE_SIDE, 1), np.uint8)
+        Image.fromarray(np.asarray(image) // 2 + fine + 40).save(path, quality=90)
+    return path
+
+
+def memory_mb() -> float:
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+class Heartbeat:
+    """Longest gap between beats of a 5 ms timer since the last `restart`."""
+
+    def __init__(self) -> None:
+        self.timer = QTimer()
+        self.timer.setInterval(5)
+        self.timer.setTimerType(Qt.TimerType.PreciseTimer)
+        self.timer.timeout.connect(self.beat)
+        self.last = time.perf_counter()
+        self.gaps: list[float] = []
+        self.timer.start()
+
+    def beat(self) -> None:
+        now = time.perf_counter()
+        self.gaps.append(now - self.last)
+        self.last = now
+
+    def restart(self) -> None:
+        self.gaps.clear()
+        self.last = time.perf_counter()
+
+    def report(self) -> str:
+        gaps = np.array(self.gaps) * 1e3
+        return f"longest gap {gaps.max():.0f} ms, {int((gaps > 100).sum())} over 100 ms"
+
+
+def pump(app: QApplication, seconds: float, until=lambda: False) -> float:  # type: ignore[no-untyped-def]
+    """Run the event loop as an application would; returns the seconds it took."""
+    started = time.perf_counter()
+    while time.perf_counter() - started < seconds and not until():
+        app.processEvents()
+        time.sleep(0.0005)
+    return time.perf_counter() - started
+
+
+def milliseconds(values: list[float]) -> str:
+    v = np.array(values) * 1e3
+    return f"median {np.median(v):6.1f}  p95 {np.percentile(v, 95):6.1f}  max {v.max():6.1f} ms"
+
+
+def drag(app: QApplication, widget: QWidget, steps: int) -> list[float]:
+    """Seconds per step of a drag, from the event until it has been painted."""
+
+    def send(kind, x, y, button, buttons):  # type: ignore[no-untyped-def]
+        at = QPointF(x, y)
+        event = QMouseEvent(
+            kind, at, widget.mapToGlobal(at), button, buttons, Qt.KeyboardModifier.NoModifier
+        )
+        app.sendEvent(widget, event)
+
+    left, none = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton
+    x, y = widget.width() / 2.0, widget.height() / 2.0
+    send(QMouseEvent.Type.MouseButtonPress, x, y, left, left)
+    app.processEvents()
+    times = []
+    for i in range(steps + 2):
+        started = time.perf_counter()
+        send(QMouseEvent.Type.MouseMove, x + 6 + 3 * i, y + 2 * i, none, left)
+        app.processEvents()
+        times.append(time.perf_counter() - started)
+    send(QMouseEvent.Type.MouseButtonRelease, x, y, left, none)
+    return times[2:]
+
+
+def plain_frames(count: int) -> tuple[list[float], list[float]]:
+    """Seconds per frame of VTK alone, 60,000 vertex-coloured triangles off screen, and the same
+    with the picture read back."""
+    from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
+    from vtkmodules.vtkRenderingCore import (
+        vtkActor,
+        vtkPolyDataMapper,
+        vtkRenderer,
+        vtkRenderWindow,
+    )
+
+    from vomstudio.rendering import vtkdata
+
+    n = 173
+    x, z = np.meshgrid(np.linspace(0, 100, n + 1), np.linspace(0, 60, n + 1))
+    points = np.stack([x, 2.0 * np.sin(x / 3.0) * np.cos(z / 5.0), z], -1).reshape(-1, 3)
+    a = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
+    faces = np.concatenate(
+        [np.stack([a, a + 1, a + n + 2], 1), np.stack([a, a + n + 2, a + n + 1], 1)]
+    )
+    colors = np.random.default_rng(0).integers(60, 220, (len(points), 3), np.uint8)
+    data = vtkdata.triangles(points.astype(np.float32), faces.astype(np.int32), colors=colors)
+    window, renderer = vtkRenderWindow(), vtkRenderer()
+    window.SetOffScreenRendering(1)
+    window.SetMultiSamples(0)
+    window.SetSize(*SIZE)
+    window.AddRenderer(renderer)
+    mapper, actor = vtkPolyDataMapper(), vtkActor()
+    mapper.SetInputData(data)
+    mapper.SetStatic(1)
+    actor.SetMapper(mapper)
+    actor.GetProperty().LightingOff()
+    renderer.AddActor(actor)
+    camera = renderer.GetActiveCamera()
+    camera.SetFocalPoint(50, 0, 30)
+    camera.SetPosition(50, -125, 50)
+    camera.SetViewUp(0, 0, 1)
+    renderer.ResetCameraClippingRange()
+    pixels = vtkUnsignedCharArray()
+    bare, read = [], []
+    for i in range(2 * count + 6):
+        camera.Azimuth(1.0)
+        started = time.perf_counter()
+        window.Render()
+        window.WaitForCompletion()
+        if i % 2:
+            window.GetRGBACharPixelData(0, 0, SIZE[0] - 1, SIZE[1] - 1, 0, pixels, 0)
+        if i >= 6:
+            (read if i % 2 else bare).append(time.perf_counter() - started)
+    window.Finalize()
+    return bare, read
+
+
+def stock_drag(app: QApplication, mesh, steps: int) -> list[float]:  # type: ignore[no-untyped-def]
+    """The same model and drag in pyvistaqt as it comes."""
+    import pyvista
+    import pyvistaqt
+    from vtkmodules.vtkRenderingCore import vtkTexture
+
+    from vomstudio.rendering import textures, vtkdata
+
+    window = QMainWindow()
+    window.resize(*SIZE)
+    view = pyvistaqt.QtInteractor(window)
+    window.setCentralWidget(view)
+    window.show()
+    for k, material in enumerate(mesh.materials):
+        rows = slice(*mesh.material_offsets[k : k + 2])
+        used, inverse = np.unique(mesh.faces[rows], return_inverse=True)
+        data = vtkdata.triangles(
+            (mesh.vertices[used] - ORIGIN).astype(np.float32),
+            inverse.reshape(-1, 3).astype(np.int32),
+            uv=mesh.uv[used],
+        )
+        texture = vtkTexture()
+        texture.SetInputData(
+            vtkdata.image(textures.load_texture(material.texture, 16384).levels[0])
+        )
+        view.add_mesh(pyvista.wrap(data), texture=texture, lighting=False)
+    view.view_xz()
+    pump(app, 4.0)
+    times = drag(app, view, steps)
+    window.close()
+    return times
+
+
+def run(app: QApplication, millions: float, steps: int, folder: Path) -> None:
+    from vomstudio.rendering.viewport import Viewport
+    from vomstudio.tools.types import Preview
+
+    mesh = outcrop(int(millions * 1e6), folder)
+    print(f"\n== {len(mesh.faces):,} triangles, {TEXTURES} textures of {TEXTURE_SIDE}^2")
+    window = QMainWindow()
+    window.resize(*SIZE)
+    view = Viewport()
+    window.setCentralWidget(view)
+    seen: list[float] = []
+    view.first_frame.connect(lambda: seen.append(time.perf_counter()))
+    shown = time.perf_counter()
+    window.show()
+    pump(app, 10.0, lambda: bool(seen))
+    print(f"first frame of this window      {seen[0] - shown:6.2f} s after show()")
+    before = memory_mb()
+    heart = Heartbeat()
+    stages: dict[str, float] = {}
+    started = time.perf_counter()
+    view.model_stage.connect(
+        lambda _, stage: stages.setdefault(stage, time.perf_counter() - started)
+    )
+    heart.restart()
+    called = time.perf_counter()
+    view.add_model("m", mesh, np.eye(4), frame_camera=True)
+    called = time.perf_counter() - called
+    early: list[float] = []
+
+    def probe() -> None:
+        if "pickable" not in stages and view.pick(SIZE[0] / 2, SIZE[1] / 2) is not None:
+            for k in range(10):
+                t = time.perf_counter()
+                view.pick(SIZE[0] * (0.3 + 0.04 * k), SIZE[1] * 0.5)
+                early.append(time.perf_counter() - t)
+
+    pump(app, 60.0, lambda: {"complete", "pickable"} <= stages.keys())
+    print(f"add_model returned after        {called * 1e3:6.1f} ms")
+    print(
+        "stages                          " + ", ".join(f"{k} {v:.2f} s" for k, v in stages.items())
+    )
+    print(f"while loading                   {heart.report()}")
+    model = view._scene.models["m"]  # type: ignore[union-attr]
+    locators, model.locators = model.locators, []
+    stages.pop("pickable")
+    probe()
+    model.locators = locators
+    print(f"pick before the locator         {milliseconds(early)}")
+    late = []
+    for k in range(200):
+        t = time.perf_counter()
+        view.pick(SIZE[0] * (0.3 + 0.002 * k), SIZE[1] * 0.5)
+        late.append(time.perf_counter() - t)
+    print(f"pick with the locator           {milliseconds(late)}")
+    pump(app, 0.5)
+    frames = view._scene.frames  # type: ignore[union-attr]
+    pump(app, 1.0)
+    print(f"frames drawn in an idle second  {view._scene.frames - frames}")  # type: ignore[union-attr]
+    bare, read = plain_frames(steps)
+    print(f"plain 60,000-triangle frame     {milliseconds(bare)}")
+    print(f"  the same, picture read        {milliseconds(read)}")
+    frames = view._scene.frames  # type: ignore[union-attr]
+    times = drag(app, view, steps)
+    drawn = view._scene.frames - frames  # type: ignore[union-attr]
+    print(f"drag step                       {milliseconds(times)}, {drawn} frames for {steps + 2}")
+    ratio = np.percentile(times, 95) / np.percentile(bare, 95)
+    print(f"  p95 over the plain frame's    {ratio:.2f}")
+    heart.restart()
+    rest = pump(app, 30.0, lambda: bool(view._scene.complete))  # type: ignore[union-attr]
+    pump(app, 0.3)
+    print(f"coming to rest                  {rest:6.2f} s, {heart.report()}")
+    line = np.array(
+        [
+            view.world_of(h)
+            for h in (view.pick(SIZE[0] * (0.4 + 0.02 * k), SIZE[1] * 0.5) for k in range(8))
+            if h is not None
+        ]
+    )
+    repaint = []
+    for k in range(steps):
+        t = time.perf_counter()
+        view.set_preview(
+            Preview(
+                line, line[0] + 0.05 * k, line[:6], reading=("132/41", "95 % 2.1"), verdict="good"
+            )
+        )
+        app.processEvents()
+        repaint.append(time.perf_counter() - t)
+    print(f"repaint with a live preview     {milliseconds(repaint)}")
+    view.set_preview(None)
+    select = feature_changes(app, view, line)
+    print(f"select one of 1000 features     {milliseconds(select)}")
+    times = drag(app, view, steps)
+    print(f"drag step with 1000 features    {milliseconds(times)}")
+    print(f"memory                          {before:.0f} MB before, {memory_mb():.0f} MB after")
+    closing = time.perf_counter()
+    window.close()
+    view.shutdown()
+    print(f"closing                         {time.perf_counter() - closing:6.2f} s")
+
+
+def feature_changes(app: QApplication, view, line) -> list[float]:  # type: ignore[no-untyped-def]
+    from vomstudio.rendering.drawing import FeatureDrawing
+
+    rng = np.random.default_rng(0)
+    made = {}
+    for k in range(1000):
+        at = line[k % len(line)] + rng.uniform(-15, 15, 3) * [1.0, 0.2, 1.0]
+        trace = at + np.cumsum(rng.normal(0, 0.15, (30, 3)), axis=0)
+        made[f"f{k}"] = FeatureDrawing(f"f{k}", trace, None, (0.9, 0.6, 0.0), f"B{k} 132/41", at)
+    view.set_features(made)
+    app.processEvents()
+    times = []
+    for k in range(20):
+        t = time.perf_counter()
+        view.set_selected([f"f{k}"])
+        app.processEvents()
+        times.append(time.perf_counter() - t)
+    return times
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--millions", type=float, nargs="+", default=[1.0, 5.0])
+    parser.add_argument("--steps", type=int, default=60)
+    parser.add_argument("--stock", action="store_true")
+    options = parser.parse_args()
+    app = QApplication([])
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for k in range(TEXTURES):
+            picture(folder, k)
+        for millions in options.millions:
+            run(app, millions, options.steps, folder)
+            if options.stock:
+                mesh = outcrop(int(millions * 1e6), folder)
+                times = stock_drag(app, mesh, min(options.steps, 6))
+                print(f"drag step of stock pyvistaqt    {milliseconds(times)}")
+
+
+if __name__ == "__main__":
+    main()

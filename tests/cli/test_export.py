@@ -1,0 +1,85 @@
+"""`vomstudio export`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from vomstudio.document import edits
+from vomstudio.document.records import Frame, Model, Trace
+from vomstudio.io.orientation_table import read_orientations
+from vomstudio.io.project import Project
+
+# Vertices on a plane that dips 45 degrees to the east, and on its mirror image to the west.
+EAST = ((0.0, 0.0, 0.0), (0.0, 9.0, 0.0), (4.0, 5.0, -4.0), (8.0, 1.0, -8.0), (3.0, 2.0, -3.0))
+WEST = tuple((-x, y, z) for x, y, z in EAST)
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    folder = tmp_path / "Kliff é.vom"
+    opened = Project.create(folder)
+    session = opened.session
+    frame = Frame(kind="crs", crs="EPSG:32615")
+    model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, frame)
+    session.apply(edits.add_model(session.records, model))
+    for id_, name, points in (("t1", "Bed 1", EAST), ("t2", "Bed 2", WEST)):
+        trace = Trace(id_, name, "bedding", "m1", "0" * 64, points, resolution=0.05)
+        session.apply(edits.add_trace(session.records, trace))
+    session.save()
+    opened.close()
+    return folder
+
+
+def test_the_table_of_a_project_holds_its_planes_and_says_its_frame(
+    run, project: Path, tmp_path: Path
+) -> None:
+    target = tmp_path / "planes.csv"
+    ran = run("export", project, "--to", "csv", "-o", target, "--json")
+    assert ran.code == 0
+    assert ran.json["files"] == [str(target)]
+    text = target.read_text(encoding="utf-8")
+    assert "# CRS: EPSG:32615" in text
+    found = read_orientations(target)
+    assert found.column("name") == ["Bed 1", "Bed 2"]
+    assert found.kinds == ("bedding", "bedding")
+    assert found.dip_direction_deg == pytest.approx([90.0, 270.0])
+    assert found.dip_deg == pytest.approx([45.0, 45.0])
+    beta = run("fold", target, "--json").json["beta"]
+    assert (beta["trend_deg"] % 180, beta["plunge_deg"]) == pytest.approx((0.0, 0.0), abs=1e-6)
+
+
+def test_the_layers_of_a_project_open_as_a_geopackage(run, project: Path, tmp_path: Path) -> None:
+    pyogrio = pytest.importorskip("pyogrio")
+    target = tmp_path / "layers.gpkg"
+    ran = run("export", project, "--to", "gpkg", "-o", target, "--json")
+    assert ran.code == 0
+    layers = {name for name, _ in pyogrio.list_layers(target)}
+    assert {"planes", "traces"} <= layers
+    assert pyogrio.read_info(target, layer="planes")["crs"] == "EPSG:32615"
+    assert sorted(p.name for p in tmp_path.iterdir()) == [project.name, "layers.gpkg"]
+
+
+def test_an_existing_export_is_replaced_only_by_force(run, project: Path, tmp_path: Path) -> None:
+    target = tmp_path / "planes.csv"
+    target.write_text("mine")
+    assert "--force" in run("export", project, "--to", "csv", "-o", target).said
+    assert target.read_text() == "mine"
+    assert run("export", project, "--to", "csv", "-o", target, "--force").code == 0
+
+
+@pytest.mark.parametrize("content", [None, b"", b"SQLite format 3\x00 but no more", b"words"])
+def test_a_folder_that_is_no_sound_project_is_refused(
+    run, tmp_path: Path, content: bytes | None
+) -> None:
+    folder = tmp_path / "bad.vom"
+    folder.mkdir()
+    if content is not None:
+        (folder / "journal.sqlite").write_bytes(content)
+    ran = run("export", folder, "--to", "csv", "-o", tmp_path / "out.csv", "--json")
+    assert ran.code == 2
+    assert ran.json["error"]["message"]
+    assert not (tmp_path / "out.csv").exists()
+    if content is not None:
+        assert (folder / "journal.sqlite").read_bytes() == content

@@ -1,0 +1,281 @@
+"""The two angular errors of a plane: laws, a second implementation of their quantiles, coverage."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from vomstudio.geometry import roughness
+from vomstudio.geometry.plane_errors import joint_quantile, split_rad
+from vomstudio.geometry.planes import fit_plane, fit_planes
+from vomstudio.geometry.vectors import strike_and_dip_lines
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def _simulation() -> ModuleType:
+    """The benchmark that prints the table of the documentation."""
+    path = Path(__file__).resolve().parents[1] / "benchmarks" / "coverage.py"
+    spec = importlib.util.spec_from_file_location("coverage_simulation", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["coverage_simulation"] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+SIMULATION = _simulation()
+Case = SIMULATION.Case
+REPEATS = 4000
+# Three standard deviations of a share near 0.95 counted in that many repeats.
+LUCK = 3.0 * np.sqrt(0.95 * 0.05 / REPEATS)
+
+
+def test_the_closed_form_of_fishers_quantile_agrees_with_scipy() -> None:
+    from scipy.special import fdtri
+
+    dof = np.array([1.0, 2.0, 3.0, 7.5, 30.0, 1000.0])
+    assert np.allclose(joint_quantile(dof), 2.0 * fdtri(2.0, dof, 0.95) / dof, rtol=1e-9)
+
+
+@pytest.mark.parametrize("shape", ["arc", "straight"])
+@pytest.mark.parametrize("n", [4, 5, 6, 10, 30, 100])
+@pytest.mark.parametrize("isotropic", [False, True])
+def test_white_noise_is_covered_as_often_as_stated(shape: str, n: int, isotropic: bool) -> None:
+    cover, *_ = SIMULATION.simulate(Case(shape, n, isotropic=isotropic), REPEATS, 11)
+    assert 0.93 - LUCK <= cover <= 0.97 + LUCK
+
+
+@pytest.mark.parametrize("n", [30, 100])
+@pytest.mark.parametrize("noise", ["exponential", "gaussian"])
+@pytest.mark.parametrize("length", [1 / 40, 1 / 20, 1 / 10])
+def test_roughness_up_to_a_tenth_of_the_trace_keeps_its_coverage_at_a_bearable_width(
+    n: int, noise: str, length: float
+) -> None:
+    cover, _, ratio, _ = SIMULATION.simulate(Case("arc", n, noise, length), REPEATS, 12)
+    assert cover >= 0.93 - LUCK
+    assert ratio <= 1.5 * 1.08  # the median of so many repeats is good to a few per cent
+
+
+@pytest.mark.slow
+def test_every_row_of_the_coverage_table_that_is_promised_holds() -> None:
+    repeats = 6000
+    luck = 3.0 * np.sqrt(0.95 * 0.05 / repeats)
+    for case in SIMULATION.cases():
+        if case.spacing != "even" or case.sigma != SIMULATION.SIGMA or case.noise == "mixed":
+            continue
+        cover, *_ = SIMULATION.simulate(case, repeats, 13)
+        if case.noise == "white":
+            assert 0.93 - luck <= cover <= 0.975 + luck, case
+        elif case.length <= 0.1 and case.noise != "gaussian2":
+            assert cover >= 0.915 - luck, case
+
+
+def test_white_noise_is_hardly_penalised_for_being_ordered() -> None:
+    rng = np.random.default_rng(3)
+    t = np.linspace(-1.0, 1.0, 80)
+    points = np.stack([5.0 * t, 2.0 * t * t, np.zeros(80)], axis=1)
+    points = points + rng.normal(0.0, 0.02, (500, 80, 3))
+    offsets = np.arange(501) * 80
+    ordered = fit_planes(points.reshape(-1, 3), offsets)
+    free = fit_planes(points.reshape(-1, 3), offsets, ordered=False)
+    ratio = np.median(ordered.max_confidence95_deg / free.max_confidence95_deg)
+    assert 1.0 <= ratio < 1.06
+    assert not free.long_roughness.any()
+    assert ordered.long_roughness.mean() < 0.02
+
+
+def test_a_smooth_bend_of_the_surface_is_flagged_as_long_roughness() -> None:
+    rng = np.random.default_rng(5)
+    t = np.linspace(-1.0, 1.0, 100)
+    z = 0.1 * np.sin(2.5 * np.pi * t + 0.3) + rng.normal(0.0, 0.003, 100)
+    fit = fit_plane(np.stack([5.0 * t, 2.0 * t * t, z], axis=1))
+    assert fit.long_roughness
+    assert fit.n_effective is not None
+    assert fit.n_effective < 15.0
+
+
+def test_points_exactly_in_a_plane_are_not_called_rough() -> None:
+    t = np.linspace(0.0, 1.0, 40)
+    fit = fit_plane(np.stack([10.0 * t, 3.0 * t * t, np.zeros(40)], axis=1) + 5e6)
+    assert not fit.long_roughness
+    assert fit.max_confidence95_deg == 0.0
+
+
+def test_confidence_shrinks_with_the_number_of_points_and_hyperbolic_errors_do_not() -> None:
+    rng = np.random.default_rng(1)
+
+    def fit(n: int) -> tuple[float, float]:
+        flat = rng.uniform(-1.0, 1.0, (n, 2))
+        f = fit_plane(np.concatenate([flat, rng.normal(0.0, 0.02, (n, 1))], axis=1), ordered=False)
+        assert f.max_confidence95_deg is not None
+        assert f.max_angular_error_deg is not None
+        return f.max_confidence95_deg, f.max_angular_error_deg
+
+    few, many = fit(100), fit(10_000)
+    assert many[0] == pytest.approx(few[0] / 10.0, rel=0.2)
+    # The angle of the scatter itself, atan(sigma of the noise / sigma of the spread).
+    assert many[1] == pytest.approx(np.degrees(np.arctan(0.02 * np.sqrt(3.0))), rel=0.1)
+
+
+def test_confidence_agrees_with_an_independent_f_test_on_its_boundary() -> None:
+    """Regress the coordinate along the tilted normal on those across it: p is 5 % at the limit."""
+    from scipy.special import fdtrc
+
+    rng = np.random.default_rng(2)
+    points = rng.normal(size=(12, 3)) * [3.0, 1.0, 0.1]
+    fit = fit_plane(points, ordered=False)
+    local = points - points.mean(axis=0)
+    for angle, axis in (
+        (fit.max_confidence95_deg, fit.axes[1]),
+        (fit.min_confidence95_deg, fit.axes[0]),
+    ):
+        assert angle is not None
+        a = np.radians(angle)
+        normal = np.cos(a) * fit.normal + np.sin(a) * axis
+        across = np.linalg.svd(normal[None, :])[2][1:]
+        w, x = local @ normal, local @ across.T
+        slopes, *_ = np.linalg.lstsq(x, w, rcond=None)
+        left = ((w - x @ slopes) ** 2).sum()
+        f = ((w @ w - left) / 2.0) / (left / (12 - 3))
+        assert fdtrc(2, 9, f) == pytest.approx(0.05, rel=1e-6)
+
+
+def _cone_normals(fit, share: float = 1.0) -> np.ndarray:  # type: ignore[no-untyped-def]
+    """Normals on the edge of the region."""
+    s = np.linspace(0.0, 2.0 * np.pi, 20_001)[:, None]
+    t1 = share * np.tan(np.radians(fit.min_confidence95_deg))
+    t2 = share * np.tan(np.radians(fit.max_confidence95_deg))
+    edge = fit.normal + t1 * np.cos(s) * fit.axes[0] + t2 * np.sin(s) * fit.axes[1]
+    return edge / np.linalg.norm(edge, axis=1, keepdims=True)
+
+
+@pytest.mark.parametrize("dip", [15.0, 45.0, 75.0, 89.0])
+def test_dip_and_dip_direction_errors_are_the_extremes_of_the_region(dip: float) -> None:
+    rng = np.random.default_rng(9)
+    points = rng.normal(size=(30, 3)) * [3.0, 0.8, 0.05]
+    a, b = np.radians(dip), np.radians(35.0)
+    turn = np.array([[1, 0, 0], [0, np.cos(a), -np.sin(a)], [0, np.sin(a), np.cos(a)]])
+    spin = np.array([[np.cos(b), -np.sin(b), 0], [np.sin(b), np.cos(b), 0], [0, 0, 1]])
+    fit = fit_plane(points @ spin.T @ turn.T, ordered=False)
+    edge = _cone_normals(fit)
+    azimuth = np.degrees(np.arctan2(edge[:, 0], edge[:, 1]))
+    assert fit.dip_direction_deg is not None
+    difference = (azimuth - fit.dip_direction_deg + 180.0) % 360.0 - 180.0
+    assert fit.dip_direction_error_deg == pytest.approx(np.abs(difference).max(), rel=1e-5)
+    dips = np.degrees(np.arctan2(np.hypot(edge[:, 0], edge[:, 1]), edge[:, 2]))
+    assert fit.dip_deg is not None
+    # The region seen along the dip; the true extreme also feels the turn of the azimuth.
+    assert fit.dip_error_deg == pytest.approx(np.abs(dips - fit.dip_deg).max(), rel=0.12)
+
+
+def test_a_tilt_across_the_dip_costs_its_angle_over_the_tangent_of_the_dip() -> None:
+    """A strike line tilted by t lets the dip direction turn by t / tan(dip)."""
+    for dip in (5.0, 30.0, 60.0):
+        dd, d = np.array([0.0]), np.array([dip])
+        strike, down = strike_and_dip_lines(dd, d)
+        small = np.array([1e-5])
+        _, azimuth, rake = split_rad(down, strike, dd, d, np.array([False]), small, np.array([0.0]))
+        t = small / np.cos(np.radians(d))  # the normal leans by `small`, the strike line by this
+        assert azimuth == pytest.approx(t / np.tan(np.radians(d)), rel=1e-6)
+        assert rake == pytest.approx(0.0)
+
+
+def test_a_plane_that_may_be_horizontal_has_no_dip_direction_error() -> None:
+    rng = np.random.default_rng(4)
+    points = rng.normal(size=(20, 3)) * [1.0, 1.0, 0.05] @ np.diag([1, 1, 1])
+    points[:, 2] += 0.005 * points[:, 0]
+    fit = fit_plane(points, ordered=False)
+    assert fit.dip_error_deg is not None
+    assert fit.dip_deg is not None
+    assert fit.dip_error_deg > fit.dip_deg
+    assert fit.dip_direction_error_deg is None
+
+
+def test_error_rake_points_across_a_straight_trace() -> None:
+    """A trace running down the dip leaves the plane free to turn about it: tilt along strike."""
+    t = np.linspace(-1.0, 1.0, 30)
+    rng = np.random.default_rng(6)
+    wobble = rng.normal(0.0, 0.005, (30, 3))
+    down_dip = np.stack([5.0 * t, 0.2 * t * t, -5.0 * t], axis=1) + wobble
+    fit = fit_plane(down_dip)
+    assert fit.error_rake_deg is not None
+    assert min(fit.error_rake_deg, 180.0 - fit.error_rake_deg) < 5.0
+    along_strike = np.stack([0.2 * t * t, 5.0 * t, -0.2 * t * t], axis=1) + wobble
+    fit = fit_plane(along_strike)
+    assert fit.error_rake_deg == pytest.approx(90.0, abs=5.0)
+
+
+@pytest.mark.parametrize("shape", ["closed", "zigzag"])
+@pytest.mark.parametrize("spacing", ["even", "uneven", "random"])
+def test_odd_traces_get_sane_errors(shape: str, spacing: str) -> None:
+    flat, _ = SIMULATION.trace(shape, 40, spacing)
+    noise = np.random.default_rng(8).normal(0.0, 0.02, (40, 1))
+    points = np.concatenate([flat, noise], axis=1)
+    fit, free = fit_plane(points), fit_plane(points, ordered=False)
+    assert fit.max_confidence95_deg is not None
+    assert free.max_confidence95_deg is not None
+    assert free.max_confidence95_deg <= fit.max_confidence95_deg < 2.0 * free.max_confidence95_deg
+
+
+@pytest.mark.parametrize("method", ["pca", "regression"])
+def test_regression_and_inertia_state_like_errors_for_a_gentle_dip(method: str) -> None:
+    rng = np.random.default_rng(10)
+    repeats = 3000
+    points = np.zeros((repeats, 20, 3))
+    points[:, :, :2] = rng.uniform(-1.0, 1.0, (20, 2)) * [3.0, 1.0]
+    points[:, :, 2] = 0.3 * points[:, :, 0] + rng.normal(0.0, 0.05, (repeats, 20))
+    fits = fit_planes(
+        points.reshape(-1, 3), np.arange(repeats + 1) * 20, method=method, ordered=False
+    )
+    true = np.array([-0.3, 0.0, 1.0]) / np.hypot(0.3, 1.0)
+    strike, down = strike_and_dip_lines(fits.dip_direction_deg, fits.dip_deg)
+    rake = np.radians(fits.error_rake_deg)[:, None]
+    e2 = np.cos(rake) * strike + np.sin(rake) * down
+    e1 = np.cross(e2, fits.normal)
+    ahead = fits.normal @ true
+    x = (e1 @ true) / ahead / np.tan(np.radians(fits.min_confidence95_deg))
+    y = (e2 @ true) / ahead / np.tan(np.radians(fits.max_confidence95_deg))
+    assert (x * x + y * y <= 1.0).mean() == pytest.approx(0.95, abs=0.015)
+
+
+@pytest.mark.parametrize("n", [12, 31, 64])
+def test_expected_spectra_agree_with_the_covariance_they_stand_for(n: int) -> None:
+    """Against plain matrices: the cosine transform of R, and the form of R with a series."""
+    library = roughness._Library(n)
+    i = np.arange(n)
+    cosines = np.sqrt(2.0 / n) * np.cos(np.pi * np.outer(np.arange(1, n), i + 0.5) / n)
+    h = np.abs(i[:, None] - i[None, :]) / (n - 1.0)
+    series = np.random.default_rng(n).normal(size=n)
+    power = np.abs(np.fft.rfft(series, 2 * n)) ** 2
+    for k in (0, 3, len(roughness.SHORT) + len(roughness.LONG) + 2):
+        if k == 0:
+            r = np.eye(n)
+        else:
+            x = h / roughness.LENGTH[k - 1]
+            r = np.exp(-0.5 * x * x) if roughness.SMOOTH[k - 1] else np.exp(-x)
+        assert np.allclose(library.square[k], np.diag(cosines @ r @ cosines.T) ** 2, atol=1e-9)
+        assert power @ library.toeplitz[k] == pytest.approx(series @ r @ series)
+        assert library.mean[k] == pytest.approx(r.sum() / n)
+
+
+def test_a_very_long_trace_is_compared_by_pieces_without_changing_its_errors() -> None:
+    rng = np.random.default_rng(12)
+    ratios = []
+    for _ in range(20):
+        t = np.linspace(-1.0, 1.0, 5000)
+        points = np.stack([5.0 * t, 2.0 * t * t, rng.normal(0.0, 0.02, 5000)], axis=1)
+        ordered, free = fit_plane(points), fit_plane(points, ordered=False)
+        assert ordered.max_confidence95_deg is not None
+        assert free.max_confidence95_deg is not None
+        ratios.append(ordered.max_confidence95_deg / free.max_confidence95_deg)
+    assert np.median(ratios) == pytest.approx(1.0, abs=0.05)
+    cover, _, ratio, _ = SIMULATION.simulate(Case("arc", 700, "exponential", 0.05), 1000, 5)
+    assert cover >= 0.93 - 3.0 * np.sqrt(0.95 * 0.05 / 1000)
+    assert ratio <= 1.6

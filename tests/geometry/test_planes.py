@@ -1,0 +1,325 @@
+"""Planes through points: against published figures, closed forms and a second implementation."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vomstudio.errors import GeometryError
+from vomstudio.geometry.planes import PlaneFit, fit_plane, fit_planes
+
+UTM = np.array([576_700.0, 5_188_200.0, 215.0])
+SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
+
+
+def turn_about_up(points: np.ndarray, azimuth_deg: float) -> np.ndarray:
+    """Clockwise seen from above, so that azimuths grow."""
+    a = np.radians(azimuth_deg)
+    east, north = points[:, 0], points[:, 1]
+    return np.stack(
+        [
+            east * np.cos(a) + north * np.sin(a),
+            north * np.cos(a) - east * np.sin(a),
+            points[:, 2],
+        ],
+        axis=1,
+    )
+
+
+def bent_trace(seed: int, n: int = 40, dip: float = 35.0, azimuth: float = 120.0) -> np.ndarray:
+    """Noisy arc on a plane of that dip and dip direction, 10 m long."""
+    rng = np.random.default_rng(seed)
+    t = np.linspace(-1.0, 1.0, n)
+    flat = np.stack([2.0 * t * t, 5.0 * t, np.zeros(n)], axis=1)
+    flat += rng.normal(0.0, 0.03, flat.shape)
+    d = np.radians(dip)
+    # x is down-dip, y along strike; then the down-dip line is turned from East to the azimuth.
+    tilted = np.stack(
+        [
+            flat[:, 0] * np.cos(d) + flat[:, 2] * np.sin(d),
+            flat[:, 1],
+            flat[:, 2] * np.cos(d) - flat[:, 0] * np.sin(d),
+        ],
+        axis=1,
+    )
+    return turn_about_up(tilted, azimuth - 90.0)
+
+
+def angle_between(a: float, b: float) -> float:
+    return abs((a - b + 180.0) % 360.0 - 180.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "strike", "dip", "largest", "smallest"),
+    [
+        ("well_defined", 11.266, 3.492, 0.4753, 0.1473),
+        ("poorly_defined", 174.212, 13.223, 16.4899, 0.2920),
+    ],
+)
+def test_published_attitudes_and_hyperbolic_errors_are_reproduced(
+    data_dir: Path, name: str, strike: float, dip: float, largest: float, smallest: float
+) -> None:
+    fit = fit_plane(np.loadtxt(data_dir / "planes" / f"{name}.txt"))
+    assert fit.dip_direction_deg is not None
+    assert (fit.dip_direction_deg - 90.0) % 360.0 == pytest.approx(strike, abs=5e-4)
+    assert fit.dip_deg == pytest.approx(dip, abs=5e-4)
+    assert fit.max_angular_error_deg == pytest.approx(largest, abs=5e-5)
+    assert fit.min_angular_error_deg == pytest.approx(smallest, abs=5e-5)
+    assert not fit.hyperbolic_overflow
+
+
+def test_published_principal_axes_are_reproduced(data_dir: Path) -> None:
+    for record in json.loads((data_dir / "planes" / "planes.json").read_text()):
+        fit = fit_plane(np.array(record["centered_array"]) + np.array(record["center"]))
+        for ours, theirs in zip(fit.axes, np.array(record["axes"]), strict=True):
+            assert abs(ours @ theirs) == pytest.approx(1.0, abs=1e-9)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10_000), st.integers(4, 60))
+def test_axes_and_eigenvalues_agree_with_a_singular_value_decomposition(seed: int, n: int) -> None:
+    points = np.random.default_rng(seed).normal(size=(n, 3)) * [5.0, 2.0, 0.1] + [3.0, -7.0, 90.0]
+    fit = fit_plane(points)
+    _, s, vt = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
+    assert np.allclose(fit.eigenvalues, s**2 / (s**2).sum(), rtol=1e-9)
+    assert abs(fit.normal @ vt[2]) == pytest.approx(1.0, abs=1e-12)
+    assert fit.trace == pytest.approx((s**2).sum() / n)
+    assert fit.rms == pytest.approx(s[2] / np.sqrt(n))
+    assert fit.normal[2] >= 0.0
+    assert np.allclose(fit.axes @ fit.axes.T, np.eye(3), atol=1e-12)
+    l1, l2, l3 = fit.eigenvalues
+    assert fit.coplanarity == pytest.approx(1 / l3)
+    assert fit.collinearity == pytest.approx(l1 / l2)
+    assert pytest.approx(np.log(l1 / l3)) == fit.M
+    assert pytest.approx(np.log(l1 / l2) / np.log(l2 / l3)) == fit.K
+
+
+@pytest.mark.parametrize("axis", ["x", "y", "z"])
+def test_regression_agrees_with_a_least_squares_solver(axis: str) -> None:
+    points = bent_trace(3) + UTM
+    fit = fit_plane(points, method="regression", axis=axis)
+    i = "xyz".index(axis)
+    others = [k for k in range(3) if k != i]
+    local = points - points.mean(axis=0)
+    design = np.concatenate([local[:, others], np.ones((len(local), 1))], axis=1)
+    solution, *_ = np.linalg.lstsq(design, local[:, i], rcond=None)
+    normal = np.zeros(3)
+    normal[others], normal[i] = -solution[:2], 1.0
+    normal /= np.linalg.norm(normal)
+    assert abs(normal @ fit.normal) == pytest.approx(1.0, abs=1e-12)
+    left = local[:, i] - design @ solution
+    assert fit.residual == pytest.approx(np.sqrt((left**2).mean()), rel=1e-6)
+    assert fit.rms == pytest.approx(np.sqrt(((local @ normal) ** 2).mean()), rel=1e-6)
+
+
+def test_regression_is_refused_where_the_plane_is_parallel_to_its_axis() -> None:
+    vertical = SQUARE[:, [2, 0, 1]] * 10.0  # in the plane x = 0
+    with pytest.raises(GeometryError, match="parallel to the z axis"):
+        fit_plane(vertical, method="regression")
+    assert fit_plane(vertical, method="regression", axis="x").dip_deg == pytest.approx(90.0)
+
+
+@pytest.mark.parametrize(("azimuth", "dip"), [(0.0, 10.0), (90.0, 45.0), (217.0, 80.0)])
+def test_a_plane_of_known_attitude_is_found(azimuth: float, dip: float) -> None:
+    fit = fit_plane(bent_trace(1, n=400, dip=dip, azimuth=azimuth))
+    assert fit.dip_deg == pytest.approx(dip, abs=0.5)
+    assert fit.dip_direction_deg is not None
+    assert angle_between(fit.dip_direction_deg, azimuth) < 0.5
+
+
+def same_but_turned(a: PlaneFit, b: PlaneFit, angle: float, rel: float) -> None:
+    vectors = ("centroid", "normal", "axes", "dip_direction_deg")
+    for f in fields(a):
+        if f.name in (*vectors, "max_coordinate"):
+            continue
+        x, y = getattr(a, f.name), getattr(b, f.name)
+        if isinstance(x, float | np.ndarray):
+            assert np.allclose(x, y, rtol=rel, atol=1e-9), f.name
+        else:
+            assert x == y, f.name
+    assert angle_between(a.dip_direction_deg + angle, b.dip_direction_deg) < 1e-6  # type: ignore[operator]
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.floats(0.0, 360.0), st.integers(0, 1000))
+def test_turning_the_world_about_up_turns_the_dip_direction_alone(angle: float, seed: int) -> None:
+    points = bent_trace(seed)
+    same_but_turned(fit_plane(points), fit_plane(turn_about_up(points, angle)), angle, 1e-6)
+
+
+def test_moving_to_utm_changes_nothing() -> None:
+    points = bent_trace(5)
+    same_but_turned(fit_plane(points), fit_plane(points + UTM), 0.0, 1e-5)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(-6, 7), st.integers(0, 100))
+def test_lengths_scale_and_angles_do_not(power: int, seed: int) -> None:
+    scale = 10.0**power
+    points = bent_trace(seed)
+    a, b = fit_plane(points), fit_plane(points * scale)
+    for name in ("rms", "extent"):
+        assert getattr(b, name) == pytest.approx(scale * getattr(a, name), rel=1e-9)
+    for name in ("dip_deg", "max_confidence95_deg", "max_angular_error_deg", "M", "n_effective"):
+        assert getattr(b, name) == pytest.approx(getattr(a, name), rel=1e-4), name
+
+
+def test_walking_a_trace_backwards_changes_nothing() -> None:
+    points = bent_trace(7)
+    same_but_turned(fit_plane(points), fit_plane(points[::-1].copy()), 0.0, 1e-6)
+
+
+def test_the_order_of_points_does_not_matter_where_there_is_none() -> None:
+    points = bent_trace(8)
+    mixed = np.random.default_rng(0).permutation(points)
+    same_but_turned(fit_plane(points, ordered=False), fit_plane(mixed, ordered=False), 0.0, 1e-9)
+
+
+@pytest.mark.parametrize("method", ["pca", "regression"])
+@pytest.mark.parametrize("ordered", [True, False])
+def test_a_batch_gives_what_single_fits_give(method: str, ordered: bool) -> None:
+    rng = np.random.default_rng(4)
+    groups = [bent_trace(i, n=int(rng.integers(3, 60))) for i in range(40)]
+    groups[5] = groups[5][:2]
+    groups[9] = np.outer(np.arange(6.0), [1.0, 2.0, 3.0])
+    groups[12] = groups[12][:0]
+    groups[20] = groups[20].copy()
+    groups[20][0, 1] = np.nan
+    offsets = np.concatenate([[0], np.cumsum([len(g) for g in groups])])
+    fits = fit_planes(np.concatenate(groups), offsets, method=method, ordered=ordered)
+    assert len(fits) == len(groups)
+    for i, group in enumerate(groups):
+        if i in (5, 9, 12, 20):
+            assert fits.error[i] is not None
+            assert np.isnan(fits.normal[i]).all()
+            assert fits[i].dip_deg is None
+            with pytest.raises(GeometryError):
+                fit_plane(group, method=method, ordered=ordered)
+            continue
+        single = fit_plane(group, method=method, ordered=ordered)
+        same_but_turned(fits[i], single, 0.0, 1e-6)
+
+
+def test_groups_are_taken_by_their_offsets_alone() -> None:
+    points = np.concatenate([np.full((3, 3), 1e300), bent_trace(1), bent_trace(2)])
+    fits = fit_planes(points, [3, 43, 83])
+    assert fits[1].dip_deg == pytest.approx(fit_plane(bent_trace(2)).dip_deg)
+
+
+def test_no_groups_are_no_planes() -> None:
+    assert len(fit_planes(np.zeros((0, 3)), [0])) == 0
+
+
+@pytest.mark.parametrize(
+    ("points", "reason"),
+    [
+        (SQUARE[:2], "at least 3 points"),
+        (np.zeros((0, 3)), "at least 3 points"),
+        (np.full((5, 3), 0.1), "same place"),
+        (np.tile(UTM, (5, 1)), "same place"),
+        (np.outer(np.linspace(0, 1, 7), [0.3, 0.1, 0.7]) + 1e3, "one straight line"),
+        (np.outer(np.linspace(0, 90, 50), [0.36, 0.48, 0.8]) + UTM, "one straight line"),
+        (np.array([[0, 0, 0], [0, 0, 0], [1, 2, 3.0]]), "one straight line"),
+        (np.array([[0, 0, 0], [1, 0, np.inf], [1, 2, 3.0]]), "not finite"),
+        (np.array([[0, 0, 0], [1, 0, np.nan], [1, 2, 3.0]]), "not finite"),
+    ],
+)
+def test_points_that_hold_no_plane_are_refused_with_the_reason(
+    points: np.ndarray, reason: str
+) -> None:
+    with pytest.raises(GeometryError, match=reason):
+        fit_plane(points)
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.integers(0, 100_000), st.floats(1e-3, 1e4), st.integers(3, 50))
+def test_collinear_points_are_refused_wherever_they_lie(seed: int, length: float, n: int) -> None:
+    rng = np.random.default_rng(seed)
+    direction = rng.normal(size=3)
+    points = rng.random((n, 1)) * length * direction + rng.uniform(-1, 1, 3) * 5e6
+    with pytest.raises(GeometryError):
+        fit_plane(points)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 100_000))
+def test_a_small_real_plane_at_utm_is_not_refused(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    points = rng.random((5, 3)) * [0.1, 0.05, 0.001] + UTM
+    assert fit_plane(points).max_angular_error_deg is not None
+
+
+def test_malformed_input_is_refused_by_name() -> None:
+    for points, offsets, words in (
+        (np.zeros((4, 2)), [0, 4], "three coordinates"),
+        (np.zeros((4, 3)), [0, 5], "Offsets"),
+        (np.zeros((4, 3)), [3, 0], "Offsets"),
+    ):
+        with pytest.raises(GeometryError, match=words):
+            fit_planes(points, offsets)
+    with pytest.raises(GeometryError, match="method"):
+        fit_plane(SQUARE, method="ransac")  # type: ignore[arg-type]
+
+
+def test_three_points_have_an_attitude_and_no_errors() -> None:
+    fit = fit_plane([[0, 0, 0], [1, 0, 0], [0, 1, -1.0]])
+    assert fit.dip_deg == pytest.approx(45.0)
+    assert fit.dip_direction_deg == pytest.approx(0.0)
+    for name in (
+        "max_angular_error_deg",
+        "min_angular_error_deg",
+        "max_confidence95_deg",
+        "min_confidence95_deg",
+        "dip_error_deg",
+        "dip_direction_error_deg",
+        "n_effective",
+    ):
+        assert getattr(fit, name) is None, name
+    assert not fit.hyperbolic_overflow
+
+
+def test_a_point_clicked_twice_is_no_fourth_witness() -> None:
+    triangle = np.array([[0, 0, 0], [1, 0, 0], [0, 1, -1.0]])
+    assert fit_plane(triangle[[0, 1, 2, 2]]).max_confidence95_deg is None
+    assert fit_plane(triangle[[0, 1, 2, 0]], ordered=False).max_confidence95_deg is None
+
+
+def test_points_exactly_in_one_plane_have_no_error_and_an_infinite_coplanarity() -> None:
+    fits = fit_planes(SQUARE, [0, 4])
+    assert np.isinf(fits.coplanarity[0])
+    assert fits[0].coplanarity is None
+    assert fits[0].M is None
+    assert fits[0].max_confidence95_deg == 0.0
+    assert fits[0].max_angular_error_deg == 0.0
+    assert fits[0].rms == 0.0
+
+
+def test_a_horizontal_plane_has_no_dip_direction_and_says_so() -> None:
+    fit = fit_plane(SQUARE + UTM)
+    assert fit.undefined
+    assert fit.dip_direction_deg == 0.0
+    assert fit.dip_deg == 0.0
+    assert fit.dip_direction_error_deg is None
+    assert fit.normal.tolist() == [0.0, 0.0, 1.0]
+
+
+@pytest.mark.parametrize("flip", [1.0, -1.0])
+def test_a_vertical_plane_strikes_between_north_and_south(flip: float) -> None:
+    for azimuth in (90.0, 120.0, 179.0, 180.0, 260.0):
+        points = turn_about_up(SQUARE[:, [2, 0, 1]] * flip * 8.0, azimuth - 90.0)
+        fit = fit_plane(points)
+        assert fit.dip_deg == pytest.approx(90.0)
+        assert fit.dip_direction_deg == pytest.approx(azimuth)
+
+
+@pytest.mark.parametrize("scale", [1e-320, 1e-160, 1e160, 1e308])
+def test_sizes_whose_squares_leave_the_range_are_refused_not_crashed_on(scale: float) -> None:
+    points = np.array([[0, 0, 0], [1, 0, 0.1], [0, 1, 0.2], [1, 1, 0.5]]) * scale
+    with pytest.raises(GeometryError):
+        fit_plane(points)

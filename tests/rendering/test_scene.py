@@ -1,0 +1,324 @@
+"""What VTK draws off screen agrees with what the program computes."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Material, Mesh
+from vomstudio.rendering import preparation
+from vomstudio.rendering.drawing import FeatureDrawing
+from vomstudio.rendering.scene import DISPLAY_MODES, Scene
+
+SIZE = (640, 480)
+UTM = np.array([576_712.0, 5_188_140.0, 183.0])
+
+
+@pytest.fixture
+def scene() -> Iterator[Scene]:
+    made = Scene()
+    made.start(*SIZE)
+    yield made
+    made.close()
+
+
+def show(scene: Scene, model_id: str, data: Mesh | PointCloud, to_world=None) -> list[str]:  # type: ignore[no-untyped-def]
+    """Prepare a model in this thread; returns the problems told."""
+    stop = threading.Event()
+    points = data.vertices if isinstance(data, Mesh) else data.points
+    bounds = preparation.finite_bounds(points, stop)
+    origin = np.round(bounds.mean(axis=0))
+    scene.add_model(model_id, data, np.eye(4) if to_world is None else to_world, bounds, origin)
+    told: list[str] = []
+
+    def emit(event: preparation.Event) -> None:
+        if isinstance(event, preparation.Problem):
+            told.append(event.text)
+        else:
+            scene.take(model_id, event)
+
+    if isinstance(data, Mesh):
+        preparation.prepare_mesh(data, origin, stop, emit)
+        preparation.prepare_textures(data, scene.texture_limit, stop, emit)
+    else:
+        preparation.prepare_cloud(data, origin, stop, emit)
+    return told
+
+
+def rest(scene: Scene) -> np.ndarray:
+    scene.begin_rest()
+    while not scene.refine():
+        pass
+    return scene.pixels()[::-1, :, :3].astype(int)
+
+
+def wall(n: int = 40, *, textures: list[Path] | None = None, relief: float = 0.3) -> Mesh:
+    """A rough wall 10 m wide and 8 m high at UTM coordinates, seen from the south."""
+    rng = np.random.default_rng(0)
+    x, z = np.meshgrid(np.linspace(0, 10, n + 1), np.linspace(0, 8, n + 1))
+    y = rng.normal(0, relief, x.shape)
+    vertices = np.stack([x, y, z], -1).reshape(-1, 3) + UTM
+    a = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
+    faces = np.concatenate(
+        [np.stack([a, a + 1, a + n + 2], 1), np.stack([a, a + n + 2, a + n + 1], 1)]
+    ).astype(np.int32)
+    uv = np.stack([x / 10, z / 8], -1).reshape(-1, 2).astype(np.float32)
+    if textures is None:
+        return Mesh(vertices, faces)
+    middle = np.linspace(0, len(faces), len(textures) + 1).astype(np.int64)
+    materials = tuple(Material(f"m{i}", p) for i, p in enumerate(textures))
+    return Mesh(vertices, faces, materials, middle, uv)
+
+
+@pytest.mark.parametrize("orthographic", [False, True])
+def test_what_is_drawn_lies_where_project_says(scene: Scene, orthographic: bool) -> None:
+    marks = UTM + np.array([[1.0, 0.0, 1.0], [9.0, 3.0, 7.0], [5.0, -2.0, 4.0], [2.0, 1.0, 6.5]])
+    colors = np.array([[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 0]], np.uint8)
+    show(scene, "c", PointCloud(marks, colors))
+    scene.point_scale = 4.0
+    scene.set_mode("textured")
+    scene.camera.orthographic = orthographic
+    scene.camera.look_along(20.0, 15.0)
+    scene.camera.fit(marks, SIZE)
+    scene.camera.zoom(1.4, scene.camera.pivot)
+    picture = rest(scene)
+    pixels, _ = scene.camera.project(marks, SIZE)
+    for mark, color in zip(pixels, colors, strict=True):
+        found = np.argwhere((np.abs(picture - color) < 12).all(axis=2))
+        assert len(found) >= 16
+        middle = found.mean(axis=0)[::-1] + 0.5
+        assert np.abs(middle - mark).max() < 0.75
+
+
+def test_the_frame_in_pieces_is_the_frame_in_one(scene: Scene, tmp_path: Path) -> None:
+    path = tmp_path / "t.png"
+    noise = np.random.default_rng(0).integers(0, 255, (64, 64, 3), np.uint8)
+    Image.fromarray(noise).save(path)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(preparation, "FACES_PER_CHUNK", 200)
+        show(scene, "w", wall(textures=[path]))
+    assert len(scene.models["w"].parts) == 16
+    scene.camera.fit(scene.corners(), SIZE)
+    pieces = rest(scene)
+    scene.full_seconds = 0.0
+    scene.draw(moving=False)
+    whole = scene.pixels()[::-1, :, :3].astype(int)
+    assert scene.complete
+    assert np.abs(pieces - whole).max() <= 2
+
+
+def test_features_over_a_kept_surface_are_those_of_a_full_redraw(scene: Scene) -> None:
+    show(scene, "w", wall(relief=0.0))
+    scene.camera.fit(scene.corners(), SIZE)
+    line = UTM + np.array([[1.0, 0.0, 1.0], [9.0, 0.0, 7.0]])
+    ring = UTM + np.array([[3.0, -1.0, 3.0], [6.0, -1.0, 3.0], [6.0, -1.0, 6.0]])
+    bare = rest(scene)
+    frames = scene.frames
+    scene.set_features({"f": FeatureDrawing("f", line, ring, (1.0, 0.5, 0.0), "f", line[0])})
+    scene.draw_features()
+    assert scene.frames == frames + 1
+    over = scene.pixels()[::-1, :, :3].astype(int)
+    again = rest(scene)
+    assert np.abs(over - again).max() <= 2
+    assert (np.abs(over - bare).max(axis=2) > 40).sum() > 1000
+    scene.set_features({"f": None})
+    scene.draw_features()
+    assert np.abs(scene.pixels()[::-1, :, :3].astype(int) - bare).max() <= 2
+
+
+def test_a_line_behind_the_surface_is_faint_and_one_on_it_is_full(scene: Scene) -> None:
+    show(scene, "w", wall(relief=0.0))
+    scene.camera.orthographic = True
+    scene.camera.fit(scene.corners(), SIZE)
+    bare = rest(scene)
+    strength = []
+    for depth in (0.0, 2.0):
+        line = UTM + np.array([[1.0, depth, 4.0], [9.0, depth, 4.0]])
+        scene.set_features({"f": FeatureDrawing("f", line, None, (1.0, 0.0, 0.0), "", line[0])})
+        scene.draw_features()
+        picture = scene.pixels()[::-1, :, :3].astype(int)
+        column = picture[:, 320] - bare[:, 320]
+        strength.append(np.abs(column).max())
+    assert strength[0] > 100
+    assert 15 < strength[1] < 0.6 * strength[0]
+
+
+def test_a_feature_outside_the_drawn_depth_is_not_cut_off(scene: Scene) -> None:
+    show(scene, "w", wall(relief=0.0))
+    scene.camera.orthographic = True
+    scene.camera.fit(scene.corners(), SIZE)
+    bare = rest(scene)
+    line = UTM + np.array([[1.0, -40.0, 4.0], [9.0, -40.0, 4.0]])
+    scene.set_features({"f": FeatureDrawing("f", line, None, (1.0, 0.0, 0.0), "", line[0])})
+    scene.draw_features()
+    picture = scene.pixels()[::-1, :, :3].astype(int)
+    assert np.abs(picture[:, 320] - bare[:, 320]).max() > 100
+
+
+def test_hidden_points_are_told_from_visible_ones(scene: Scene) -> None:
+    show(scene, "w", wall(relief=0.0))
+    scene.camera.fit(scene.corners(), SIZE)
+    rest(scene)
+    points = UTM + np.array([[5.0, 0.0, 4.0], [5.0, 1.0, 4.0], [5.0, -1.0, 4.0], [500.0, 0, 0]])
+    assert scene.seen(points).tolist() == [True, False, True, False]
+
+
+@pytest.mark.parametrize("mode", DISPLAY_MODES)
+def test_every_display_mode_shows_something(scene: Scene, tmp_path: Path, mode: str) -> None:
+    path = tmp_path / "t.png"
+    Image.new("RGB", (8, 8), (200, 80, 20)).save(path)
+    show(scene, "w", wall(textures=[path]))
+    scene.camera.fit(scene.corners(), SIZE)
+    scene.set_mode(mode)
+    picture = rest(scene)
+    changed = np.abs(picture - picture[2, 2]).max(axis=2) > 10
+    assert changed.mean() > (0.02 if mode in ("wireframe", "points") else 0.4)
+    if mode == "textured":
+        np.testing.assert_allclose(picture[240, 320], (200, 80, 20), atol=3)
+
+
+def test_each_of_several_textures_is_drawn(scene: Scene, tmp_path: Path) -> None:
+    paths = []
+    for i in range(4):
+        paths.append(tmp_path / f"{i}.png")
+        Image.new("RGB", (8, 8), (40 + 50 * i, 10, 200 - 40 * i)).save(paths[-1])
+    show(scene, "w", wall(textures=paths, relief=0.0))
+    scene.camera.fit(scene.corners(), SIZE)
+    picture = rest(scene)
+    for i in range(4):
+        wanted = np.array([40 + 50 * i, 10, 200 - 40 * i])
+        assert (np.abs(picture - wanted).max(axis=2) <= 3).sum() > 2000
+
+
+def test_a_texture_that_cannot_be_read_is_told_and_the_surface_is_still_there(
+    scene: Scene, tmp_path: Path
+) -> None:
+    good, torn = tmp_path / "good.png", tmp_path / "torn.jpg"
+    Image.new("RGB", (8, 8), (200, 80, 20)).save(good)
+    torn.write_bytes(b"\xff\xd8\xff\xe0 this is no picture")
+    told = show(scene, "w", wall(textures=[good, torn, tmp_path / "absent.png"]))
+    assert len(told) == 2
+    assert any("torn.jpg" in t for t in told)
+    assert any("absent.png" in t and "missing" in t for t in told)
+    scene.camera.fit(scene.corners(), SIZE)
+    picture = rest(scene)
+    assert (np.abs(picture - picture[2, 2]).max(axis=2) > 10).mean() > 0.4
+
+
+def test_a_texture_too_large_for_the_card_is_reduced_and_told(tmp_path: Path) -> None:
+    from vomstudio.rendering.textures import load_texture
+
+    path = tmp_path / "large.jpg"
+    Image.new("RGB", (600, 300), (90, 120, 30)).save(path)
+    texture = load_texture(path, 256)
+    assert max(texture.levels[0].shape[:2]) <= 256
+    assert "600 x 300" in texture.note
+    assert load_texture(path, 1024).note == ""
+
+
+def test_two_models_far_apart_in_frame_meet_in_world(scene: Scene) -> None:
+    first = wall(relief=0.0)
+    shift = np.eye(4)
+    shift[:3, 3] = UTM
+    second = Mesh(first.vertices - UTM, first.faces)
+    show(scene, "utm", first)
+    show(scene, "local", second, shift)
+    scene.camera.orthographic = True
+    scene.camera.fit(scene.corners(), SIZE)
+    for model_id in ("utm", "local"):
+        scene.set_visible("utm", model_id == "utm")
+        scene.set_visible("local", model_id == "local")
+        hit = scene.pick(301.3, 222.7, SIZE)
+        assert hit is not None
+        assert hit.model_id == model_id
+        m = scene.models[model_id].to_world
+        world = m[:3, :3] @ np.array(hit.position) + m[:3, 3]
+        pixels, _ = scene.camera.project(world[None], SIZE)
+        np.testing.assert_allclose(pixels[0], (301.3, 222.7), atol=1e-3)
+
+
+@pytest.mark.parametrize("located", [True, False])
+@pytest.mark.parametrize("orthographic", [False, True])
+def test_a_pick_projects_back_to_its_pixel_and_lies_on_its_face(
+    scene: Scene, located: bool, orthographic: bool
+) -> None:
+    mesh = wall()
+    show(scene, "w", mesh)
+    if not located:
+        scene.models["w"].locators = []
+    scene.camera.orthographic = orthographic
+    scene.camera.look_along(25.0, 30.0)
+    scene.camera.fit(scene.corners(), SIZE)
+    hits = 0
+    for x, y in np.random.default_rng(5).uniform(0, 1, (80, 2)) * SIZE:
+        hit = scene.pick(x, y, SIZE)
+        if hit is None:
+            continue
+        hits += 1
+        assert hit.barycentric is not None
+        corners = mesh.vertices[mesh.faces[hit.index]]
+        np.testing.assert_allclose(np.array(hit.barycentric) @ corners, hit.position, atol=1e-9)
+        pixels, _ = scene.camera.project(np.array(hit.position)[None], SIZE)
+        np.testing.assert_allclose(pixels[0], (x, y), atol=0.01)
+    assert hits > 20
+
+
+def test_a_cloud_gives_one_of_its_own_points_from_the_front(scene: Scene) -> None:
+    rng = np.random.default_rng(0)
+    front = rng.uniform(0, 1, (40_000, 3)) * [10.0, 0.02, 8.0]
+    back = front + np.array([0.0, 3.0, 0.0])
+    cloud = PointCloud(np.concatenate([back, front]) + UTM)
+    show(scene, "c", cloud)
+    scene.camera.fit(scene.corners(), SIZE)
+    hit = scene.pick(320.0, 240.0, SIZE)
+    assert hit is not None
+    assert hit.element == "point"
+    assert hit.index >= len(back)
+    np.testing.assert_array_equal(hit.position, cloud.points[hit.index])
+    pixels, _ = scene.camera.project(np.array(hit.position)[None], SIZE)
+    assert np.hypot(*(pixels[0] - (320.0, 240.0))) < 6.0
+    assert scene.pick(2.0, 2.0, SIZE) is None
+
+
+def test_the_stand_in_of_a_large_mesh_is_small_coloured_and_in_place(tmp_path: Path) -> None:
+    n = 500
+    x, z = np.meshgrid(np.linspace(0, 10, n + 1), np.linspace(0, 8, n + 1))
+    points = np.stack([x, np.sin(x), z], -1).reshape(-1, 3).astype(np.float32)
+    a = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
+    faces = np.concatenate(
+        [np.stack([a, a + 1, a + n + 2], 1), np.stack([a, a + n + 2, a + n + 1], 1)]
+    ).astype(np.int32)
+    colors = np.full((len(points), 3), (10, 200, 30), np.uint8)
+    proxy = preparation.make_proxy(points, faces, colors, threading.Event())
+    assert proxy is not None
+    assert 0.5 < proxy.GetNumberOfCells() / preparation.PROXY_FACES < 1.3
+    assert proxy.GetNumberOfPoints() < proxy.GetNumberOfCells()
+    np.testing.assert_allclose(proxy.GetBounds(), (0, 10, -1, 1, 0, 8), atol=0.1)
+    assert proxy.GetPointData().GetScalars().GetTuple(0) == (10.0, 200.0, 30.0)
+    few = slice(0, 1000)
+    assert preparation.make_proxy(points, faces[few], colors, threading.Event()) is None
+
+
+def test_nine_textures_of_a_real_outcrop_are_drawn(scene: Scene, data_dir: Path) -> None:
+    from vomstudio.io.models import read_model
+
+    loaded = read_model(data_dir / "brighton_model" / "brighton_utm15n.obj")
+    told = show(scene, "b", loaded.data)
+    assert told == []
+    assert len(scene.models["b"].skins) == 9
+    scene.camera.look_along(0.0, 90.0)
+    scene.camera.fit(scene.corners(close=True), SIZE)
+    picture = rest(scene)
+    assert scene.complete
+    assert all(s.level is not None for s in scene.models["b"].skins.values())
+    drawn = np.abs(picture - picture[2, 2]).max(axis=2) > 8
+    assert drawn.mean() > 0.3
+    assert picture[drawn].mean() > 50
+    # Grass, asphalt and gravel: a photograph, not one colour.
+    assert picture[drawn].std(axis=0).min() > 20
