@@ -41,10 +41,10 @@ def make_window(paths: list[Path] | None = None) -> MainWindow:
     settings, problems = read_settings()
     window = MainWindow(settings)
     window.show()
-    for problem in problems:
-        window.studio.warn(problem)
     QTest.qWaitForWindowExposed(window)
     window.begin([Path(p) for p in paths or []])
+    for problem in problems:
+        window.studio.warn(problem)
     wait(lambda: hasattr(window, "net"), "the net")
     focus(window)
     return window

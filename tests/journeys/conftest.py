@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +13,18 @@ from tests import driver
 from vomstudio.paths import resource
 
 
+def bare_outcrop(folder: Path) -> Path:
+    """The small outcrop as it often comes: without a word on its frame."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for file in resource("outcrop").iterdir():
+        if file.suffix != ".prj":
+            shutil.copy(file, folder)
+    return folder / "outcrop.obj"
+
+
 @pytest.fixture
-def outcrop() -> Path:
-    return resource("outcrop", "outcrop.obj")
+def outcrop(tmp_path) -> Path:
+    return bare_outcrop(tmp_path / "models")
 
 
 def read_picks() -> dict[str, np.ndarray]:

@@ -170,6 +170,7 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("mode", choices=["studio", "window"])
     parser.add_argument("--named", type=Path)
+    parser.add_argument("--models", type=Path)
     parser.add_argument("--step", action="store_true")
     args = parser.parse_args()
     from vomstudio.paths import resource
@@ -186,12 +187,12 @@ def main() -> None:
         from PySide6.QtWidgets import QApplication
 
         from tests import driver
-        from tests.journeys.conftest import read_picks
+        from tests.journeys.conftest import bare_outcrop, read_picks
 
         application = QApplication([])
         window = driver.make_window()
         studio = window.studio
-        driver.open_outcrop(window, outcrop)
+        driver.open_outcrop(window, bare_outcrop(args.models))
         events = window_events(window, read_picks())
     if args.named:
         studio.project.save_as(args.named)

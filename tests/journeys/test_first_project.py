@@ -64,11 +64,11 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
     window.open_path(outcrop)
     wait(lambda: driver.dialog_of(window), "the frame dialog")
     driver.keep_picture(driver.dialog_of(window), "journey-2-frame")
-    assert "not registered" in window._frame_badge.text()
+    assert "not registered" in window.status_line._badge.text()
     driver.declare(window)
     driver.settled(window)
     assert driver.model(window).frame.crs == "EPSG:32633"
-    assert window._frame_badge.text() == "EPSG:32633, grid north"
+    assert window.status_line._badge.text() == "EPSG:32633, grid north"
     assert not window.start_page.isVisible()
 
     # Three traces, each clicked along the bed.
@@ -83,8 +83,8 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
         driver.move(viewport, pixel(window, points[3]) + QPoint(20, 20))
         assert len(studio.trace_tool.vertices) == len(points)
         assert reading(window)[1].startswith("95 %: ")
-        assert "EPSG" in window._frame_badge.text()
-        assert window._position.text().startswith("E 372")
+        assert "EPSG" in window.status_line._badge.text()
+        assert window.status_line._position.text().startswith("E 372")
         if count == 1:
             driver.keep_picture(window, "journey-3-picking")
         key(window, Qt.Key.Key_Return)

@@ -166,8 +166,9 @@ def alive(pid: int) -> bool:
         return False
 
 
-def window_killed_after(number: int, named: Path | None = None) -> None:
-    words = ["window", "--step", *(["--named", str(named)] if named else [])]
+def window_killed_after(number: int, folder: Path, named: Path | None = None) -> None:
+    words = ["window", "--step", "--models", str(folder / "models")]
+    words += ["--named", str(named)] if named else []
     with child(*words) as process:
         last = said(process)
         for _ in range(number):
@@ -184,11 +185,11 @@ def window_killed_after(number: int, named: Path | None = None) -> None:
     assert offered_back(named) == last["screen"]
 
 
-def test_the_whole_window_is_killed_with_an_open_trace(own_folders, qapp):
-    window_killed_after(10)
+def test_the_whole_window_is_killed_with_an_open_trace(own_folders, qapp, tmp_path):
+    window_killed_after(10, tmp_path)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [0, 3, 6, 7, 8, 11])
 def test_the_whole_window_is_killed(own_folders, qapp, tmp_path, number):
-    window_killed_after(number, None if number % 2 else tmp_path / "cliff.vom")
+    window_killed_after(number, tmp_path, None if number % 2 else tmp_path / "cliff.vom")

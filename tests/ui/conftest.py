@@ -37,9 +37,10 @@ class NoWorkers:
 @pytest.fixture
 def window(own_folders, qtbot) -> Iterator[MainWindow]:
     made = MainWindow(read_settings()[0])
+    made.show()
+    made._fill()
     made.studio.jobs.close()
     made.studio.jobs = NoWorkers()
-    made.show()
     made.activateWindow()
     qtbot.waitUntil(lambda: QApplication.activeWindow() is made)
     yield made

@@ -246,16 +246,16 @@ def test_messages_are_kept_and_the_newest_stands_above_the_view(window, studio):
 
 def test_the_frame_badge_warns_until_the_frame_is_declared(window, studio):
     add_cliff(studio, Frame())
-    assert "not registered" in window._frame_badge.text()
+    assert "not registered" in window.status_line._badge.text()
     add_bed(studio, "t1")
     studio.selection.set(["t1"])
     from vomstudio.document import edits
 
     studio.attempt(edits.declare_frame, "m1", Frame("crs", "EPSG:32633"))
-    assert window._frame_badge.text() == "EPSG:32633, grid north"
+    assert window.status_line._badge.text() == "EPSG:32633, grid north"
     studio.undo()
     studio.undo()
-    assert "not registered" in window._frame_badge.text()
+    assert "not registered" in window.status_line._badge.text()
 
 
 def test_declaring_y_up_turns_every_plane_with_the_model(window, studio):
@@ -273,10 +273,10 @@ def test_declaring_y_up_turns_every_plane_with_the_model(window, studio):
 def test_a_selection_counts_and_the_status_line_says_what_a_click_does(window, studio):
     beds(studio)
     window.actions_table.run("select_all")
-    assert window._selected.text() == "3 selected"
-    assert window._hint.text().startswith("Navigate: ")
+    assert window.status_line._selected.text() == "3 selected"
+    assert window.status_line._hint.text().startswith("Navigate: ")
     studio.activate("trace")
-    assert window._hint.text().startswith("Trace: click along")
+    assert window.status_line._hint.text().startswith("Trace: click along")
 
 
 # --- panels ---------------------------------------------------------------------------------
@@ -325,6 +325,7 @@ def test_a_window_that_is_closed_leaves_no_timer_no_thread_and_no_process(own_fo
     threads = set(threading.enumerate())
     made = MainWindow(read_settings()[0])
     made.show()
+    made._fill()
     jobs = made.studio.jobs
     failed = []
     jobs.submit("models", "levitate", {}, title="", on_done=print, on_failed=failed.append)
