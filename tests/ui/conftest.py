@@ -30,6 +30,9 @@ class NoWorkers:
     def cancel(self, job):
         return
 
+    def finish(self, lane, timeout_s):
+        return
+
     def close(self):
         return
 

@@ -9,6 +9,7 @@ import os
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -70,6 +71,15 @@ class Worker:
             timer.daemon = True
             self._timers[job] = timer
             timer.start()
+
+    def finish(self, timeout_s: float) -> bool:
+        """Wait until every job has ended; False where some have not."""
+        end = time.monotonic() + timeout_s
+        while self._owners:
+            if time.monotonic() > end:
+                return False
+            time.sleep(0.01)
+        return True
 
     def close(self) -> None:
         """End the process; unfinished jobs are not told."""

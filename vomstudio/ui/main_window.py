@@ -376,7 +376,7 @@ class MainWindow(QMainWindow):
 
     def new_project(self) -> None:
         if self.ask_to_keep():
-            self.studio.new_project()
+            self._try(self.studio.new_project)
 
     def save(self) -> bool:
         if self.studio.project.untitled:
@@ -447,7 +447,9 @@ class MainWindow(QMainWindow):
             if answer == QMessageBox.StandardButton.Save:
                 return self.save()
         if studio.session.dirty:
-            return self._try(studio.session.discard_unsaved)
+            # Where even this cannot be written the work stays in the journal; a full disk must
+            # not hold the window open.
+            self._try(studio.session.discard_unsaved)
         return True
 
     def _offer_recovery(self, folders: list[Path]) -> None:

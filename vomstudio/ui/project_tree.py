@@ -101,7 +101,9 @@ class ProjectTree(QWidget):
 
     def _put(self, record: Model | Trace) -> None:
         item = self._items.get(record.id)
-        parent = self._items["models" if isinstance(record, Model) else record.type_id]
+        group = "models" if isinstance(record, Model) else record.type_id
+        # A damaged journal may have lost the type; its features are here all the same.
+        parent = self._items.get(group) or self._group(group, group.capitalize(), "1")
         if item is not None and item.parent() is not parent:
             _take_out(item)
             item = None

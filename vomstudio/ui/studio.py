@@ -27,6 +27,7 @@ from vomstudio.ui.model_loader import ModelLoader, OpenModel
 from vomstudio.ui.wording import plane_text
 
 _LAYERS_IDLE_MS = 2000
+_LAYERS_PATIENCE_S = 10.0
 
 
 @dataclass(frozen=True)
@@ -135,7 +136,8 @@ class Studio(QObject):
     def _leave(self) -> None:
         self._mark_open(False)
         self.loader.forget_all()
-        self._layers_timer.stop()
+        if self._layers_timer.isActive():
+            self.write_layers()
         self.trace_tool.forget()
         self.models.clear()
         self.measurements = Measurements(self.settings.thresholds)
@@ -144,6 +146,7 @@ class Studio(QObject):
     def close(self) -> None:
         """The window goes: give everything back."""
         self._leave()
+        self.jobs.finish("files", _LAYERS_PATIENCE_S)
         self.jobs.close()
 
     def save(self) -> None:
