@@ -101,6 +101,9 @@ class MainWindow(QMainWindow):
         if docks is None or not self.restoreState(_bytes(docks), _LAYOUT_VERSION):
             self._arrange()
             QTimer.singleShot(0, self._default_sizes)
+        else:
+            # Sizes hold only once the viewport stands in the centre and has its place.
+            QTimer.singleShot(0, lambda: self.restoreState(_bytes(docks), _LAYOUT_VERSION))
         self._filled = True
         self.studio.project_opened.emit()
         self.actions_table.refresh()
