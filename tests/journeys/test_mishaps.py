@@ -360,6 +360,9 @@ def test_a_damaged_first_row_leaves_a_window_that_works(project):
     window = reopened(folder)
     assert any("could not be read" in s for s in sentences(window))
     shows_the_bed(window)
+    assert len(window.net.contents().sets) == 1
+    driver.settled(window)
+    assert bed_on_model(window, 1.0).name == "B01"
     driver.keep_picture(window, "mishap-damaged-row")
     driver.dismiss(window)
 
@@ -454,3 +457,31 @@ def test_no_place_for_a_new_project_is_said_and_the_open_one_stays(window, monke
     window.actions_table.run("new")
     assert window.studio.project is before
     assert "cannot be made" in window.message_bar.text
+
+
+def test_panels_come_back_where_they_were_and_as_large(own_folders, qtbot):
+    def places(window) -> dict[str, tuple[int, ...]]:
+        driver.pause(50)
+        found = {
+            name: (dock.x(), dock.y(), dock.width(), dock.height())
+            for name, dock in window.docks.items()
+            if dock.isVisible() and not dock.visibleRegion().isEmpty()
+        }
+        found["viewport"] = (window.viewport.width(), window.viewport.height())
+        return found
+
+    window = driver.make_window()
+    first = places(window)
+    driver.dismiss(window)
+    window = driver.make_window()
+    assert places(window) == first
+    window.resizeDocks([window.docks["project"]], [340], Qt.Orientation.Horizontal)
+    window.docks["properties"].hide()
+    changed = places(window)
+    assert changed != first
+    window.actions_table.run("only_outcrop")
+    driver.dismiss(window)
+    for _ in range(2):
+        window = driver.make_window()
+        assert places(window) == changed
+        driver.dismiss(window)

@@ -290,7 +290,9 @@ def test_only_the_outcrop_and_back_again(window):
 def test_the_outcrop_has_more_than_half_of_the_width(window):
     window.resize(1400, 900)
     QApplication.processEvents()
-    assert window.centralWidget().width() >= 0.53 * window.width()
+    window._default_sizes()
+    QApplication.processEvents()
+    assert window.centralWidget().width() >= 0.55 * window.width()
 
 
 def test_no_text_is_smaller_than_nine_points(window):

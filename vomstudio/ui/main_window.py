@@ -169,7 +169,7 @@ class MainWindow(QMainWindow):
 
     def _default_sizes(self) -> None:
         docks, wide, high = self.docks, Qt.Orientation.Horizontal, Qt.Orientation.Vertical
-        self.resizeDocks([docks["project"], docks["stereonet"]], [290, 330], wide)
+        self.resizeDocks([docks["project"], docks["stereonet"]], [288, 326], wide)
         self.resizeDocks([docks["project"], docks["trace"]], [300, 500], high)
         self.resizeDocks([docks["stereonet"], docks["properties"]], [400, 400], high)
         self.resizeDocks([docks["table"]], [190], high)
