@@ -188,11 +188,14 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
     window.export_to("csv", tmp_path / "out.csv")
     window.export_to("gpkg", tmp_path / "out.gpkg")
     wait(lambda: (folder / "project.gpkg").is_file(), "the project's GIS layers")
+    camera = viewport.camera_state()
     assert window.close()
 
     # Reopen.
     window = driver.make_window([folder])
     driver.settled(window)
+    driver.pause(600)
+    assert window.viewport.camera_state() == camera, "the outcrop is seen as it was left"
     assert {t.id: t for t in traces(window)} == records
     assert shown_table(window) == table
     assert window.windowTitle() == "cliff – VOM Studio"

@@ -286,6 +286,9 @@ def test_a_model_that_is_gone_is_said_its_features_stay_and_it_can_be_located(pr
     assert "outcrop" in window.message_bar.text
     assert "Locate" in window.message_bar.text
     shows_the_bed(window)
+    (trace,) = driver.traces(window)
+    points = window.studio.measured([trace.id])[trace.id].points
+    assert window.viewport.project(points)[1].all(), "the features are in sight without the model"
     assert window.actions_table.all["locate"].isEnabled()
     driver.keep_picture(window, "mishap-missing-model")
     # Not this file.
@@ -485,3 +488,15 @@ def test_panels_come_back_where_they_were_and_as_large(own_folders, qtbot):
         window = driver.make_window()
         assert places(window) == changed
         driver.dismiss(window)
+
+
+def test_a_frame_in_another_unit_keeps_the_model_in_sight(window, outcrop):
+    driver.open_outcrop(window, outcrop)
+    model_id = driver.model(window).id
+    window.studio.attempt(edits.declare_frame, model_id, Frame("local", None, 0.001, "y"))
+    driver.pause(400)
+    centre = window.studio.models[model_id].data.bounds.mean(axis=0)
+    x, y, z = centre * 0.001
+    pixels, _ = window.viewport.project([(x, -z, y)])
+    assert 0 < pixels[0, 0] < window.viewport.width()
+    assert 0 < pixels[0, 1] < window.viewport.height()

@@ -131,6 +131,14 @@ def test_figures_cannot_be_typed_over(window, studio):
         assert editable == (each.title in ("Name", "Set", "Notes"))
 
 
+def test_no_cell_of_the_table_is_cut_off_by_a_later_plane(window, studio):
+    add_cliff(studio)
+    add_bed(studio, "t1", "a", vertices=((0, 0, 0), (1, 0, 0.2), (0, 1, 0.5)))
+    add_bed(studio, "t2", "a much longer name of a bed", set_name="upper limb of the fold")
+    for i in range(6):
+        assert window.table.view.columnWidth(i) >= window.table.view.sizeHintForColumn(i)
+
+
 # --- tree ----------------------------------------------------------------------------------
 def test_the_eye_of_a_group_and_of_a_plane_hides_without_an_edit(window, studio):
     add_cliff(studio)

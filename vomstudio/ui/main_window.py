@@ -566,7 +566,8 @@ class MainWindow(QMainWindow):
             self.actions_table.refresh()
 
     def _keep_camera(self) -> None:
-        if self.viewport is not None and self.studio.session.of(Model):
+        # Before a model is there the camera looks at nothing: not to be kept in place of a good one.
+        if self.viewport is not None and self.studio.models:
             self.studio.project.journal.set_view("camera", self.viewport.camera_state())
 
     # --- state -------------------------------------------------------------------------------

@@ -159,7 +159,7 @@ class Studio(QObject):
         self.project.save_as(folder)
         self._mark_open(True)
         self.remember(folder)
-        self.project_opened.emit()
+        # The same records under another name: no view has to be built anew.
         self.history_changed.emit()
         self.write_layers()
         self.info(f"Saved as {folder}.")

@@ -348,6 +348,11 @@ class TablePanel(QWidget):
         self._counted()
         if first:
             self._fit_columns()
+        for i in range(len(COLUMNS)):
+            # Nothing is cut off; what the user has made wider stays.
+            wanted = min(420, self.view.sizeHintForColumn(i))
+            if wanted > self.view.columnWidth(i):
+                self.view.setColumnWidth(i, wanted)
         self._show_selection(self._studio.selection.ids)
 
     def _fit_columns(self) -> None:
