@@ -219,7 +219,7 @@ def test_saving_under_a_taken_name_is_refused_and_the_project_stays_what_it_was(
     assert [p.name for p in tmp_path.glob("*.part")] == []
 
 
-# --- two windows ----------------------------------------------------------------------------------
+# --- two windows ------------------------------------------------------------------------------
 def test_a_project_is_open_in_one_window_at_a_time(window, qtbot, outcrop, tmp_path):
     driver.open_outcrop(window, outcrop)
     bed_on_model(window)
@@ -248,7 +248,7 @@ def test_the_work_of_a_living_window_is_not_offered_to_another(window, qtbot, ou
         driver.dismiss(other)
 
 
-# --- the model's file ------------------------------------------------------------------------------
+# --- the model's file -------------------------------------------------------------------------
 @pytest.fixture
 def project(own_folders, qtbot, outcrop, tmp_path) -> tuple[Path, Path]:
     """A saved project with one bed, closed again; and its model's file."""
@@ -350,7 +350,7 @@ def test_a_model_that_is_damaged_now_is_said_and_the_features_stay(project):
     driver.dismiss(window)
 
 
-# --- damaged things --------------------------------------------------------------------------------
+# --- damaged things ---------------------------------------------------------------------------
 def test_a_damaged_first_row_leaves_a_window_that_works(project):
     """The row that holds the feature types: everything else is still there."""
     import sqlite3
@@ -370,7 +370,9 @@ def test_a_damaged_first_row_leaves_a_window_that_works(project):
     driver.dismiss(window)
 
 
-@pytest.mark.parametrize("content", [b"", b"not a database at all", b"SQLite format 3\0" + b"\0" * 84])
+@pytest.mark.parametrize(
+    "content", [b"", b"not a database at all", b"SQLite format 3\0" + b"\0" * 84]
+)
 def test_what_is_no_project_is_refused_and_the_open_one_stays(window, tmp_path, content):
     folder = tmp_path / "bad.vom"
     folder.mkdir()
