@@ -431,13 +431,17 @@ def test_frame_names_are_those_of_the_records(project):
     driver.dismiss(window)
 
 
-def test_the_layers_are_up_to_date_when_the_window_is_closed_right_after_saving(
+def test_the_layers_say_what_is_saved_when_the_window_is_closed_right_after_an_edit(
     own_folders, qtbot, outcrop, tmp_path
 ):
     import sqlite3
 
+    from PySide6.QtWidgets import QMessageBox
+
+    folder = tmp_path / "cliff.vom"
+
     def beds() -> int:
-        db = sqlite3.connect(tmp_path / "cliff.vom" / "project.gpkg")
+        db = sqlite3.connect(folder / "project.gpkg")
         (count,) = db.execute("SELECT count(*) FROM planes").fetchone()
         db.close()
         return count
@@ -445,14 +449,25 @@ def test_the_layers_are_up_to_date_when_the_window_is_closed_right_after_saving(
     window = driver.make_window()
     driver.open_outcrop(window, outcrop)
     bed_on_model(window)
-    window.studio.save_as(tmp_path / "cliff.vom")
+    window.studio.save_as(folder)
     bed_on_model(window, 1.0)
     window.save()
     assert window.close()
     assert beds() == 2
-    assert sorted(p.name for p in (tmp_path / "cliff.vom").iterdir() if "gpkg" in p.name) == [
-        "project.gpkg"
-    ]
+    assert [p.name for p in folder.iterdir() if "gpkg" in p.name] == ["project.gpkg"]
+    window = driver.make_window([folder])
+    driver.settled(window)
+    bed_on_model(window, 2.0)
+    wait(lambda: beds() == 3, "the layers of an idle window")
+    driver.answer(QMessageBox.StandardButton.Discard, [])
+    assert window.close()
+    assert beds() == 2
+    window = driver.make_window([folder])
+    window.actions_table.run("select_all")
+    window.actions_table.run("delete")
+    window.save()
+    assert not (folder / "project.gpkg").exists()
+    driver.dismiss(window)
 
 
 def test_no_place_for_a_new_project_is_said_and_the_open_one_stays(window, monkeypatch, tmp_path):

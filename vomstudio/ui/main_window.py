@@ -449,10 +449,9 @@ class MainWindow(QMainWindow):
                 return False
             if answer == QMessageBox.StandardButton.Save:
                 return self.save()
-        if studio.session.dirty:
-            # Where even this cannot be written the work stays in the journal; a full disk must
-            # not hold the window open.
-            self._try(studio.session.discard_unsaved)
+        # Where even this cannot be written the work stays in the journal; a full disk must not
+        # hold the window open.
+        self._try(studio.discard)
         return True
 
     def _offer_recovery(self, folders: list[Path]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -137,6 +138,7 @@ class Studio(QObject):
         self._mark_open(False)
         self.loader.forget_all()
         if self._layers_timer.isActive():
+            # An edit of the last moment, a discarded one included; `close` waits for it.
             self.write_layers()
         self.trace_tool.forget()
         self.models.clear()
@@ -153,6 +155,12 @@ class Studio(QObject):
         self.session.save()
         self.write_layers()
         self.info(f"Saved {self.project.name}.")
+
+    def discard(self) -> None:
+        """Leave what was not saved to the history. Raises VomError."""
+        self.trace_tool.cancel()
+        if self.session.dirty:
+            self.session.discard_unsaved()
 
     def save_as(self, folder: Path) -> None:
         self._mark_open(False)
@@ -384,9 +392,14 @@ class Studio(QObject):
     def write_layers(self) -> None:
         """Bring project.gpkg up to date, in another process; an untitled project has none."""
         self._layers_timer.stop()
-        if self.project.untitled or not self.session.of(Trace):
+        if self.project.untitled:
             return
         folder = self.project.folder
+        if not self.session.of(Trace):
+            # Layers that show what is not there any more would be worse than none.
+            with contextlib.suppress(OSError):
+                (folder / "project.gpkg").unlink(missing_ok=True)
+            return
 
         def failed(event: Failed) -> None:
             self.layers_written.emit("")
