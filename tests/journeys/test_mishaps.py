@@ -19,8 +19,10 @@ from tests.driver import key, wait
 from tests.journeys.recorded import on_screen
 from tests.samples import ZIGZAG
 from vomstudio.document import edits
-from vomstudio.document.records import Frame, Trace
+from vomstudio.document.records import Frame, Model, Trace
 from vomstudio.io.journal import read_replay
+from vomstudio.io.models import file_hash, read_model
+from vomstudio.io.project import Project
 
 
 def bed_on_model(window, shift: float = 0.0, name: str = "") -> Trace:
@@ -43,7 +45,7 @@ def test_a_worker_killed_while_it_reads_a_model_is_said_and_the_next_try_succeed
 ):
     big = tmp_path / "big.obj"
     with big.open("wb") as stream:
-        for _ in range(60):
+        for _ in range(30):
             stream.write(b"v 1.5 2.5 3.5\n" * 10_000)
     window.open_path(big)
     jobs = window.studio.jobs
@@ -58,10 +60,11 @@ def test_a_worker_killed_while_it_reads_a_model_is_said_and_the_next_try_succeed
     assert driver.model(window).frame.crs == driver.CRS
 
 
+@pytest.mark.slow
 def test_loading_can_be_stopped(window, tmp_path):
     big = tmp_path / "big.obj"
     with big.open("wb") as stream:
-        for _ in range(60):
+        for _ in range(30):
             stream.write(b"v 1.5 2.5 3.5\n" * 10_000)
     window.open_path(big)
     jobs = window.studio.jobs
@@ -252,13 +255,20 @@ def test_the_work_of_a_living_window_is_not_offered_to_another(window, qtbot, ou
 @pytest.fixture
 def project(own_folders, qtbot, outcrop, tmp_path) -> tuple[Path, Path]:
     """A saved project with one bed, closed again; and its model's file."""
-    window = driver.make_window()
-    driver.open_outcrop(window, outcrop)
-    bed_on_model(window, name="the bed")
-    window.studio.save_as(tmp_path / "work" / "cliff.vom")
-    wait(lambda: not window.studio.jobs.jobs, "the layers")
-    driver.dismiss(window)
-    return tmp_path / "work" / "cliff.vom", outcrop
+    folder = tmp_path / "work" / "cliff.vom"
+    made = Project.create(folder)
+    frame = Frame("crs", driver.CRS)
+    model = Model(
+        "m1", "outcrop", str(outcrop), "mesh", file_hash(outcrop), frame, frame.to_world()
+    )
+    made.session.apply(edits.add_model(made.session.records, model))
+    low = read_model(outcrop).data.bounds[0]
+    points = tuple((low[0] + x, low[1] + y, low[2] + z) for x, y, z in ZIGZAG)
+    trace = Trace("t1", "the bed", "bedding", "m1", model.content_hash, points)
+    made.session.apply(edits.add_trace(made.session.records, trace))
+    made.session.save()
+    made.close()
+    return folder, outcrop
 
 
 def loaded(window) -> None:
@@ -341,6 +351,7 @@ def test_a_model_that_has_changed_is_said_and_nothing_moves(project):
     driver.dismiss(window)
 
 
+@pytest.mark.slow
 def test_a_model_that_is_damaged_now_is_said_and_the_features_stay(project):
     folder, file = project
     file.write_bytes(b"\0\1\2" * 1000)
@@ -423,14 +434,7 @@ def test_recovered_work_is_brought_back_by_the_button_that_offers_it(own_folders
     driver.dismiss(window)
 
 
-def test_frame_names_are_those_of_the_records(project):
-    folder, _ = project
-    window = reopened(folder)
-    driver.settled(window)
-    assert driver.model(window).frame == Frame("crs", "EPSG:32633")
-    driver.dismiss(window)
-
-
+@pytest.mark.slow
 def test_the_layers_say_what_is_saved_when_the_window_is_closed_right_after_an_edit(
     own_folders, qtbot, outcrop, tmp_path
 ):
