@@ -22,13 +22,15 @@ def export_project(folder: Path, format_: str, out: Path, *, force: bool = False
     Raises InputError where the project cannot be read or holds no features, UsageError for a format
     that is not known, TargetError where `out` cannot be written.
     """
-    from vomstudio.io.journal import read_records
+    from vomstudio.io.journal import own_files, read_records
 
     _check_format(format_)
-    check_target(out, force=force)
+    check_target(out, force=force, inputs=own_files(folder))
     records = read_records(folder)
     if not any(isinstance(r, Trace) for r in records.values()):
-        raise InputError("has no features yet, so there is nothing to export", file=folder)
+        raise InputError(
+            "has no features yet, so there is nothing to export; trace some first.", file=folder
+        )
     return export_records(records, format_, out, force=force)
 
 
@@ -56,6 +58,6 @@ def export_records(
 def _check_format(format_: str) -> None:
     if format_ not in FORMATS:
         raise UsageError(
-            f"“{format_}” cannot be written by this version; choose one of {', '.join(FORMATS)}",
+            f"“{format_}” cannot be written by this version; choose one of {', '.join(FORMATS)}.",
             field="--to",
         )
