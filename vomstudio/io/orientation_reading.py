@@ -98,7 +98,7 @@ class OrientationTable:
 
     def column(self, key: str) -> list[str]:
         """(n,) the words of the column that the user calls `key`. Raises `UsageError`."""
-        cells = self.table.cells(self.table.find(key))
+        cells = self.table.labels(self.table.find(key))
         return [cells[i] for i in self.kept]
 
     def vectors(self) -> NDArray[np.float64]:
@@ -214,7 +214,7 @@ class _Reading:
         column = self.columns.get(meaning)
         if column is None:
             return None
-        cells = self.table.cells(column)
+        cells = self.table.labels(column)
         words = tuple(cells[i] for i in kept)
         return words if any(words) else None
 
