@@ -208,3 +208,14 @@ def test_names_of_all_scripts_go_through(run, write) -> None:
     text = "x,y,z,t\n" + "".join(f"{p.replace(' ', ',')},層 é\n" for p in POINTS.splitlines())
     path = write(text, "层理 é.csv")
     assert run("fit", path, "--by", "t", "--json").json["planes"][0]["id"] == "層 é"
+
+
+@pytest.mark.parametrize("command", ["fit", "stats", "fold"])
+def test_stderr_is_all_json_lines_where_progress_is_wanted_so(run, write, command: str) -> None:
+    table = write("x,y,z,strike,dip\n0,0,0,10,20\n1,0,0,40,50\n0,1,1,90,60\n0,3,1,7,7\n")
+    for path in (table, table.with_name("gone.csv")):
+        ran = run(command, path, "--json", "--progress", "json")
+        events = [json.loads(line) for line in ran.err.splitlines()]
+        assert events
+        assert all("event" in event for event in events)
+        assert ("error" in events[-1]) == ("error" in ran.json)

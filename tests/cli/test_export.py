@@ -69,6 +69,14 @@ def test_an_existing_export_is_replaced_only_by_force(run, project: Path, tmp_pa
     assert run("export", project, "--to", "csv", "-o", target, "--force").code == 0
 
 
+def test_the_journal_of_the_project_is_no_target(run, project: Path) -> None:
+    journal = project / "journal.sqlite"
+    before = journal.read_bytes()
+    ran = run("export", project, "--to", "csv", "-o", journal, "--force")
+    assert "read by the command" in ran.said
+    assert journal.read_bytes() == before
+
+
 @pytest.mark.parametrize("content", [None, b"", b"SQLite format 3\x00 but no more", b"words"])
 def test_a_folder_that_is_no_sound_project_is_refused(
     run, tmp_path: Path, content: bytes | None

@@ -97,3 +97,9 @@ def test_the_real_model_keeps_its_millimetres_and_its_nine_textures(run, data_di
     low, high = found["bounds"]
     assert [low[0], high[0]] == pytest.approx([576_665.72, 576_765.32], abs=0.005)
     assert [low[1], high[1]] == pytest.approx([5_188_117.06, 5_188_208.90], abs=0.005)
+
+
+def test_a_table_of_nothing_but_a_header_is_refused(run, write) -> None:
+    ran = run("info", write("x,y,z\n"), "--json")
+    assert ran.code == 2
+    assert "nothing below it" in ran.json["error"]["message"]

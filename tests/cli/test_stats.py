@@ -64,6 +64,16 @@ def test_sets_are_described_one_by_one(run, write) -> None:
     assert sets["unassigned"]["fisher"] is None
 
 
+def test_kinds_pooled_in_one_set_are_named(run, write) -> None:
+    path = write("kind,strike,dip\nbedding,30,40\nbedding,33,42\njoint,200,80\n")
+    ran = run("stats", path, "--json")
+    assert set(ran.json["sets"]) == {"all"}
+    assert "2 kinds (bedding, joint)" in ran.json["warnings"][0]
+    apart = run("stats", path, "--set", "kind", "--json").json
+    assert {name: s["n"] for name, s in apart["sets"].items()} == {"bedding": 2, "joint": 1}
+    assert not apart["warnings"]
+
+
 def test_poles_and_lines_are_never_averaged_together(run, write) -> None:
     text = "geometry,dipdir,dip,trend,plunge\nplane,10,20,,\nplane,12,20,,\nline,,,100,30\n"
     ran = run("stats", write(text), "--json")

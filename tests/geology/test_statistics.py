@@ -213,11 +213,19 @@ def test_a_uniform_scatter_gets_no_fisher_mean_but_a_reason() -> None:
     assert "uniform" in str(no_fisher_reason(v, directed=False))
 
 
-@pytest.mark.parametrize("n", [1, 2])
-def test_too_few_get_no_fisher_mean_but_a_reason(n: int) -> None:
-    stats = set_statistics(planes_to_poles([132, 130][:n], [41, 43][:n]))
+def test_a_single_plane_gets_no_fisher_mean_but_a_reason() -> None:
+    stats = set_statistics(planes_to_poles([132], [41]))
     assert stats["fisher"] is None
-    assert f"n = {n}" in str(stats["fisher_reason"])
+    assert "n = 1" in str(stats["fisher_reason"])
+
+
+def test_two_planes_close_together_have_a_fisher_mean_between_them() -> None:
+    # Poles 90/10 and 270/10 are 20 degrees apart as axes: R = 2 cos 10, kappa = 1 / (2 - R).
+    found = set_statistics(planes_to_poles([270, 90], [80, 80]))["fisher"]
+    assert isinstance(found, dict)
+    assert found["R"] == pytest.approx(2 * math.cos(math.radians(10)))
+    assert found["kappa"] == pytest.approx(1 / (2 - found["R"]))
+    assert found["plunge_deg"] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_directions_that_cancel_out_get_no_fisher_mean() -> None:

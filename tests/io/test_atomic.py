@@ -67,6 +67,16 @@ def test_an_existing_file_is_replaced_only_by_force(tmp_path: Path) -> None:
     assert target.read_text() == "new"
 
 
+def test_a_file_that_the_work_reads_is_not_replaced_even_by_force(tmp_path: Path) -> None:
+    source, link = tmp_path / "in.csv", tmp_path / "link.csv"
+    source.write_text("measured")
+    link.symlink_to(source)
+    for target in (source, link):
+        with pytest.raises(TargetError, match="read by the command"):
+            check_target(target, force=True, inputs=[source])
+    assert check_target(tmp_path / "out.csv", inputs=[source, tmp_path / "gone.csv"])
+
+
 def test_a_missing_folder_is_named(tmp_path: Path) -> None:
     with pytest.raises(TargetError, match="does not exist"):
         check_target(tmp_path / "missing" / "out.csv")

@@ -72,6 +72,8 @@ def refused(path: Path, azimuth: str | None = None) -> InputError | UsageError:
         "Strike (LHR) dip\n210 40\n",
         "strike,dip,dip quadrant\n30,40,SE\n",
         "strike,dip,quadrant\n210,40,SE\n",
+        "strike,dip,direction\n210,40,SE\n",
+        "strike,dip,dips to\n210,40,SE\n",
         "strike,dip,dip direction\n210,40,SE\n",
         "strike,dip\nN30E,40SE\n",
         "strike,dip\nS30W,40 SE\n",
@@ -116,6 +118,12 @@ def test_a_named_column_needs_no_azimuth_option_and_is_not_turned_by_it(table: W
 def test_the_right_hand_rule_is_used_where_a_quadrant_is_empty(table: Write) -> None:
     found = read_orientations(table("strike,dip,quadrant\n30,40,\n30,40,NW\n"))
     assert found.dip_direction_deg.tolist() == pytest.approx([120.0, 300.0])
+
+
+def test_compass_points_of_unknown_meaning_are_not_used_and_told(table: Write) -> None:
+    found = read_orientations(table("strike,dip,limb\n30,40,NE\n"))
+    assert found.dip_direction_deg[0] == pytest.approx(DIP_DIRECTION)
+    assert "'limb'" in found.warnings[0]
 
 
 def test_a_quadrant_along_the_strike_is_refused_by_line(table: Write) -> None:

@@ -408,3 +408,12 @@ def test_a_million_points_are_read_in_a_few_seconds(tmp_path: Path) -> None:
     groups = read_points(path)
     assert groups.points.shape == (1_000_000, 3)
     assert time.perf_counter() - start < 10.0
+
+
+def test_labels_in_scientific_notation_are_the_whole_numbers_they_stand_for(table) -> None:
+    rows = np.column_stack([np.vstack([TRIANGLE, TRIANGLE + 1]), [1, 1, 1, 20, 20, 20]])
+    path = table("")
+    np.savetxt(path, rows)
+    assert read_points(path, "4").ids == ("1", "20")
+    names = "\n".join(f"{x},{y},{z},12E4" for x, y, z in TRIANGLE)
+    assert read_points(table(f"x,y,z,sample\n{names}"), "sample").ids == ("12E4",)

@@ -251,6 +251,15 @@ def test_figures_are_written_with_text_as_text(tmp_path: Path, format: str) -> N
         assert data.startswith({"pdf": b"%PDF", "png": b"\x89PNG"}[format])
 
 
+@pytest.mark.parametrize("name", ["$x^{$", "a$b$c", "$"])
+def test_names_with_dollars_are_drawn_as_they_are(tmp_path: Path, name: str) -> None:
+    sets = make_sets({name: ("plane", [10, 30], [20, 20]), "b": ("plane", [90], [40])}, {})
+    out = tmp_path / "net.svg"
+    write_stereonet(out, NetContents(sets=sets), format="svg")
+    words = "".join(ElementTree.fromstring(out.read_bytes()).itertext())
+    assert f"{name}, poles (n = 2)" in words
+
+
 def test_rows_that_are_no_numbers_are_left_out_with_their_ids() -> None:
     (s,) = make_sets({"a": ("plane", [10, np.nan, 30], [20, 20, 20])}, {"a": ["x", "y", "z"]})
     assert s.ids == ("x", "z")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import sys
 import traceback
@@ -37,11 +38,16 @@ def main(argv: Sequence[str] | None = None) -> int:
         except KeyboardInterrupt:  # while writing
             return Cancelled.exit_code
         except VomError as error:  # stdout itself could not be written
-            return _fail(error, None)
+            return _fail(error, None, Output(as_json=False))
+
+
+def _progress_wanted(words: Sequence[str]) -> bool:
+    return "--progress=json" in words or ("--progress", "json") in itertools.pairwise(words)
 
 
 def _run(words: list[str], channel: Channel) -> int:
-    output = Output(as_json="--json" in words)
+    # Read before they are parsed: wrong words too are answered in the form that was asked for.
+    output = Output(as_json="--json" in words, as_events=_progress_wanted(words))
     failure: VomError | None = None
     debug = os.environ.get("VOMSTUDIO_DEBUG", "") not in ("", "0")
     try:
@@ -62,7 +68,7 @@ def _run(words: list[str], channel: Channel) -> int:
         if debug:
             traceback.print_exception(error)
     if failure is not None:
-        return _fail(failure, channel if output.as_json else None)
+        return _fail(failure, channel if output.as_json else None, output)
     _say(output.for_stderr())
     channel.write(said)
     return InputError.exit_code if output.failed else 0
@@ -95,8 +101,9 @@ def _from_system(error: OSError) -> VomError:
     return InputError(f"the system refused this ({reason}); check name and rights.", file=str(name))
 
 
-def _fail(error: VomError, channel: Channel | None) -> int:
-    _say(f"vomstudio: {' '.join(str(error).splitlines())}\n")
+def _fail(error: VomError, channel: Channel | None, output: Output) -> int:
+    sentence = f"vomstudio: {' '.join(str(error).splitlines())}"
+    _say(output.line_for_stderr(sentence, error=error.as_dict()) + "\n")
     if channel is not None:
         channel.write(to_json({"error": error.as_dict()}) + "\n")
     return error.exit_code

@@ -34,7 +34,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.text_tables import read_points
 
     if args.output is not None:
-        check_target(args.output, force=args.force)
+        check_target(args.output, force=args.force, inputs=[args.points])
     groups = read_points(args.points, args.by)
     rows, skipped = _fitted(groups, args.method)
     if not rows:

@@ -88,6 +88,12 @@ def _table(path: Path) -> dict[str, Any]:
     from vomstudio.io.text_tables import coordinate_columns, read_table
 
     table = read_table(path)
+    if not len(table):
+        raise InputError(
+            "there is a header and nothing below it; a table needs rows.",
+            file=path,
+            line=table.header_line,
+        )
     warnings = list(table.notes)
     bounds = None
     try:

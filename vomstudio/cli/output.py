@@ -24,8 +24,10 @@ from vomstudio.progress import CancelToken
 class Output:
     """What a command has to say, until it may be said."""
 
-    def __init__(self, *, as_json: bool) -> None:
+    def __init__(self, *, as_json: bool, as_events: bool = False) -> None:
         self.as_json = as_json
+        self.as_events = as_events
+        """Stderr is JSON lines, all of it: whoever parses progress can't have prose between."""
         self.failed = False
         """Set by a command that has a result and yet must not exit 0 (`info` of several files)."""
         self._result: Mapping[str, Any] | None = None
@@ -55,7 +57,10 @@ class Output:
 
     def for_stderr(self) -> str:
         said = self._notes + (self._text if self.as_json else [])
-        return "".join(f"{text}\n" for text in said)
+        return "".join(f"{self.line_for_stderr(text)}\n" for text in said)
+
+    def line_for_stderr(self, text: str, **more: object) -> str:
+        return to_json({"event": "text", "text": text, **more}) if self.as_events else text
 
 
 def to_json(value: object) -> str:

@@ -75,6 +75,13 @@ def _sets(
     for name, members in rows.items():
         where = np.asarray(members, dtype=np.int64)
         plane = table.is_plane[where]
+        kinds = {} if table.kinds is None else dict.fromkeys(table.kinds[i] for i in members)
+        if len(kinds) > 1:
+            said = ", ".join(kind or "no kind" for kind in kinds)
+            warnings.append(
+                f"set '{name}' pools planes or lines of {len(kinds)} kinds ({said}); "
+                "use --set to describe them apart"
+            )
         if plane.all() or not plane.any():
             result[name] = where
             continue

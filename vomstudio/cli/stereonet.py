@@ -44,7 +44,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             f"'{args.contour}' is no way to contour; use {', '.join(DENSITY_METHODS)}.",
             field="--contour",
         )
-    check_target(args.output, force=args.force)
+    check_target(args.output, force=args.force, inputs=[args.table])
     table = read_orientations(args.table, args.azimuth)
     net = _net(table, args)
 

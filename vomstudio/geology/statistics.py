@@ -132,14 +132,14 @@ def fisher(vectors: npt.ArrayLike, directed: bool) -> Fisher:
 def no_fisher_reason(vectors: npt.ArrayLike, directed: bool) -> str | None:
     """Why Fisher's statistics would mislead for this set, or None where they are sound.
 
-    Fewer than 3; axial data that are no cluster, that is whose point index P is not the largest of
+    A single one; axial data that are no cluster, that is whose point index P is not the largest of
     Vollmer's three (1990): flipping and averaging a girdle or a uniform scatter has no meaning.
     Woodcock's K alone would also refuse tight clusters of an elongated shape.
     """
     v = unit_vectors(vectors)
     n = len(v)
-    if n < 3:
-        return f"n = {n}: a Fisher mean needs at least 3"
+    if n < 2:
+        return "n = 1: a Fisher mean needs at least 2"
     if directed:
         if float(np.linalg.norm(v.sum(axis=0))) < 1e-9 * n:
             return "the directions cancel out: there is no mean"

@@ -12,7 +12,7 @@ import errno
 import os
 import secrets
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from vomstudio.errors import TargetError
@@ -22,11 +22,15 @@ _FORBIDDEN = {errno.EACCES, errno.EPERM, errno.EROFS}
 _OF_THE_TARGET = _DISK_FULL | _FORBIDDEN | {errno.EIO, errno.ENAMETOOLONG, errno.ENOENT}
 
 
-def check_target(path: str | Path, *, force: bool = False) -> Path:
+def check_target(
+    path: str | Path, *, force: bool = False, inputs: Iterable[str | Path] = ()
+) -> Path:
     """The file that `path` stands for, if it may be written; called before long work begins.
 
-    Symbolic links are followed, so that a link stays a link. Raises `TargetError` where the folder
-    is missing or not writable, or something is there already that may not be replaced.
+    inputs: files that the work reads, and which `force` does not replace either: measurements are
+    not exchanged for what was made of them. Symbolic links are followed, so that a link stays a
+    link. Raises `TargetError` where the folder is missing or not writable, or something is there
+    already that may not be replaced.
     """
     shown = Path(path)
     if not shown.name:
@@ -48,6 +52,8 @@ def check_target(path: str | Path, *, force: bool = False) -> Path:
         raise TargetError("this is a folder; give the output a file name.", file=shown)
     if not stat.S_ISREG(mode):
         raise TargetError("this is a device or pipe; give the output a file name.", file=shown)
+    if any(_is_same_file(target, given) for given in inputs):
+        raise TargetError("this file is read by the command; name another output.", file=shown)
     if not force:
         raise TargetError(
             "this file exists already; use --force to replace it, or name another.", file=shown
@@ -88,6 +94,13 @@ def write_bytes(path: str | Path, data: bytes, *, force: bool = False) -> None:
     """Write `data` to `path`, whole or not at all."""
     with atomic_write(path, force) as temporary:
         temporary.write_bytes(data)
+
+
+def _is_same_file(target: Path, given: str | Path) -> bool:
+    try:
+        return target.samefile(given)
+    except (OSError, ValueError):  # it is missing, which its reader will say
+        return False
 
 
 def _is_about(error: OSError, *paths: Path) -> bool:

@@ -23,14 +23,16 @@ def export_project(folder: Path, format_: str, out: Path, *, force: bool = False
     Raises InputError where the project cannot be read or holds no features, UsageError for a format
     that is not known, TargetError where `out` cannot be written.
     """
-    from vomstudio.io.journal import read_replay
+    from vomstudio.io.journal import own_files, read_replay
 
     _check_format(format_)
-    check_target(out, force=force)
+    check_target(out, force=force, inputs=own_files(folder))
     kept = read_replay(folder)
     records = kept.records
     if not any(isinstance(r, Trace) for r in records.values()):
-        raise InputError("has no features yet, so there is nothing to export", file=folder)
+        raise InputError(
+            "has no features yet, so there is nothing to export; trace some first.", file=folder
+        )
     return export_records(records, format_, out, force=force, thresholds=_thresholds(kept.settings))
 
 
@@ -66,6 +68,6 @@ def _thresholds(settings: Mapping[str, Any]) -> Thresholds | None:
 def _check_format(format_: str) -> None:
     if format_ not in FORMATS:
         raise UsageError(
-            f"“{format_}” cannot be written by this version; choose one of {', '.join(FORMATS)}",
+            f"“{format_}” cannot be written by this version; choose one of {', '.join(FORMATS)}.",
             field="--to",
         )

@@ -145,6 +145,11 @@ class SqliteJournal:
         self._db.close()
 
 
+def own_files(folder: Path) -> list[Path]:
+    """The files that are the project's truth, and which no export may replace."""
+    return [folder / f"journal.sqlite{ending}" for ending in ("", "-wal", "-shm")]
+
+
 def read_records(folder: Path) -> dict[str, Record]:
     """The records of the project in `folder` as they are now. Raises as `read_replay`."""
     return read_replay(folder).records
@@ -156,7 +161,10 @@ def read_replay(folder: Path) -> Replay:
     path = Path(folder)
     path = path / "journal.sqlite" if path.is_dir() else path
     if not path.is_file():
-        raise InputError("is not a VOM Studio project (a folder with journal.sqlite)", file=folder)
+        raise InputError(
+            "is not a VOM Studio project (a folder with journal.sqlite); check the name.",
+            file=folder,
+        )
     try:
         db = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=5.0)
         try:

@@ -36,7 +36,15 @@ _ALIASES: dict[str, set[str]] = {
     | {"strikelhr", "lhrstrike", "strikelefthand", "strikelefthandrule", "strikeazimuth"},
     "dip": {"dip", "dipangle", "dipamount", "dipmagnitude", "angleofdip"},
     "quadrant": {"quadrant", "dipquadrant", "dipquad", "quad", "dipsector", "dipcardinal"}
-    | {"dipdirectionquadrant", "dipside"},
+    | {
+        "dipdirectionquadrant",
+        "dipside",
+        "quadrantofdip",
+        "dipto",
+        "dipsto",
+        "dipstowards",
+        "dipstoward",
+    },
     "azimuth": {"azimuth", "azimut", "azim", "azi", "az"},
     "trend": {"trend", "trendazimuth", "plungeazimuth", "plungedirection", "plungedir"},
     "plunge": {"plunge", "plungeangle", "plungeamount"},
@@ -48,6 +56,8 @@ _ALIASES: dict[str, set[str]] = {
     "set": {"set", "sets", "setname", "family", "domain"},
     "id": {"id", "fid", "uid", "number", "no", "nr"},
 }
+_QUADRANT_BY_ITS_CELLS = {"direction", "dir", "side", "sense", "dips"}
+"""Names that mean a dip quadrant only where compass points stand below."""
 _WIND = re.compile(r"[NSEW]{1,3}", re.IGNORECASE)
 _BEARING = re.compile(
     r"[NSEW]{1,3}(\s*\d+([.,]\d+)?\s*°?\s*[EW]?)?|\d+([.,]\d+)?\s*°?\s*[NSEW]{1,3}", re.IGNORECASE
@@ -88,7 +98,7 @@ class OrientationTable:
 
     def column(self, key: str) -> list[str]:
         """(n,) the words of the column that the user calls `key`. Raises `UsageError`."""
-        cells = self.table.cells(self.table.find(key))
+        cells = self.table.labels(self.table.find(key))
         return [cells[i] for i in self.kept]
 
     def vectors(self) -> NDArray[np.float64]:
@@ -204,7 +214,7 @@ class _Reading:
         column = self.columns.get(meaning)
         if column is None:
             return None
-        cells = self.table.cells(column)
+        cells = self.table.labels(column)
         words = tuple(cells[i] for i in kept)
         return words if any(words) else None
 
@@ -237,6 +247,8 @@ class _Reading:
         if strike is not None and direction is not None and self._are_winds(direction):
             # `strike, dip, dip direction` with SE in the third: a quadrant by another name.
             quadrant, direction = direction, None
+        if quadrant is None and direction is None and strike is not None:
+            quadrant = self._quadrant_by_another_name()
         if direction is not None:
             self._from_dip_direction(direction, dip)
             if strike is not None:
@@ -255,6 +267,21 @@ class _Reading:
             self._from_strike(azimuth, dip, quadrant)
         else:
             self._from_azimuth(azimuth, dip)
+
+    def _quadrant_by_another_name(self) -> int | None:
+        """A column of compass points beside the strike. Where its name leaves open what it says
+        (a limb? a site?), it is not used and that is told."""
+        others = set(range(self.table.width)) - set(self.columns.values())
+        winds = [c for c in sorted(others) if self._are_winds(c)]
+        named = [c for c in winds if plain(self.table.label(c)) in _QUADRANT_BY_ITS_CELLS]
+        if len(named) == 1:
+            return named[0]
+        if winds:
+            self.warnings.append(
+                f"{self._named(*winds)}: compass points that were not used; call the column "
+                "'quadrant' if the planes dip to them"
+            )
+        return None
 
     def _read_headerless(self) -> None:
         if self.table.width < 2:

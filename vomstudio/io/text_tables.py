@@ -35,6 +35,9 @@ from vomstudio.io.text_rows import (
 FARTHEST_M = 1e12
 
 
+_SCIENTIFIC = re.compile(r"[+-]?\d\.\d+[eE][+-]\d{2,3}")
+
+
 @dataclass(frozen=True, eq=False)
 class TextTable:
     """The rows of one text file. Columns are counted from 0 here, from 1 in what users type."""
@@ -76,6 +79,14 @@ class TextTable:
         delimiter = None if self.delimiter == " " else self.delimiter
         lines = self._text.lines[:first]
         return [line.split(delimiter, column + 1)[column].strip() for line in lines]
+
+    def labels(self, column: int) -> list[str]:
+        """(n,) the words of a column that tells rows apart. Programs that write whole tables in
+        scientific notation write the label 1 as 1.000000e+00."""
+        return [
+            f"{float(cell):.15g}" if _SCIENTIFIC.fullmatch(cell) else cell
+            for cell in self.cells(column)
+        ]
 
     def numbers(self, columns: Sequence[int]) -> NDArray[np.float64]:
         """(n, len(columns)) float64; an empty cell is NaN. Raises `InputError` at a word."""
@@ -270,7 +281,7 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
     elif by == "segment" and table.separators and not table.has(by):
         groups = _segments(table)
     else:
-        groups = table.cells(table.find(by))
+        groups = table.labels(table.find(by))
         nameless = [i for i, name in enumerate(groups) if not name and keep[i]]
         if nameless:
             keep[nameless] = False

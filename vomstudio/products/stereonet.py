@@ -378,7 +378,9 @@ def _text_width(text: str, font_pt: float) -> float:
 
     if not text.strip():
         return 0.3 * font_pt * len(text)
-    box = TextPath((0, 0), text, size=font_pt, prop=FontProperties()).get_extents()
+    # A set may be called "$": names are no formulas.
+    plain = text.replace("$", r"\$")
+    box = TextPath((0, 0), plain, size=font_pt, prop=FontProperties()).get_extents()
     return float(box.x1)
 
 
@@ -522,7 +524,7 @@ class _Page:
         self.text_boxes.append((left, y - half, left + width, y + half))
         artist = self.axes.text(
             *self.net_of(x, y), text, ha=align, va="center_baseline", fontsize=self.font * size,
-            color=color or self.style.ink, weight=weight, zorder=9,
+            color=color or self.style.ink, weight=weight, zorder=9, parse_math=False,
         )  # fmt: skip
         if halo:
             ring = patheffects.withStroke(linewidth=0.3 * self.font, foreground=self.style.net)
