@@ -97,10 +97,9 @@ class MainWindow(QMainWindow):
         self._make_status()
         self._connect()
         # Docks that are tabbed before the window is shown leave a stray tab bar behind.
-        docks = self._settings.window.get("docks")
-        if docks is None or not self.restoreState(_bytes(docks), _LAYOUT_VERSION):
-            self._arrange()
-            QTimer.singleShot(0, self._default_sizes)
+        self._arrange()
+        # Sizes hold only once the parts have been laid out: before that the centre has none.
+        QTimer.singleShot(0, self._restore_docks)
         self._filled = True
         self.studio.project_opened.emit()
         self.actions_table.refresh()
@@ -163,6 +162,11 @@ class MainWindow(QMainWindow):
         self.tabifyDockWidget(docks["table"], docks["messages"])
         docks["stereonet"].raise_()
         docks["table"].raise_()
+
+    def _restore_docks(self) -> None:
+        docks = self._settings.window.get("docks")
+        if docks is None or not self.restoreState(_bytes(docks), _LAYOUT_VERSION):
+            self._default_sizes()
 
     def _default_sizes(self) -> None:
         docks, wide, high = self.docks, Qt.Orientation.Horizontal, Qt.Orientation.Vertical
