@@ -42,6 +42,13 @@ def load_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     }
 
 
+def copy_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+    """Copy the model `path` with all that belongs to it below `folder`."""
+    from vomstudio.io.model_copy import copy_model as copy
+
+    return {"path": str(copy(Path(args["path"]), Path(args["folder"]), progress))}
+
+
 def write_layers(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """Write the GIS layers of the project in `folder` to `project.gpkg`."""
     from vomstudio.io.export import export_project
@@ -54,5 +61,6 @@ def write_layers(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
 TASKS: dict[str, Task] = {
     "warm": warm,
     "load_model": load_model,
+    "copy_model": copy_model,
     "write_layers": write_layers,
 }

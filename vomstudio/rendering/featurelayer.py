@@ -27,8 +27,9 @@ DARK = (20, 20, 22)
 BRIGHT = (255, 255, 255)
 
 # Steps of the depth buffer (1/65536 of its range) by which lines stand before the surface that
-# they lie on, and by which the faint copy stands before everything.
-OVER_SURFACE = -30.0
+# they lie on, and by which the faint copy stands before everything. The first has to cover the rise
+# of a slanting surface across half a line's width, or the halo is cut off on the near side.
+OVER_SURFACE = -150.0
 OVER_ALL = -65000.0
 
 
@@ -60,14 +61,15 @@ class FeatureLayer:
             look = actor.GetProperty()
             look.LightingOff()
             selected = name.endswith("+")
+            over = 2.5 * OVER_SURFACE if selected else OVER_SURFACE
             if name == "discs":
                 look.SetOpacity(DISC_OPACITY)
             elif name.startswith("halo"):
                 mapper.ScalarVisibilityOff()
                 look.SetColor(*(v / 255.0 for v in (BRIGHT if selected else DARK)))
-                mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, OVER_SURFACE)
+                mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, over)
             elif name.startswith("line"):
-                mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, OVER_SURFACE - 8.0)
+                mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, over - 8.0)
             else:
                 look.SetOpacity(HIDDEN_OPACITY)
                 mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, OVER_ALL)

@@ -12,7 +12,7 @@ All of this belongs to one thread.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -214,6 +214,45 @@ class Scene:
         )
         largest = int(vtkTextureObject.GetMaximumTextureSize(window))
         self.texture_limit = min(largest, SOFTWARE_TEXTURE_SIDE) if self.software else largest
+
+    def warm_up(self) -> Iterator[None]:
+        """Have the driver compile its programs, one per step, before the first model needs them:
+        together they would hold up its first frame by a tenth of a second."""
+        assert self._window is not None
+        points = np.array([[0, 0, 0], [1, 0, 0], [0, 0, 1]], np.float32)
+        corners = points.astype(np.float64)
+        faces = np.array([[0, 1, 2]], np.int32)
+        grey = np.full((3, 3), 128, np.uint8)
+        samples = (
+            (Mesh(corners, faces), vtkdata.triangles(points, faces, colors=grey), False),
+            (Mesh(corners, faces), vtkdata.triangles(points, faces, uv=points[:, ::2]), True),
+            (PointCloud(corners), vtkdata.point_set(points, grey), False),
+        )
+        for holder, data, textured in samples:
+            if self.models or self._window is None:
+                return
+            zero = np.zeros(3)
+            self.origin = zero
+            model = ModelScene("", holder, zero, zero, zero + 1.0, np.eye(4), np.eye(4))
+            part = self._part(model, data)
+            self.origin = None
+            self._dress(model, part)
+            if textured:
+                texture = vtkTexture()
+                texture.SetInputData(vtkdata.image(np.full((2, 2, 3), 128, np.uint8)))
+                texture.InterpolateOn()
+                part.actor.SetTexture(texture)
+                part.actor.GetProperty().LightingOff()
+            camera = self.camera
+            self.camera = Camera()
+            self._apply_camera()
+            self.camera = camera
+            part.actor.VisibilityOn()
+            self._render(erase=True, surface=True, layer=False, action=None)
+            self._window.WaitForCompletion()
+            self._drop(part)
+            self.frames -= 1
+            yield
 
     def close(self) -> None:
         """Release every graphics resource; the scene cannot be started again."""

@@ -16,7 +16,7 @@ import collections
 import contextlib
 import threading
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -107,6 +107,7 @@ class Viewport(QWidget):
         self._pixels: npt.NDArray[np.uint8] | None = None
         self._base: QImage | None = None
         self._first_done = False
+        self._warming: Iterator[None] = iter(())
         self._stages: dict[str, set[str]] = {}
         self._label_boxes: list[tuple[str, QRectF]] = []
         self._labels = painting.LabelCache()
@@ -678,6 +679,16 @@ class Viewport(QWidget):
         if scene is not None and not self._first_done:
             self._first_done = True
             self.first_frame.emit()
+            self._warming = scene.warm_up()
+            QTimer.singleShot(0, self._warm)
+
+    def _warm(self) -> None:
+        if self._scene is not None and not self._closed and not self._scene.models:
+            for _ in self._warming:
+                self._frame_dirty = True
+                QTimer.singleShot(0, self._warm)
+                return
+            self.update()
 
     def _compose(self) -> None:
         """The picture with all that moves only with the camera."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtWidgets import QInputDialog, QMessageBox
@@ -189,6 +190,21 @@ def _models(w: MainWindow) -> list[Command]:
     def no_model() -> str | None:
         return None if studio.session.of(Model) else "open a model first"
 
+    def cannot_copy() -> str | None:
+        model = w.current_model()
+        if model is None:
+            return "open a model first"
+        if studio.project.untitled:
+            return "save the project first"
+        if model.id not in studio.models:
+            return "the model's file is not open"
+        return None if Path(model.path).is_absolute() else "the model is in the project already"
+
+    def copy() -> None:
+        model = w.current_model()
+        if model is not None:
+            studio.copy_model(model.id)
+
     def not_missing() -> str | None:
         model = w.current_model()
         if model is None:
@@ -200,6 +216,9 @@ def _models(w: MainWindow) -> list[Command]:
                 "Up axis, unit, and CRS or local: what makes angles geographic", no_model),
         Command("locate", "&Locate file…", w.locate_model, "file-search-outline", (),
                 "Say where the file of a model is now", not_missing),
+        Command("copy_model", "&Copy into the project", copy, "content-copy", (),
+                "The model, its materials and images, so that the folder can be moved and zipped",
+                cannot_copy),
         Command("remove_model", "&Remove model", w.remove_model, "close", (), "", no_model),
     ]  # fmt: skip
 

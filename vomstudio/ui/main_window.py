@@ -50,7 +50,7 @@ _MENUS = (
     ("&View", ("home", "frame_selection", "orthographic", "|", "view_top", "view_north",
                "view_east", "view_south", "view_west", "view_bottom", "|", "*notation",
                "*display", "trackball", "|", "only_outcrop", "*docks")),
-    ("&Model", ("declare_frame", "locate", "remove_model")),
+    ("&Model", ("declare_frame", "locate", "copy_model", "remove_model")),
     ("&Interpret", ("navigate", "trace", "|", "finish_trace", "cancel_trace", "continue_trace",
                     "delete_vertex")),
     ("&Analyse", ("along_beta", "face_plane", "|", "show_stereonet")),
@@ -525,7 +525,7 @@ class MainWindow(QMainWindow):
         table = self.actions_table
         table.refresh()
         names = (
-            ("declare_frame", "locate", "remove_model")
+            ("declare_frame", "locate", "copy_model", "remove_model")
             if isinstance(record, Model)
             else ("frame_selection", "continue_trace", "face_plane", "rename", "delete")
             if isinstance(record, Trace)

@@ -299,6 +299,30 @@ class Studio(QObject):
 
         self.loader.load(model_id, path, self.project.cache, arrived)
 
+    def copy_model(self, model_id: str) -> None:
+        """Bring a model's files into the project's folder."""
+        model = self.records.get(model_id)
+        path = self.project.find_model(model) if isinstance(model, Model) else None
+        if path is None or not isinstance(model, Model):
+            return
+        project = self.project
+
+        def arrived(result: dict[str, Any]) -> None:
+            copy = Path(result["path"])
+            if self.project is project and self.attempt(
+                edits.relocate_model, model_id, project.model_path(copy), model.content_hash
+            ):
+                self.info(f"{model.name} is part of the project's folder now.")
+
+        self.jobs.submit(
+            "files",
+            "copy_model",
+            {"path": str(path), "folder": str(project.folder / "models")},
+            title=f"Copying {model.name}",
+            on_done=arrived,
+            on_failed=lambda event: self.warn(event.message, "error"),
+        )
+
     def _add_opened(self, path: Path, opened: OpenModel) -> None:
         same = [m for m in self.session.of(Model) if m.content_hash == opened.content_hash]
         if same:

@@ -1,0 +1,80 @@
+"""A model copied into a project, with everything that belongs to it."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+from vomstudio.errors import InputError, TargetError
+from vomstudio.io.mtl import decode, find_beside, read_library
+from vomstudio.progress import Progress, Silent
+
+
+def companions(model: Path) -> list[Path]:
+    """The other files that a model needs: a .prj or offset beside it; the material files and
+    images of an OBJ. Only what lies in the model's folder or below it."""
+    found = [model.with_suffix(".prj"), model.with_suffix(".offset.txt")]
+    if model.suffix.lower() == ".obj":
+        for library in _libraries(model):
+            found.append(library)
+            materials, _ = read_library(library, model.parent)
+            found += [m.texture for m in materials.values() if m.texture is not None]
+    inside = model.parent.resolve()
+    return [
+        path
+        for path in dict.fromkeys(found)
+        if path.is_file() and path.resolve().is_relative_to(inside)
+    ]
+
+
+def copy_model(model: Path, folder: Path, progress: Progress | None = None) -> Path:
+    """Copy a model and its companions to a new folder below `folder`; returns the copy's path.
+
+    The whole copy appears at once or not at all. Raises InputError, TargetError or Cancelled.
+    """
+    progress = progress or Silent()
+    files = [model, *companions(model)]
+    target = folder / model.stem
+    number = 1
+    while target.exists():
+        number += 1
+        target = folder / f"{model.stem}-{number}"
+    part = target.with_name(target.name + ".part")
+    try:
+        shutil.rmtree(part, ignore_errors=True)
+        progress.stage("Copying files", len(files))
+        for done, file in enumerate(files, 1):
+            place = part / file.resolve().relative_to(model.parent.resolve())
+            place.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(file, place)
+            progress.step(done)
+        part.rename(target)
+    except OSError as error:
+        place = Path(error.filename2 or error.filename or target)
+        if place.is_relative_to(folder):
+            raise TargetError(
+                f"the model cannot be copied here ({error.strerror})", file=target
+            ) from error
+        raise InputError(f"cannot be copied ({error.strerror})", file=place) from error
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+    return target / model.name
+
+
+def _libraries(model: Path) -> list[Path]:
+    """The material files that an OBJ names, wherever in the file it does."""
+    names: dict[str, None] = {}
+    with model.open("rb") as lines:
+        for line in lines:
+            if line.startswith(b"mtllib"):
+                names.setdefault(decode(line[len(b"mtllib") :]).strip())
+    found = []
+    for name in names:
+        # One file whose name has blanks, or several files.
+        whole, _ = find_beside(model.parent, name)
+        found += (
+            [whole]
+            if whole
+            else [p for word in name.split() if (p := find_beside(model.parent, word)[0])]
+        )
+    return found
