@@ -450,9 +450,7 @@ class MainWindow(QMainWindow):
                 return False
             if answer == QMessageBox.StandardButton.Save:
                 return self.save()
-        if studio.session.dirty:
-            return self._try(studio.session.discard_unsaved)
-        return True
+        return self._try(studio.discard)
 
     def _offer_recovery(self, folders: list[Path]) -> None:
         from vomstudio.ui.studio import Notice

@@ -11,6 +11,16 @@ from pathlib import Path
 
 
 def run_window(paths: Sequence[str]) -> int:
+    if sys.platform.startswith("linux") and not any(
+        os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")
+    ):
+        # Without a screen Qt would abort the process with a page of its own.
+        print(
+            "There is no screen for the window (DISPLAY is not set). The commands work without "
+            "one: vomstudio --help lists them.",
+            file=sys.stderr,
+        )
+        return 2
     os.environ.setdefault("QT_API", "pyside6")
     from PySide6.QtCore import QTimer
     from PySide6.QtGui import QSurfaceFormat

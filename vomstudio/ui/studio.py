@@ -17,6 +17,7 @@ from vomstudio.document.selection import Selection
 from vomstudio.document.session import Session
 from vomstudio.errors import VomError
 from vomstudio.geometry.surface import Surface
+from vomstudio.io.export import export_records
 from vomstudio.io.project import Project, create_untitled, is_free, is_project, untitled_projects
 from vomstudio.io.settings import Settings, write_settings
 from vomstudio.jobs.events import Failed
@@ -150,6 +151,23 @@ class Studio(QObject):
         self.session.save()
         self.write_layers()
         self.info(f"Saved {self.project.name}.")
+
+    def discard(self) -> None:
+        """Leave what was not saved to the history. Raises VomError."""
+        self.trace_tool.cancel()
+        if not self.session.dirty:
+            return
+        self.session.discard_unsaved()
+        layers = self.project.folder / "project.gpkg"
+        if not layers.exists():
+            return
+        # The project is about to be closed: no time for a worker.
+        if self.session.of(Trace):
+            export_records(
+                self.records, "gpkg", layers, force=True, thresholds=self.settings.thresholds
+            )
+        else:
+            layers.unlink(missing_ok=True)
 
     def save_as(self, folder: Path) -> None:
         self._mark_open(False)

@@ -1,0 +1,70 @@
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from vomstudio.errors import TargetError
+from vomstudio.io.settings import Settings, read_settings, write_settings
+
+
+def test_settings_come_back_as_they_were(tmp_path):
+    path = tmp_path / "deep" / "settings.toml"
+    settings = Settings(notation="quadrant", projection="angle", turntable=False)
+    settings.limits = {"good_K": 0.7}
+    settings.window = {"geometry": "AdnQywAD=="}
+    settings.add_recent(Path('/data/ä "quoted" \\ back.obj'))
+    write_settings(settings, path)
+    again, problems = read_settings(path)
+    assert again == settings
+    assert problems == []
+    assert again.thresholds.good_K == 0.7
+    assert again.thresholds.good_M == Settings().thresholds.good_M
+
+
+def test_no_file_means_defaults(tmp_path):
+    assert read_settings(tmp_path / "none.toml") == (Settings(), [])
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ("notation = 3\n", "notation"),
+        ("[limits]\nnonsense = 3\n", "limits"),
+        ('[limits]\ngood_K = "x"\n', "limits"),
+        ("not toml at all", "settings"),
+        ("\x00\x01", "settings"),
+    ],
+)
+def test_what_cannot_be_read_is_said_and_has_its_default(tmp_path, text, named):
+    path = tmp_path / "settings.toml"
+    path.write_text('projection = "angle"\n' + text if "=" in text else text)
+    settings, problems = read_settings(path)
+    assert len(problems) == 1
+    assert named in problems[0]
+    assert settings.notation == "dipdir/dip"
+    assert settings.limits == {}
+
+
+def test_unknown_settings_of_other_versions_do_not_disturb(tmp_path):
+    path = tmp_path / "settings.toml"
+    path.write_text('notation = "strike/dip"\nfuture = 3\n')
+    settings, problems = read_settings(path)
+    assert settings.notation == "strike/dip"
+    assert problems == []
+
+
+def test_recent_files_are_ten_the_newest_first_each_once():
+    settings = Settings()
+    for number in (*range(14), 3):
+        settings.add_recent(Path(f"/m/{number}.obj"))
+    assert settings.recent[:2] == ["/m/3.obj", "/m/13.obj"]
+    assert len(settings.recent) == 10
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a file where a folder should be")
+def test_a_place_that_cannot_be_written_is_named(tmp_path):
+    (tmp_path / "file").write_text("x")
+    with pytest.raises(TargetError, match="file"):
+        write_settings(Settings(), tmp_path / "file" / "settings.toml")
