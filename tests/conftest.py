@@ -17,3 +17,20 @@ def data_dir() -> Path:
     if not folder.is_dir():
         pytest.skip(f"real data not found at {folder}; set VOMSTUDIO_DATA")
     return folder
+
+
+@pytest.fixture
+def own_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """State, configuration and settings of a user who has just come; their home folder."""
+    home = tmp_path / "user"
+    for name in ("XDG_STATE_HOME", "XDG_CONFIG_HOME", "XDG_CACHE_HOME", "XDG_DATA_HOME"):
+        monkeypatch.setenv(name, str(home / name.lower()))
+    monkeypatch.setenv("VOMSTUDIO_SETTINGS", str(home / "settings.toml"))
+    home.mkdir()
+    return home
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    # QImage.mirrored is deprecated since Qt 6.13; its successor is missing from the oldest Qt.
+    for item in items:
+        item.add_marker(pytest.mark.filterwarnings("ignore:.*QImage.mirrored:DeprecationWarning"))

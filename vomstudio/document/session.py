@@ -9,7 +9,7 @@ from typing import Any, Generic, TypeVar
 from vomstudio.document.codec import encode_changes
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.journal import Draft, Journal, replay
-from vomstudio.document.records import DEFAULT_TYPES, Record
+from vomstudio.document.records import DEFAULT_TYPES, FeatureType, Record
 
 T = TypeVar("T")
 
@@ -53,6 +53,10 @@ class Session:
         self.recovered = self.dirty and bool(self._done)
         if not played.done and not played.undone and not played.records:
             self._begin()
+        elif not self.of(FeatureType):
+            # The journal's first row is damaged: without feature types nothing can be picked.
+            types: dict[str, Record | None] = {kind.id: kind for kind in DEFAULT_TYPES}
+            self._write(change(self._records, "Restore the feature types", types), "do")
 
     def _begin(self) -> None:
         first = change({}, "New project", {kind.id: kind for kind in DEFAULT_TYPES})

@@ -15,7 +15,7 @@ from typing import Any
 
 from vomstudio.document.records import Model, Trace
 from vomstudio.document.session import Session
-from vomstudio.errors import InputError, TargetError
+from vomstudio.errors import InputError, TargetError, VomError
 from vomstudio.io.journal import SqliteJournal, read_replay
 from vomstudio.io.lock import ProjectLock
 
@@ -81,6 +81,8 @@ class Project:
     def save_as(self, folder: Path) -> None:
         """Move to another folder: history and copies go along. A project with a name stays behind
         as it was last saved; an untitled one is gone. Raises TargetError."""
+        if folder.exists() and not folder.is_dir():
+            raise TargetError("there is a file of this name; choose another name", file=folder)
         if folder.exists() and any(folder.iterdir()):
             raise TargetError("the folder is not empty; choose another name", file=folder)
         part = folder.with_name(folder.name + ".part")
@@ -96,6 +98,9 @@ class Project:
         except OSError as error:
             shutil.rmtree(part, ignore_errors=True)
             raise TargetError(f"cannot be written ({error.strerror})", file=folder) from error
+        except VomError:
+            shutil.rmtree(part, ignore_errors=True)
+            raise
         lock = ProjectLock(folder / "lock")
         journal = SqliteJournal(folder / JOURNAL)
         left, untitled = self.folder, self.untitled
@@ -190,13 +195,23 @@ def untitled_projects(*, finished: bool) -> list[Path]:
     """Untitled projects that no window holds, the newest first: those whose changes were discarded
     on closing (finished), or those that a crash or a power cut has left behind."""
     found = []
-    for folder in sorted(untitled_folder().glob(f"*{SUFFIX}"), reverse=True):
+    journals = untitled_folder().glob(f"*{SUFFIX}/{JOURNAL}")
+    for folder in (j.parent for j in sorted(journals, key=_time_of, reverse=True)):
         if not is_free(folder):
             continue
         try:
             kept = read_replay(folder)
+            done = kept.top == kept.saved_top and kept.draft is None
         except InputError:
-            continue
-        if (kept.top == kept.saved_top and kept.draft is None) == finished:
+            # Opening it says what is wrong; hiding it would lose it.
+            done = False
+        if done == finished:
             found.append(folder)
     return found
+
+
+def _time_of(path: Path) -> float:
+    try:
+        return path.stat().st_mtime
+    except OSError:
+        return 0.0

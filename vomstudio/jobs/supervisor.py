@@ -9,6 +9,7 @@ import os
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -33,19 +34,27 @@ class Worker:
         self._numbers = itertools.count(1)
         self._process: subprocess.Popen[str] | None = None
         self._listeners: dict[int, Listener] = {}
+        self._owners: dict[int, subprocess.Popen[str]] = {}
         self._timers: dict[int, threading.Timer] = {}
         self._closed = False
 
     def submit(self, task: str, args: Mapping[str, Any], listener: Listener) -> int:
-        """Returns the job's number."""
+        """Returns the job's number. Raises WorkerError where no process can be had for it."""
         with self._lock:
+            if self._closed:
+                raise WorkerError("the program is closing; nothing more is begun")
             job = next(self._numbers)
-            self._listeners[job] = listener
+            command = {"job": job, "task": task, "args": dict(args)}
             try:
-                self._write({"job": job, "task": task, "args": dict(args)})
+                try:
+                    owner = self._write(command)
+                except BrokenPipeError:
+                    # It is dying, and nobody has noticed yet.
+                    self._process = None
+                    owner = self._write(command)
             except OSError as error:
-                self._listeners.pop(job)
                 raise WorkerError(f"the worker process cannot be started: {error}") from error
+            self._listeners[job], self._owners[job] = listener, owner
             return job
 
     def cancel(self, job: int) -> None:
@@ -53,18 +62,31 @@ class Worker:
         with self._lock:
             if job not in self._listeners or job in self._timers:
                 return
+            stdin = self._owners[job].stdin
+            assert stdin is not None
             with contextlib.suppress(OSError):
-                self._write({"cancel": job})
+                stdin.write(json.dumps({"cancel": job}) + "\n")
+                stdin.flush()
             timer = threading.Timer(_GRACE_S, self._kill, args=(job,))
             timer.daemon = True
             self._timers[job] = timer
             timer.start()
+
+    def finish(self, timeout_s: float) -> bool:
+        """Wait until every job has ended; False where some have not."""
+        end = time.monotonic() + timeout_s
+        while self._owners:
+            if time.monotonic() > end:
+                return False
+            time.sleep(0.01)
+        return True
 
     def close(self) -> None:
         """End the process; unfinished jobs are not told."""
         with self._lock:
             self._closed = True
             self._listeners.clear()
+            self._owners.clear()
             for timer in self._timers.values():
                 timer.cancel()
             process, self._process = self._process, None
@@ -80,19 +102,21 @@ class Worker:
             process.wait()
 
     # ------------------------------------------------------------------------------------------
-    def _write(self, command: Mapping[str, Any]) -> None:
-        if self._process is None or self._process.poll() is not None:
-            self._start()
-        assert self._process is not None
-        assert self._process.stdin is not None
-        self._process.stdin.write(json.dumps(command) + "\n")
-        self._process.stdin.flush()
+    def _write(self, command: Mapping[str, Any]) -> subprocess.Popen[str]:
+        """Give the command to a living process, which is returned."""
+        process = self._process
+        if process is None or process.poll() is not None:
+            process = self._process = self._start()
+        assert process.stdin is not None
+        process.stdin.write(json.dumps(command) + "\n")
+        process.stdin.flush()
+        return process
 
-    def _start(self) -> None:
+    def _start(self) -> subprocess.Popen[str]:
         environment = dict(os.environ)
         # The child finds the same package, wherever the window was started from.
         environment["PYTHONPATH"] = os.pathsep.join(p for p in sys.path if p)
-        self._process = subprocess.Popen(
+        process = subprocess.Popen(
             [sys.executable, "-m", "vomstudio", "--worker"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -100,7 +124,8 @@ class Worker:
             encoding="utf-8",
             env=environment,
         )
-        threading.Thread(target=self._read, args=(self._process,), daemon=True).start()
+        threading.Thread(target=self._read, args=(process,), daemon=True).start()
+        return process
 
     def _read(self, process: subprocess.Popen[str]) -> None:
         assert process.stdout is not None
@@ -111,6 +136,9 @@ class Worker:
                 continue
         process.wait()
         process.stdout.close()
+        assert process.stdin is not None
+        with contextlib.suppress(OSError):
+            process.stdin.close()
         self._died(process)
 
     def _deliver(self, event: Event) -> None:
@@ -118,6 +146,7 @@ class Worker:
             listener = self._listeners.get(event.job)
             if isinstance(event, Done | Failed):
                 self._listeners.pop(event.job, None)
+                self._owners.pop(event.job, None)
                 if timer := self._timers.pop(event.job, None):
                     timer.cancel()
         if listener is not None:
@@ -125,10 +154,10 @@ class Worker:
 
     def _died(self, process: subprocess.Popen[str]) -> None:
         with self._lock:
-            if self._closed or self._process is not process:
-                return
-            self._process = None
-            lost = list(self._listeners)
+            if self._process is process:
+                self._process = None
+            # Jobs that came after the death have a process of their own.
+            lost = [job for job, owner in self._owners.items() if owner is process]
             cancelled = set(self._timers)
         for job in lost:
             fault = (
@@ -143,6 +172,6 @@ class Worker:
 
     def _kill(self, job: int) -> None:
         with self._lock:
-            process = self._process if job in self._listeners else None
+            process = self._owners.get(job)
         if process is not None:
             process.kill()

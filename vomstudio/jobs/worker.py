@@ -11,6 +11,7 @@ import json
 import locale
 import os
 import queue
+import signal
 import sys
 import threading
 import traceback
@@ -38,6 +39,8 @@ class _Reporter:
 
 
 def main() -> int:
+    # Ctrl+C in the terminal reaches every process: the window decides what it ends.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     # A comma locale makes some native readers misread decimal points.
     locale.setlocale(locale.LC_NUMERIC, "C")
     out = os.fdopen(os.dup(1), "w", encoding="utf-8")
@@ -55,6 +58,8 @@ def main() -> int:
         job, name, args, token = jobs.get()
         try:
             token.check()
+            if name not in TASKS:
+                raise WorkerError(f"this version has no task “{name}”; restart the program")
             send(Done(job, TASKS[name](args, _Reporter(job, token, send))))
         except VomError as error:
             send(Failed(job, error.as_dict(), error.exit_code))
@@ -72,11 +77,17 @@ def main() -> int:
 def _listen(stdin: TextIO, jobs: queue.SimpleQueue[Any]) -> None:
     tokens: dict[int, CancelToken] = {}
     for line in stdin:
-        command = json.loads(line)
-        if "cancel" in command:
-            if token := tokens.get(command["cancel"]):
-                token.cancel()
+        try:
+            command = json.loads(line)
+            if "cancel" in command:
+                if token := tokens.get(command["cancel"]):
+                    token.cancel()
+                continue
+            job = (command["job"], command["task"], command["args"])
+        except (ValueError, KeyError, TypeError) as error:
+            # This thread must live: it is the one that hears the window's end.
+            print(f"not a command: {line[:80]!r} ({error})", file=sys.stderr)
             continue
-        token = tokens[command["job"]] = CancelToken()
-        jobs.put((command["job"], command["task"], command["args"], token))
+        token = tokens[job[0]] = CancelToken()
+        jobs.put((*job, token))
     os._exit(0)

@@ -128,17 +128,16 @@ class TraceTool:
         if not isinstance(model, Model):
             self._context.say("This model is not part of the project any more.")
             return
-        self._trace = Trace(
+        trace = Trace(
             id=edits.new_id("trace"),
             name="",
             type_id=self._context.next_type_id,
             model_id=model.id,
             model_hash=model.content_hash,
-            vertices=(),
+            vertices=(hit.position,),
             set_name=self._context.next_set,
         )
-        self._continued = False
-        self._set_vertices((hit.position,))
+        self._keep(trace, [()], None)
 
     def _drag(self, hit: Hit | None) -> None:
         index = self.current_vertex
@@ -158,7 +157,7 @@ class TraceTool:
         before, after, self._drag_from = self._drag_from, self.vertices, None
         if before != after:
             self._trace = replace(self._trace, vertices=before)
-            self._set_vertices(after)
+            self._set_vertices(after, self.current_vertex)
 
     def mark(self, index: int | None) -> None:
         """The vertex that Delete removes."""
@@ -176,51 +175,51 @@ class TraceTool:
         along = np.clip(((np.asarray(position) - start) * step).sum(axis=1) / length, 0.0, 1.0)
         gap = np.linalg.norm(start + along[:, None] * step - np.asarray(position), axis=1)
         at = int(gap.argmin()) + 1
-        self._set_vertices((*self.vertices[:at], position, *self.vertices[at:]))
-        self.current_vertex = at
+        self._set_vertices((*self.vertices[:at], position, *self.vertices[at:]), at)
 
     def move_vertex(self, index: int, position: Point) -> None:
         changed = list(self.vertices)
         changed[index] = position
-        self._set_vertices(tuple(changed))
+        self._set_vertices(tuple(changed), index)
 
     def delete_vertex(self, index: int | None = None) -> None:
         """Without an index: the marked vertex."""
         index = self.current_vertex if index is None else index
         if self._trace is None or index is None or not 0 <= index < len(self.vertices):
             return
-        self.current_vertex = None
-        self._set_vertices((*self.vertices[:index], *self.vertices[index + 1 :]))
+        left = (*self.vertices[:index], *self.vertices[index + 1 :])
+        if left or self._continued:
+            self._set_vertices(left)
+        else:
+            self.cancel()
 
     def undo(self) -> bool:
         """Take the last step of the open trace back; False where there is none."""
         if self._trace is None or not self._steps:
             return False
-        before = self._steps.pop()
-        self.current_vertex = None
+        before = self._steps[-1]
         if not before and not self._continued:
             self.cancel()
-            return True
-        self._trace = replace(self._trace, vertices=before)
-        self._keep()
+        else:
+            self._keep(replace(self._trace, vertices=before), self._steps[:-1], None)
         return True
 
-    def _set_vertices(self, vertices: tuple[Point, ...]) -> None:
+    def _set_vertices(self, vertices: tuple[Point, ...], mark: int | None = None) -> None:
         assert self._trace is not None
-        if self.current_vertex is not None and self.current_vertex >= len(vertices):
-            self.current_vertex = None
-        self._steps.append(self.vertices)
-        self._trace = replace(self._trace, vertices=vertices)
-        self._keep()
+        trace = replace(self._trace, vertices=vertices)
+        self._keep(trace, [*self._steps, self.vertices], mark)
 
-    def _keep(self) -> None:
-        """Write the draft, then show it."""
+    def _keep(self, trace: Trace, steps: list[tuple[Point, ...]], mark: int | None) -> None:
+        """Write the draft, then take it over and show it. What cannot be written is not done."""
         try:
-            self._context.session.set_draft(self._state())
+            self._context.session.set_draft(self._state(trace))
         except VomError as error:
             self._context.say(str(error))
-        self._look()
-        self._show()
+        else:
+            self._trace, self._steps, self.current_vertex = trace, steps, mark
+        if self._trace is not None:
+            self._look()
+            self._show()
         self._context.tool_changed()
 
     # --- beginning and end -------------------------------------------------------------------
@@ -231,8 +230,9 @@ class TraceTool:
         trace = self._context.session.records.get(trace_id)
         if not isinstance(trace, Trace):
             raise DocumentError("only a trace can be continued")
-        self._trace, self._continued, self._steps = trace, True, []
-        self._keep()
+        self._continued = True
+        self._keep(trace, [], None)
+        self._continued = self._trace is not None
 
     def finish(self) -> str | None:
         """The finished trace's id; None, with the reason said, where it cannot be one yet."""
@@ -259,13 +259,15 @@ class TraceTool:
         return trace.id
 
     def cancel(self) -> None:
-        """Give the open trace up; a continued one stays as it was."""
+        """Give the open trace up; a continued one stays as it was. While the journal cannot be
+        written the trace stays open, since the next start would offer it back."""
         if self._trace is None:
             return
         try:
             self._context.session.set_draft(None)
         except VomError as error:
             self._context.say(str(error))
+            return
         self._reset()
 
     def forget(self) -> None:
@@ -280,17 +282,16 @@ class TraceTool:
         self._context.tool_changed()
 
     # --- drafts ------------------------------------------------------------------------------
-    def _state(self) -> dict[str, Any]:
-        assert self._trace is not None
+    def _state(self, trace: Trace) -> dict[str, Any]:
         return {
             "tool": NAME,
-            "trace_id": self._trace.id,
+            "trace_id": trace.id,
             "continued": self._continued,
-            "model_id": self._trace.model_id,
-            "model_hash": self._trace.model_hash,
-            "type_id": self._trace.type_id,
-            "set_name": self._trace.set_name,
-            "vertices": [list(v) for v in self.vertices],
+            "model_id": trace.model_id,
+            "model_hash": trace.model_hash,
+            "type_id": trace.type_id,
+            "set_name": trace.set_name,
+            "vertices": [list(v) for v in trace.vertices],
         }
 
     def restore(self, state: Mapping[str, Any]) -> bool:
@@ -300,22 +301,26 @@ class TraceTool:
             if state["tool"] != NAME or not isinstance(records.get(state["model_id"]), Model):
                 return False
             vertices = tuple((float(x), float(y), float(z)) for x, y, z in state["vertices"])
-            old = records.get(state["trace_id"])
-            if state["continued"] and isinstance(old, Trace):
-                self._trace, self._continued = replace(old, vertices=vertices), True
-            else:
-                self._continued = False
-                self._trace = Trace(
-                    id=str(state["trace_id"]),
-                    name="",
-                    type_id=str(state["type_id"]),
-                    model_id=str(state["model_id"]),
-                    model_hash=str(state["model_hash"]),
-                    vertices=vertices,
-                    set_name=str(state["set_name"]),
-                )
+            old, type_id = records.get(state["trace_id"]), str(state["type_id"])
+            if not isinstance(records.get(type_id), FeatureType):
+                type_id = self._context.next_type_id
+            continued = bool(state["continued"]) and isinstance(old, Trace)
+            trace = Trace(
+                id=str(state["trace_id"]),
+                name="",
+                type_id=type_id,
+                model_id=str(state["model_id"]),
+                model_hash=str(state["model_hash"]),
+                vertices=vertices,
+                set_name=str(state["set_name"]),
+            )
         except (KeyError, TypeError, ValueError):
             return False
+        if not np.isfinite(np.asarray(vertices)).all() or not (vertices or continued):
+            return False
+        if continued and isinstance(old, Trace):
+            trace = replace(old, vertices=vertices)
+        self._trace, self._continued, self.current_vertex = trace, continued, None
         self._steps = [vertices[:count] for count in range(len(vertices))]
         if self._continued:
             self._steps = []
@@ -329,8 +334,8 @@ class TraceTool:
         if self._trace is not None and not self._continued:
             if (self._trace.type_id, self._trace.set_name) == (type_id, set_name):
                 return
-            self._trace = replace(self._trace, type_id=type_id, set_name=set_name)
-            self._keep()
+            trace = replace(self._trace, type_id=type_id, set_name=set_name)
+            self._keep(trace, self._steps, self.current_vertex)
 
     # --- what is seen ------------------------------------------------------------------------
     def _look(self) -> None:

@@ -15,7 +15,8 @@ from vomstudio.ui import theme
 @dataclass(frozen=True)
 class Command:
     """why_not: None where the action can run now, else the reason, which its tooltip shows.
-    in_viewport: the shortcut is a plain key that acts only while the viewport has the focus."""
+    in_viewport: the shortcut is a plain key that acts only while the viewport has the focus.
+    what: to what it would be done now, for its tooltip."""
 
     name: str
     text: str
@@ -26,6 +27,7 @@ class Command:
     why_not: Callable[[], str | None] = lambda: None
     in_viewport: bool = False
     checked: Callable[[], bool] | None = None
+    what: Callable[[], str | None] = lambda: None
 
 
 class Actions(QObject):
@@ -74,8 +76,7 @@ class Actions(QObject):
             )
             text = command.text.replace("&", "").rstrip("…")
             lines = [f"{text} ({keys})" if keys else text]
-            if command.tip:
-                lines.append(command.tip)
+            lines += [line for line in (command.tip, command.what()) if line]
             if why_not is not None:
                 lines.append(f"Not now: {why_not}")
             action.setToolTip("\n".join(lines))

@@ -79,13 +79,19 @@ def _edits(w: MainWindow) -> list[Command]:
             return None
         return "there is nothing to undo"
 
+    def to_undo() -> str | None:
+        if studio.trace_tool.can_undo:
+            return "The last step of the open trace"
+        return studio.session.undo_label
+
     def nothing_to_redo() -> str | None:
         return None if studio.session.redo_label else "there is nothing to redo"
 
     return [
-        Command("undo", "&Undo", studio.undo, "undo", "Ctrl+Z", "", nothing_to_undo),
+        Command("undo", "&Undo", studio.undo, "undo", "Ctrl+Z", "", nothing_to_undo,
+                what=to_undo),
         Command("redo", "&Redo", studio.redo, "redo", ("Ctrl+Shift+Z", "Ctrl+Y"), "",
-                nothing_to_redo),
+                nothing_to_redo, what=lambda: studio.session.redo_label),
         Command("delete", "&Delete planes", studio.delete_selected, "delete-outline", (), "",
                 none_chosen),
         Command("rename", "&Rename…", lambda: _rename(w), None, "F2", "", none_chosen),

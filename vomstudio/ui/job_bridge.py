@@ -8,6 +8,7 @@ from typing import Any
 
 from PySide6.QtCore import QObject, Qt, Signal
 
+from vomstudio.errors import WorkerError
 from vomstudio.jobs.events import Done, Event, Failed, Stage, Step
 from vomstudio.jobs.supervisor import Worker
 
@@ -44,6 +45,7 @@ class JobBridge(QObject):
         super().__init__()
         self._workers = {"models": Worker(), "files": Worker()}
         self.jobs: dict[tuple[str, int], Job] = {}
+        self._refused = 0
         self._arrived.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
 
     def submit(
@@ -58,7 +60,13 @@ class JobBridge(QObject):
         quiet: bool = False,
     ) -> Job:
         worker = self._workers[lane]
-        number = worker.submit(task, args, lambda event: self._arrived.emit(lane, event))
+        try:
+            number = worker.submit(task, args, lambda event: self._arrived.emit(lane, event))
+        except WorkerError as error:
+            # Told like every other failure, once the caller has its job.
+            self._refused -= 1
+            number = self._refused
+            self._arrived.emit(lane, Failed(number, error.as_dict(), error.exit_code))
         job = Job(number, title, worker, on_done, on_failed, quiet)
         self.jobs[lane, number] = job
         self.changed.emit()
@@ -85,6 +93,10 @@ class JobBridge(QObject):
             else:
                 job.on_failed(event)
         self.changed.emit()
+
+    def finish(self, lane: str, timeout_s: float) -> None:
+        """Wait for what a lane is doing; nobody is told of it before the event loop runs."""
+        self._workers[lane].finish(timeout_s)
 
     def close(self) -> None:
         self._arrived.disconnect(self._deliver)

@@ -97,9 +97,13 @@ class MainWindow(QMainWindow):
         self._make_status()
         self._connect()
         # Docks that are tabbed before the window is shown leave a stray tab bar behind.
-        self._arrange()
-        # Sizes hold only once the parts have been laid out: before that the centre has none.
-        QTimer.singleShot(0, self._restore_docks)
+        docks = self._settings.window.get("docks")
+        if docks is None or not self.restoreState(_bytes(docks), _LAYOUT_VERSION):
+            self._arrange()
+            QTimer.singleShot(0, self._default_sizes)
+        else:
+            # Sizes hold only once the viewport stands in the centre and has its place.
+            QTimer.singleShot(0, lambda: self.restoreState(_bytes(docks), _LAYOUT_VERSION))
         self._filled = True
         self.studio.project_opened.emit()
         self.actions_table.refresh()
@@ -163,14 +167,9 @@ class MainWindow(QMainWindow):
         docks["stereonet"].raise_()
         docks["table"].raise_()
 
-    def _restore_docks(self) -> None:
-        docks = self._settings.window.get("docks")
-        if docks is None or not self.restoreState(_bytes(docks), _LAYOUT_VERSION):
-            self._default_sizes()
-
     def _default_sizes(self) -> None:
         docks, wide, high = self.docks, Qt.Orientation.Horizontal, Qt.Orientation.Vertical
-        self.resizeDocks([docks["project"], docks["stereonet"]], [290, 330], wide)
+        self.resizeDocks([docks["project"], docks["stereonet"]], [288, 326], wide)
         self.resizeDocks([docks["project"], docks["trace"]], [300, 500], high)
         self.resizeDocks([docks["stereonet"], docks["properties"]], [400, 400], high)
         self.resizeDocks([docks["table"]], [190], high)
@@ -380,7 +379,7 @@ class MainWindow(QMainWindow):
 
     def new_project(self) -> None:
         if self.ask_to_keep():
-            self.studio.new_project()
+            self._try(self.studio.new_project)
 
     def save(self) -> bool:
         if self.studio.project.untitled:
@@ -450,7 +449,10 @@ class MainWindow(QMainWindow):
                 return False
             if answer == QMessageBox.StandardButton.Save:
                 return self.save()
-        return self._try(studio.discard)
+        # Where even this cannot be written the work stays in the journal; a full disk must not
+        # hold the window open.
+        self._try(studio.discard)
+        return True
 
     def _offer_recovery(self, folders: list[Path]) -> None:
         from vomstudio.ui.studio import Notice
@@ -563,7 +565,8 @@ class MainWindow(QMainWindow):
             self.actions_table.refresh()
 
     def _keep_camera(self) -> None:
-        if self.viewport is not None and self.studio.session.of(Model):
+        # Before a model is there the camera looks at nothing: not to be kept in place of a good one.
+        if self.viewport is not None and self.studio.models:
             self.studio.project.journal.set_view("camera", self.viewport.camera_state())
 
     # --- state -------------------------------------------------------------------------------

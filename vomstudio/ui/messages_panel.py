@@ -79,6 +79,7 @@ class MessageBar(QFrame):
         """`buttons` are (text, callable); a press also closes the bar."""
         while (item := self._buttons.takeAt(0)) is not None:
             if (old := item.widget()) is not None:
+                old.hide()
                 old.deleteLater()
         for text, call in buttons:
             button = QPushButton(text)

@@ -32,13 +32,17 @@ class CommandPalette(QDialog):
         layout = QVBoxLayout(self)
         layout.addWidget(self._words)
         layout.addWidget(self._list)
-        self._words.returnPressed.connect(self.accept)
+        self._words.returnPressed.connect(self._run)
         self._fill("")
+
+    def _run(self) -> None:
+        if self.chosen is not None:
+            self.accept()
 
     @property
     def chosen(self) -> str | None:
         item = self._list.currentItem()
-        return str(item.data(Qt.ItemDataRole.UserRole)) if item else None
+        return str(item.data(Qt.ItemDataRole.UserRole)) if item and item.flags() else None
 
     def _fill(self, text: str) -> None:
         self._list.clear()
@@ -71,8 +75,11 @@ class CommandPalette(QDialog):
             and event.key() in (Qt.Key.Key_Down, Qt.Key.Key_Up)
         ):
             step = 1 if event.key() == Qt.Key.Key_Down else -1
-            self._list.setCurrentRow(
-                max(0, min(self._list.count() - 1, self._list.currentRow() + step))
-            )
+            row = self._list.currentRow() + step
+            # Past what cannot run now.
+            while 0 <= row < self._list.count() and not self._list.item(row).flags():
+                row += step
+            if 0 <= row < self._list.count():
+                self._list.setCurrentRow(row)
             return True
         return super().eventFilter(watched, event)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 
 from PySide6.QtCore import QPoint, QSignalBlocker, Qt
-from PySide6.QtGui import QAction
+from PySide6.QtGui import QAction, QPalette
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
@@ -23,7 +22,7 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.records import FeatureType, Model, Record, Trace
 from vomstudio.ui import theme
 from vomstudio.ui.studio import Studio
-from vomstudio.ui.wording import plane_text
+from vomstudio.ui.wording import natural, plane_text
 
 _ID = Qt.ItemDataRole.UserRole
 _SORT = Qt.ItemDataRole.UserRole + 1
@@ -63,7 +62,7 @@ class ProjectTree(QWidget):
             self.tr("Open an outcrop model\n(Ctrl+O), or drop a file\nonto the window.")
         )
         self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._empty.setEnabled(False)
+        self._empty.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self._empty)
         self._stack.addWidget(self.tree)
@@ -102,7 +101,9 @@ class ProjectTree(QWidget):
 
     def _put(self, record: Model | Trace) -> None:
         item = self._items.get(record.id)
-        parent = self._items["models" if isinstance(record, Model) else record.type_id]
+        group = "models" if isinstance(record, Model) else record.type_id
+        # A damaged journal may have lost the type; its features are here all the same.
+        parent = self._items.get(group) or self._group(group, group.capitalize(), "1")
         if item is not None and item.parent() is not parent:
             _take_out(item)
             item = None
@@ -110,7 +111,7 @@ class ProjectTree(QWidget):
             item = _Item(parent)
             self._items[record.id] = item
         item.setData(0, _ID, record.id)
-        item.setData(0, _SORT, _natural(record.name))
+        item.setData(0, _SORT, natural(record.name))
         item.setText(0, record.name)
         item.setFlags(
             Qt.ItemFlag.ItemIsEnabled
@@ -205,12 +206,3 @@ def _take_out(item: QTreeWidgetItem) -> None:
 
 def _check(visible: bool) -> Qt.CheckState:
     return Qt.CheckState.Checked if visible else Qt.CheckState.Unchecked
-
-
-def _natural(name: str) -> tuple[tuple[int, int, str], ...]:
-    """B2 before B10."""
-    return tuple(
-        (0, int(part), "") if part.isdigit() else (1, 0, part.casefold())
-        for part in re.split(r"(\d+)", name)
-        if part
-    )

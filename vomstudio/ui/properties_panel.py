@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QSignalBlocker, Qt
-from PySide6.QtGui import QAction
+from PySide6.QtGui import QAction, QPalette
 from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
@@ -30,10 +30,11 @@ class PropertiesPanel(QWidget):
     def __init__(self, studio: Studio, declare: QAction) -> None:
         super().__init__()
         self._studio = studio
+        self._shown: list[str] = []
         self._nothing = QLabel(self.tr("Select a plane in the outcrop, table, tree or net."))
         self._nothing.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._nothing.setWordWrap(True)
-        self._nothing.setEnabled(False)
+        self._nothing.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self._nothing)
         self._stack.addWidget(_scrolled(self._make_trace()))
@@ -47,11 +48,11 @@ class PropertiesPanel(QWidget):
     def _make_trace(self) -> QWidget:
         page = QWidget()
         self._name = QLineEdit()
-        self._name.editingFinished.connect(lambda: self._change(name=self._name.text().strip()))
+        self._name.editingFinished.connect(self._typed)
         self._type = QComboBox()
         self._type.activated.connect(lambda _: self._change(type_id=self._type.currentData()))
         self._set = QLineEdit()
-        self._set.editingFinished.connect(lambda: self._change(set_name=self._set.text().strip()))
+        self._set.editingFinished.connect(self._typed)
         self._overturned = QCheckBox(self.tr("overturned"))
         self._overturned.clicked.connect(lambda on: self._change(overturned=bool(on)))
         self._method = QComboBox()
@@ -59,7 +60,8 @@ class PropertiesPanel(QWidget):
         self._method.addItem(self.tr("planar regression of Z"), "regression")
         self._method.activated.connect(lambda _: self._change(method=self._method.currentData()))
         self._notes = QLineEdit()
-        self._notes.editingFinished.connect(lambda: self._change(notes=self._notes.text().strip()))
+        self._notes.editingFinished.connect(self._typed)
+        self._fields = {"name": self._name, "set_name": self._set, "notes": self._notes}
         self._fit = FitView()
         form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
@@ -96,18 +98,29 @@ class PropertiesPanel(QWidget):
             i for i in self._studio.selection.ids if isinstance(self._studio.records.get(i), Trace)
         ]
 
+    def _typed(self) -> None:
+        """Keep what has been typed, for the planes that were shown while it was typed."""
+        for name, field in self._fields.items():
+            if field.isModified():
+                field.setModified(False)
+                self._change(**{name: field.text().strip()})
+
     def _change(self, **values: object) -> None:
+        ids = self._shown[-1:] if "name" in values else self._shown
         ids = [
             i
-            for i in self._chosen()
-            if any(getattr(self._studio.records[i], k) != v for k, v in values.items())
+            for i in ids
+            if isinstance(trace := self._studio.records.get(i), Trace)
+            and any(getattr(trace, k) != v for k, v in values.items())
         ]
-        if "name" in values:
-            ids = ids[-1:]
-        if ids:
-            self._studio.attempt(edits.set_attributes, ids, **values)
+        if not ids or not self._studio.attempt(edits.set_attributes, ids, **values):
+            self.refresh()
 
     def refresh(self, *_: object) -> None:
+        if self._shown != self._chosen():
+            # The selection may move before the field loses the keyboard.
+            self._typed()
+        self._shown = self._chosen()
         current = self._studio.selection.current
         record = self._studio.records.get(current) if current else None
         if isinstance(record, Trace):
@@ -129,9 +142,8 @@ class PropertiesPanel(QWidget):
             for kind in self._studio.session.of(FeatureType):
                 self._type.addItem(theme.swatch(kind.color), kind.name, kind.id)
             self._type.setCurrentIndex(self._type.findData(trace.type_id))
-        self._name.setText(trace.name)
-        self._set.setText(trace.set_name)
-        self._notes.setText(trace.notes)
+        for name, field in self._fields.items():
+            field.setText(getattr(trace, name))
         self._overturned.setChecked(trace.overturned)
         self._method.setCurrentIndex(self._method.findData(trace.method))
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+import numpy as np
+
 from vomstudio.document.edit import Edit
 from vomstudio.document.records import FeatureType, Model, Trace
 from vomstudio.geometry import transform
@@ -21,6 +23,7 @@ class ScenePresenter:
         self._viewport = viewport
         self._shown: set[str] = set()
         self._features: set[str] = set()
+        self._placed = False
         studio.project_opened.connect(self.rebuild)
         studio.edited.connect(self._edited)
         studio.model_loaded.connect(self._model_loaded)
@@ -36,10 +39,26 @@ class ScenePresenter:
         self._shown.clear()
         self._viewport.set_features(dict.fromkeys(self._features))
         self._features.clear()
+        self._placed = self._take_camera()
         for model_id in self._studio.models:
             self._model_loaded(model_id)
         self._all_features()
         self._frame()
+
+    def _take_camera(self) -> bool:
+        """Look at an opened project as it was last looked at; its features stand there even while
+        its model is read or missing."""
+        camera = self._studio.project.journal.view("camera")
+        try:
+            if camera is not None:
+                self._viewport.set_camera_state(camera)
+                return True
+        except (ValueError, KeyError, TypeError):
+            pass
+        traces = self._studio.measured(t.id for t in self._studio.session.of(Trace))
+        if traces:
+            self._viewport.frame(np.concatenate([m.points for m in traces.values()]))
+        return False
 
     # --- models ------------------------------------------------------------------------------
     def _model_loaded(self, model_id: str) -> None:
@@ -47,15 +66,12 @@ class ScenePresenter:
         opened = self._studio.models.get(model_id)
         if not isinstance(record, Model) or opened is None or model_id in self._shown:
             return
-        first = not self._shown
+        first = not self._shown and not self._placed
         self._viewport.add_model(
             model_id, opened.data, transform.matrix(record.to_world), frame_camera=first
         )
         self._viewport.set_model_visible(model_id, self._model_visible(model_id))
         self._shown.add(model_id)
-        camera = self._studio.project.journal.view("camera")
-        if first and camera is not None:
-            self._viewport.set_camera_state(camera)
         self._frame()
 
     def _model_visible(self, model_id: str) -> bool:
@@ -73,6 +89,10 @@ class ScenePresenter:
             elif isinstance(record, Model):
                 if id_ in self._shown:
                     self._viewport.set_model_to_world(id_, transform.matrix(record.to_world))
+                    before = edit.before[id_]
+                    if isinstance(before, Model) and before.to_world != record.to_world:
+                        # Another unit or axis takes the model out of sight.
+                        self._viewport.home()
                     self._frame()
                 else:
                     self._model_loaded(id_)

@@ -24,7 +24,7 @@ def run_window(paths: Sequence[str]) -> int:
     os.environ.setdefault("QT_API", "pyside6")
     from PySide6.QtCore import QTimer
     from PySide6.QtGui import QSurfaceFormat
-    from PySide6.QtWidgets import QApplication
+    from PySide6.QtWidgets import QApplication, QMessageBox
 
     surface = QSurfaceFormat()
     surface.setRenderableType(QSurfaceFormat.RenderableType.OpenGL)
@@ -38,6 +38,7 @@ def run_window(paths: Sequence[str]) -> int:
     application.setApplicationName("VOM Studio")
     application.setDesktopFileName("vomstudio")
 
+    from vomstudio.errors import VomError
     from vomstudio.io.settings import read_settings
     from vomstudio.ui import theme
     from vomstudio.ui.main_window import MainWindow
@@ -48,7 +49,13 @@ def run_window(paths: Sequence[str]) -> int:
     window.show()
 
     def begin() -> None:
-        window.begin([Path(p) for p in paths])
+        try:
+            window.begin([Path(p) for p in paths])
+        except VomError as error:
+            # Without a place for the project's journal no work could be kept.
+            QMessageBox.critical(window, "VOM Studio", str(error))
+            application.exit(error.exit_code)
+            return
         for problem in problems:
             window.studio.warn(problem)
 

@@ -28,6 +28,7 @@ from vomstudio.ui.model_loader import ModelLoader, OpenModel
 from vomstudio.ui.wording import plane_text
 
 _LAYERS_IDLE_MS = 2000
+_LAYERS_PATIENCE_S = 10.0
 
 
 @dataclass(frozen=True)
@@ -136,7 +137,8 @@ class Studio(QObject):
     def _leave(self) -> None:
         self._mark_open(False)
         self.loader.forget_all()
-        self._layers_timer.stop()
+        if self._layers_timer.isActive():
+            self.write_layers()
         self.trace_tool.forget()
         self.models.clear()
         self.measurements = Measurements(self.settings.thresholds)
@@ -145,6 +147,7 @@ class Studio(QObject):
     def close(self) -> None:
         """The window goes: give everything back."""
         self._leave()
+        self.jobs.finish("files", _LAYERS_PATIENCE_S)
         self.jobs.close()
 
     def save(self) -> None:
@@ -174,7 +177,7 @@ class Studio(QObject):
         self.project.save_as(folder)
         self._mark_open(True)
         self.remember(folder)
-        self.project_opened.emit()
+        # The same records under another name: no view has to be built anew.
         self.history_changed.emit()
         self.write_layers()
         self.info(f"Saved as {folder}.")

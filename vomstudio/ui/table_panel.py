@@ -15,7 +15,7 @@ from PySide6.QtCore import (
     QSortFilterProxyModel,
     Qt,
 )
-from PySide6.QtGui import QAction
+from PySide6.QtGui import QAction, QPalette
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHBoxLayout,
@@ -34,7 +34,7 @@ from vomstudio.document.measurements import Measurement
 from vomstudio.document.records import FeatureType, Trace
 from vomstudio.ui import theme
 from vomstudio.ui.studio import Studio
-from vomstudio.ui.wording import degrees, length, number, plane_text
+from vomstudio.ui.wording import degrees, length, natural, number, plane_text
 
 _Index = QModelIndex | QPersistentModelIndex
 _SORT = Qt.ItemDataRole.UserRole
@@ -84,7 +84,8 @@ def _fit(title: str, name: str, tip: str, words: Callable[[Any], str]) -> Column
 
 
 COLUMNS: tuple[Column, ...] = (
-    Column("Name", "Name", lambda r: r.trace.name, lambda r: r.trace.name, "name", True),
+    Column("Name", "Name", lambda r: r.trace.name, lambda r: natural(r.trace.name),
+           "name", True),
     Column(
         "Type",
         "Feature type",
@@ -252,9 +253,11 @@ class _Sorted(QSortFilterProxyModel):
 
     def lessThan(self, left: _Index, right: _Index) -> bool:  # noqa: N802
         a, b = left.data(_SORT), right.data(_SORT)
-        # What is undefined stands last in ascending order.
         if a is None or b is None:
-            return b is None and a is not None
+            # What is undefined stands last either way round.
+            first, second = a is None, b is None
+            descending = self.sortOrder() == Qt.SortOrder.DescendingOrder
+            return first and not second if descending else second and not first
         return bool(a < b)
 
     def filterAcceptsRow(self, row: int, parent: _Index) -> bool:  # noqa: N802
@@ -301,7 +304,7 @@ class TablePanel(QWidget):
             self.tr("Planes appear here. Choose Trace (T) and click along a bed on the outcrop.")
         )
         self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._empty.setEnabled(False)
+        self._empty.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         top = QHBoxLayout()
         top.setContentsMargins(4, 2, 4, 0)
         top.addWidget(self._filter)
@@ -329,8 +332,12 @@ class TablePanel(QWidget):
         self._show_selection(self._studio.selection.ids)
 
     def _filtered(self, text: str) -> None:
+        # A row that goes out of sight stays selected.
+        self._showing = True
         self._sorted.set_words(text)
+        self._showing = False
         self._counted()
+        self._show_selection(self._studio.selection.ids)
 
     def _edited(self, edit: Edit) -> None:
         ids = self._studio.affected(edit)
@@ -341,6 +348,11 @@ class TablePanel(QWidget):
         self._counted()
         if first:
             self._fit_columns()
+        for i in range(len(COLUMNS)):
+            # Nothing is cut off; what the user has made wider stays.
+            wanted = min(420, self.view.sizeHintForColumn(i))
+            if wanted > self.view.columnWidth(i):
+                self.view.setColumnWidth(i, wanted)
         self._show_selection(self._studio.selection.ids)
 
     def _fit_columns(self) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QLocale, QSignalBlocker, Qt
+import re
+
+from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -119,7 +121,7 @@ class TracePanel(QWidget):
         self._fill_vertices()
 
     def _fill_vertices(self) -> None:
-        tool, locale = self._tool, QLocale()
+        tool = self._tool
         with QSignalBlocker(self.table):
             self.table.setRowCount(len(tool.vertices))
             if tool.open:
@@ -128,7 +130,7 @@ class TracePanel(QWidget):
                 points = transform.apply(rows, tool.vertices) if rows else tool.vertices
                 for i, point in enumerate(points):
                     for j, value in enumerate(point):
-                        item = QTableWidgetItem(locale.toString(float(value), "f", 3))
+                        item = QTableWidgetItem(f"{value:.3f}")
                         item.setTextAlignment(
                             Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
                         )
@@ -168,14 +170,19 @@ class TracePanel(QWidget):
 
 
 def parse_number(text: str) -> float | None:
-    """A number with a point or a comma, blanks or thin spaces between thousands."""
-    plain = "".join(text.split()).replace("\N{NARROW NO-BREAK SPACE}", "")
-    if plain.count(",") == 1 and "." not in plain:
-        plain = plain.replace(",", ".")
-    else:
-        plain = plain.replace(",", "")
+    """A number with either decimal mark; blanks, apostrophes or the other mark may stand between
+    its thousands. One mark alone is the decimal mark."""
+    plain = re.sub(r"[\s'’]", "", text).replace("−", "-")
+    marks = re.sub(r"[^.,]", "", plain)
+    if len(set(marks)) == 2 or len(marks) > 1:
+        decimal = marks[-1] if len(set(marks)) == 2 else ""
+        group = "." if decimal == "," else "," if decimal == "." else marks[0]
+        whole, _, rest = plain.rpartition(decimal) if decimal else (plain, "", "")
+        if not re.fullmatch(rf"[+-]?\d{{1,3}}(?:{re.escape(group)}\d{{3}})+", whole):
+            return None
+        plain = whole.replace(group, "") + "." + rest
     try:
-        value = float(plain)
+        value = float(plain.replace(",", "."))
     except ValueError:
         return None
     return value if abs(value) < 1e300 else None

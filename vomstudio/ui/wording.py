@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from math import floor, isfinite, log10
 
 from vomstudio.geology.notation import format_plane
@@ -47,3 +48,12 @@ def length(value_m: float | None) -> str:
     if value_m < 1.0:
         return f"{value_m * 100:.2g} cm"
     return f"{value_m:.3g} m" if value_m < 1000 else f"{value_m / 1000:.3g} km"
+
+
+def natural(name: str) -> tuple[tuple[int, int, str], ...]:
+    """For sorting: B2 before B10."""
+    return tuple(
+        (0, int(part), "") if part.isdecimal() else (1, 0, part.casefold())
+        for part in re.split(r"(\d+)", name)
+        if part
+    )

@@ -1,0 +1,207 @@
+"""A person at the window: real mouse and key events, and waiting for what they bring about."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QMessageBox, QPushButton, QWidget
+
+from vomstudio.document.records import Model, Trace
+from vomstudio.io.settings import read_settings
+from vomstudio.ui.main_window import MainWindow
+
+LEFT = Qt.MouseButton.LeftButton
+NONE = Qt.KeyboardModifier.NoModifier
+CTRL = Qt.KeyboardModifier.ControlModifier
+CRS = "EPSG:32633"
+
+
+def wait(until: Callable[[], object], what: str = "", seconds: float = 30.0) -> None:
+    """Let the window work until something is so."""
+    end = time.monotonic() + seconds
+    while not until():
+        if time.monotonic() > end:
+            raise AssertionError(f"did not come about in {seconds:g} s: {what or until}")
+        QApplication.processEvents()
+        QTest.qWait(5)
+
+
+def pause(milliseconds: int = 30) -> None:
+    QTest.qWait(milliseconds)
+
+
+def make_window(paths: list[Path] | None = None) -> MainWindow:
+    """The window as `vomstudio.ui.start` makes it, with everything there."""
+    settings, problems = read_settings()
+    window = MainWindow(settings)
+    window.show()
+    QTest.qWaitForWindowExposed(window)
+    window.begin([Path(p) for p in paths or []])
+    for problem in problems:
+        window.studio.warn(problem)
+    wait(lambda: hasattr(window, "net"), "the net")
+    focus(window)
+    return window
+
+
+def focus(window: MainWindow) -> None:
+    """Without a window manager nobody else gives the window the keyboard."""
+    window.activateWindow()
+    wait(lambda: QApplication.activeWindow() is not None, "an active window", 5.0)
+    assert window.viewport is not None
+    window.viewport.setFocus()
+    wait(window.viewport.hasFocus, "the viewport's focus", 5.0)
+
+
+def dismiss(window: MainWindow) -> None:
+    """Close for good, whatever is open, keeping nothing."""
+    studio = window.studio
+    if studio.project.session.dirty:
+        studio.project.session.discard_unsaved()
+    if studio.trace_tool.open:
+        studio.trace_tool.cancel()
+    window.close()
+    QApplication.processEvents()
+
+
+# --- models ----------------------------------------------------------------------------------
+def declare(window: MainWindow, crs: str = CRS) -> None:
+    """Type the CRS into the dialog that asks for it."""
+    wait(lambda: dialog_of(window) is not None, "the frame dialog")
+    dialog = dialog_of(window)
+    field = dialog._crs
+    dialog._crs_button.click()
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, crs)
+    QTest.keyClick(field, Qt.Key.Key_Return)
+    wait(lambda: dialog_of(window) is None, "the end of the frame dialog")
+    focus(window)
+
+
+def dialog_of(window: MainWindow):
+    from vomstudio.ui.frame_dialog import FrameDialog
+
+    shown = [d for d in window.findChildren(FrameDialog) if d.isVisible()]
+    return shown[0] if shown else None
+
+
+def open_outcrop(window: MainWindow, path: Path) -> str:
+    """Open a model without a frame and declare it; its id."""
+    window.open_path(path)
+    declare(window)
+    return settled(window)
+
+
+def settled(window: MainWindow) -> str:
+    """Wait until the model is drawn and can be picked."""
+    viewport = window.viewport
+    wait(lambda: window.studio.models, "the model's data")
+    model_id = next(iter(window.studio.models))
+    wait(lambda: "complete" in viewport._stages.get(model_id, ()), "the drawn model")
+    wait(lambda: not viewport._moving and not viewport._rest.isActive(), "the camera's rest")
+    return model_id
+
+
+# --- mouse -----------------------------------------------------------------------------------
+def pixel(window: MainWindow, point: np.ndarray) -> QPoint:
+    """Where a World point is on the viewport; it must be in sight."""
+    pixels, _ = window.viewport.project(np.asarray(point, float)[None])
+    assert np.isfinite(pixels).all(), "the point is behind the viewer"
+    return QPoint(round(float(pixels[0, 0])), round(float(pixels[0, 1])))
+
+
+def move(widget: QWidget, at: QPoint) -> None:
+    QTest.mouseMove(widget, at)
+    pause(25)
+
+
+def click(widget: QWidget, at: QPoint, modifier: Qt.KeyboardModifier = NONE) -> None:
+    QTest.mouseMove(widget, at)
+    QTest.mouseClick(widget, LEFT, modifier, at)
+    # Two clicks of one place within the system's interval would be a double click.
+    QTest.qWait(1)
+
+
+def drag(widget: QWidget, start: QPoint, end: QPoint, button: Qt.MouseButton = LEFT) -> None:
+    from PySide6.QtCore import QEvent
+    from PySide6.QtGui import QMouseEvent
+
+    def send(kind: QEvent.Type, at: QPoint, held: Qt.MouseButton) -> None:
+        changed = Qt.MouseButton.NoButton if kind == QEvent.Type.MouseMove else button
+        where = QPointF(at)
+        event = QMouseEvent(kind, where, QPointF(widget.mapToGlobal(at)), changed, held, NONE)
+        QApplication.sendEvent(widget, event)
+
+    send(QEvent.Type.MouseButtonPress, start, button)
+    for step in range(1, 6):
+        at = start + (end - start) * step / 5
+        send(QEvent.Type.MouseMove, at, button)
+        QApplication.processEvents()
+    send(QEvent.Type.MouseButtonRelease, end, Qt.MouseButton.NoButton)
+    pause(5)
+
+
+def key(window: MainWindow, code: Qt.Key, modifier: Qt.KeyboardModifier = NONE) -> None:
+    """A key for whatever has the focus, as the keyboard would send it."""
+    target = QApplication.focusWidget() or window
+    QTest.keyClick(target, code, modifier)
+    pause(5)
+
+
+def pick(window: MainWindow, points: np.ndarray, modifier: Qt.KeyboardModifier = NONE) -> None:
+    """Click World points on the outcrop, one after the other."""
+    for point in points:
+        click(window.viewport, pixel(window, point), modifier)
+
+
+def look_at(window: MainWindow, points: np.ndarray, trend: float, plunge: float = 0.0) -> None:
+    """Stand before some points and wait for the picture."""
+    window.viewport.look_along(trend, plunge)
+    window.viewport.frame(points)
+    viewport = window.viewport
+    wait(lambda: not viewport._moving and not viewport._rest.isActive()
+         and viewport._scene.complete, "the camera's rest")  # fmt: skip
+
+
+# --- boxes -----------------------------------------------------------------------------------
+def answer(button: QMessageBox.StandardButton, seen: list[str]) -> None:
+    """Click a button of the next message box for real, and note what it says."""
+    from PySide6.QtCore import QTimer
+
+    tries = 0
+
+    def look() -> None:
+        nonlocal tries
+        tries += 1
+        box = QApplication.activeModalWidget()
+        if isinstance(box, QMessageBox):
+            seen.append(box.text())
+            target = box.button(button)
+            assert isinstance(target, QPushButton)
+            QTest.mouseClick(target, LEFT, NONE, target.rect().center())
+        elif tries < 400:
+            QTimer.singleShot(25, look)
+
+    QTimer.singleShot(25, look)
+
+
+def traces(window: MainWindow) -> list[Trace]:
+    return window.studio.session.of(Trace)
+
+
+def model(window: MainWindow) -> Model:
+    return window.studio.session.of(Model)[0]
+
+
+def keep_picture(window: QWidget, name: str) -> None:
+    """VOMSTUDIO_PICTURES names a folder for pictures of the window, for people to look at."""
+    if folder := os.environ.get("VOMSTUDIO_PICTURES"):
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        window.grab().save(str(Path(folder) / f"{name}.png"))

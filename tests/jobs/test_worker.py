@@ -1,0 +1,308 @@
+"""The worker process and its supervisor: what is said, stopped, and survived."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+
+from vomstudio.errors import WorkerError
+from vomstudio.jobs.events import Done, Failed, Stage, Step, from_line, to_line
+from vomstudio.jobs.supervisor import Worker
+from vomstudio.paths import resource
+
+# A task that a test puts into the child: sitecustomize-free, by a module on PYTHONPATH.
+TASKS = """
+import os, sys, time
+from vomstudio.jobs import tasks
+
+def chatter(args, progress):
+    print("a library speaks on stdout")
+    os.write(1, b"and a native one too\\n")
+    return {"said": args["word"]}
+
+def count(args, progress):
+    progress.stage("counting", args["to"])
+    for i in range(args["to"]):
+        progress.step(i)
+        time.sleep(0.005)
+    return {}
+
+def deaf(args, progress):
+    progress.stage("deaf")
+    time.sleep(60)
+    return {}
+
+def die(args, progress):
+    progress.stage("dying")
+    os.abort()
+
+def nan(args, progress):
+    return {"value": float("nan")}
+
+def fault(args, progress):
+    raise RuntimeError("our own fault")
+
+def no_memory(args, progress):
+    raise MemoryError
+
+tasks.TASKS.update(chatter=chatter, count=count, deaf=deaf, die=die, nan=nan, fault=fault,
+                   no_memory=no_memory)
+from vomstudio.jobs import worker
+sys.exit(worker.main())
+"""
+
+
+class Listener:
+    """Keeps events; `end` waits for the job's last one."""
+
+    def __init__(self) -> None:
+        self.events: list = []
+        self.changed = threading.Condition()
+
+    def __call__(self, event) -> None:
+        with self.changed:
+            self.events.append(event)
+            self.changed.notify_all()
+
+    def until(self, found, seconds: float = 20.0):
+        with self.changed:
+            assert self.changed.wait_for(lambda: any(map(found, self.events)), seconds)
+            return next(e for e in self.events if found(e))
+
+    def end(self, seconds: float = 20.0):
+        return self.until(lambda e: isinstance(e, Done | Failed), seconds)
+
+
+@pytest.fixture
+def worker(tmp_path, monkeypatch):
+    """A supervisor whose child also knows the tasks above."""
+    script = tmp_path / "child.py"
+    script.write_text(TASKS)
+    real = subprocess.Popen
+
+    def start(words, **more):
+        assert words[1:] == ["-m", "vomstudio", "--worker"]
+        return real([sys.executable, str(script)], **more)
+
+    monkeypatch.setattr("vomstudio.jobs.supervisor.subprocess.Popen", start)
+    made = Worker()
+    yield made
+    made.close()
+
+
+def test_events_survive_the_wire():
+    for event in (Stage(1, "reading", 10), Stage(2, "…", None), Step(1, 3), Done(1, {"a": [1.5]}),
+                  Failed(1, {"code": "input", "message": "no"}, 2)):  # fmt: skip
+        assert from_line(to_line(event)) == event
+
+
+@pytest.mark.parametrize(
+    "line", ["", "nonsense", "5", "[]", "{}", '{"event": "Stage"}', '{"event": "Other", "job": 1}',
+             '{"event": "Step", "job": 1, "done": 1, "more": 2}'],
+)  # fmt: skip
+def test_what_is_no_event_is_refused(line):
+    with pytest.raises(ValueError, match=r"."):
+        from_line(line)
+
+
+def test_a_library_that_prints_does_not_break_the_protocol(worker):
+    heard = Listener()
+    worker.submit("chatter", {"word": "hello"}, heard)
+    assert heard.end() == Done(1, {"said": "hello"})
+
+
+def test_progress_comes_in_order_and_before_the_result(worker):
+    heard = Listener()
+    worker.submit("count", {"to": 5}, heard)
+    heard.end()
+    assert heard.events == [Stage(1, "counting", 5), *(Step(1, i) for i in range(5)), Done(1, {})]
+
+
+def test_a_cancelled_job_ends_as_cancelled_and_the_process_lives_on(worker):
+    heard = Listener()
+    job = worker.submit("count", {"to": 5000}, heard)
+    heard.until(lambda e: isinstance(e, Step))
+    process = worker._process
+    worker.cancel(job)
+    worker.cancel(job)
+    end = heard.end()
+    assert end.cancelled
+    after = Listener()
+    worker.submit("count", {"to": 1}, after)
+    assert isinstance(after.end(), Done)
+    assert worker._process is process
+
+
+def test_a_waiting_job_can_be_cancelled(worker):
+    first, second = Listener(), Listener()
+    worker.submit("count", {"to": 100}, first)
+    job = worker.submit("count", {"to": 100}, second)
+    worker.cancel(job)
+    assert isinstance(first.end(), Done)
+    assert second.end().cancelled
+    assert len(second.events) == 1
+
+
+def test_a_job_that_does_not_listen_is_ended_with_its_process(worker, monkeypatch):
+    monkeypatch.setattr("vomstudio.jobs.supervisor._GRACE_S", 0.2)
+    heard = Listener()
+    job = worker.submit("deaf", {}, heard)
+    heard.until(lambda e: isinstance(e, Stage))
+    begun = time.monotonic()
+    worker.cancel(job)
+    assert heard.end().cancelled
+    assert time.monotonic() - begun < 5.0
+    after = Listener()
+    worker.submit("count", {"to": 1}, after)
+    assert isinstance(after.end(), Done)
+
+
+def test_a_worker_that_dies_fails_every_job_it_had_and_is_replaced(worker):
+    first, second = Listener(), Listener()
+    worker.submit("die", {}, first)
+    worker.submit("count", {"to": 1}, second)
+    for heard in (first, second):
+        end = heard.end()
+        assert isinstance(end, Failed)
+        assert end.exit_code == 1
+        assert "try again" in end.message
+    after = Listener()
+    worker.submit("count", {"to": 1}, after)
+    assert isinstance(after.end(), Done)
+
+
+@pytest.mark.parametrize("pause_s", [0.0, 0.001, 0.01, 0.1])
+def test_jobs_are_answered_even_if_the_next_one_comes_right_after_a_death(worker, pause_s):
+    """The supervisor may notice the death by the next command, before the reader does."""
+    heard, after = Listener(), Listener()
+    worker.submit("deaf", {}, heard)
+    heard.until(lambda e: isinstance(e, Stage))
+    os.kill(worker._process.pid, signal.SIGKILL)
+    time.sleep(pause_s)
+    try:
+        worker.submit("count", {"to": 1}, after)
+    except WorkerError:
+        after = None
+    assert isinstance(heard.end(), Failed)
+    if after is not None:
+        assert after.end() is not None
+
+
+@pytest.mark.parametrize(
+    ("task", "words"),
+    [("nan", "nan failed"), ("fault", "our own fault"), ("no_memory", "not enough memory")],
+)
+def test_a_task_that_fails_says_so_and_the_worker_lives(worker, task, words):
+    heard, after = Listener(), Listener()
+    worker.submit(task, {}, heard)
+    assert words in heard.end().message
+    worker.submit("count", {"to": 1}, after)
+    assert isinstance(after.end(), Done)
+
+
+def test_an_unknown_task_fails_politely(worker):
+    heard = Listener()
+    worker.submit("levitate", {}, heard)
+    end = heard.end()
+    assert isinstance(end, Failed)
+    assert "levitate" in end.message
+    assert "KeyError" not in end.message
+
+
+def test_a_closed_supervisor_takes_no_more_jobs_and_starts_no_process(worker):
+    worker.close()
+    with pytest.raises(WorkerError):
+        worker.submit("count", {"to": 1}, Listener())
+    assert worker._process is None
+
+
+def test_closing_ends_the_process_and_says_nothing_more(worker):
+    heard = Listener()
+    worker.submit("deaf", {}, heard)
+    heard.until(lambda e: isinstance(e, Stage))
+    process = worker._process
+    begun = time.monotonic()
+    worker.close()
+    assert process.poll() is not None
+    assert time.monotonic() - begun < 3.0
+    assert len(heard.events) == 1
+
+
+# --- the child by itself ---------------------------------------------------------------------
+def child(**more) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-m", "vomstudio", "--worker"],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **more,
+    )  # fmt: skip
+
+
+def test_end_of_file_ends_an_idle_worker():
+    with child() as process:
+        process.stdin.close()
+        assert process.wait(10) == 0
+
+
+def test_end_of_file_ends_a_busy_worker(tmp_path):
+    big = tmp_path / "big.obj"
+    line = b"v 1.5 2.5 3.5\n" * 10_000
+    with big.open("wb") as stream:
+        for _ in range(150):
+            stream.write(line)
+    with child() as process:
+        args = {"path": str(big), "cache": str(tmp_path / "cache")}
+        process.stdin.write(json.dumps({"job": 1, "task": "load_model", "args": args}) + "\n")
+        process.stdin.flush()
+        time.sleep(1.0)
+        process.stdin.close()
+        assert process.wait(10) == 0
+
+
+def test_a_line_that_is_no_command_does_not_deafen_the_worker():
+    with child() as process:
+        process.stdin.write("nonsense\n[1]\n{}\n" + json.dumps({"job": 3, "task": "?", "args": {}}))
+        process.stdin.write("\n")
+        process.stdin.flush()
+        event = from_line(process.stdout.readline())
+        assert isinstance(event, Failed)
+        assert event.job == 3
+        process.stdin.close()
+        assert process.wait(10) == 0
+
+
+def test_a_model_crosses_by_the_cache(tmp_path):
+    from vomstudio.io import model_cache
+
+    worker, heard = Worker(), Listener()
+    try:
+        args = {"path": str(resource("outcrop", "outcrop.obj")), "cache": str(tmp_path)}
+        worker.submit("load_model", args, heard)
+        end = heard.end(60.0)
+    finally:
+        worker.close()
+    assert isinstance(end, Done)
+    assert end.result["kind"] == "mesh"
+    assert any(isinstance(e, Stage) for e in heard.events)
+    from pathlib import Path
+
+    data = model_cache.open_cached(Path(end.result["folder"])).data
+    assert len(data.faces) > 0
+
+
+def test_a_missing_file_is_one_sentence(tmp_path):
+    worker, heard = Worker(), Listener()
+    try:
+        args = {"path": str(tmp_path / "gone.obj"), "cache": str(tmp_path)}
+        worker.submit("load_model", args, heard)
+        end = heard.end(60.0)
+    finally:
+        worker.close()
+    assert isinstance(end, Failed)
+    assert end.exit_code == 2
+    assert "gone.obj" in end.message

@@ -1,0 +1,58 @@
+"""A user's folders of their own, and the small outcrop with its known picks."""
+
+from __future__ import annotations
+
+import csv
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests import driver
+from vomstudio.paths import resource
+
+
+def bare_outcrop(folder: Path) -> Path:
+    """The small outcrop as it often comes: without a word on its frame."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for file in resource("outcrop").iterdir():
+        if file.suffix != ".prj":
+            shutil.copy(file, folder)
+    return folder / "outcrop.obj"
+
+
+@pytest.fixture
+def outcrop(tmp_path) -> Path:
+    return bare_outcrop(tmp_path / "models")
+
+
+def read_picks() -> dict[str, np.ndarray]:
+    with resource("outcrop", "picks.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    return {
+        name: np.array([[float(r[c]) for c in "xyz"] for r in rows if r["trace"] == name])
+        for name in dict.fromkeys(r["trace"] for r in rows)
+    }
+
+
+@pytest.fixture(scope="session")
+def picks() -> dict[str, np.ndarray]:
+    """Points on the outcrop in World, by trace."""
+    return read_picks()
+
+
+@pytest.fixture(scope="session")
+def truth() -> dict[str, tuple[float, float]]:
+    """Dip direction and dip of each trace's plane."""
+    with resource("outcrop", "truth.csv").open(newline="") as stream:
+        rows = csv.DictReader(line for line in stream if not line.startswith("#"))
+        return {r["trace"]: (float(r["dip_direction_deg"]), float(r["dip_deg"])) for r in rows}
+
+
+@pytest.fixture
+def window(own_folders, qtbot):
+    """The real window of a new user."""
+    made = driver.make_window()
+    yield made
+    driver.dismiss(made)

@@ -1,0 +1,210 @@
+"""A session that can be killed: it says on stdout what is on the screen after every event.
+
+Run as `python -m tests.journeys.recorded MODE`: `studio` does the work without a viewport and
+without worker processes, `window` with mouse and keys in the real window. With `--named FOLDER` the
+project gets a name first. With `--step` it waits for a line on stdin before every event.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tests.samples import ZIGZAG
+from vomstudio.document import edits
+from vomstudio.document.records import Frame, Model, Trace
+from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent
+
+Event = tuple[str, Callable[[], object]]
+
+
+def on_screen(studio: Any) -> dict[str, Any]:
+    """What a person sees of the document, without the ids, which are new in every run."""
+    tool = studio.trace_tool
+    return {
+        "traces": [
+            [t.name, t.type_id, t.set_name, t.notes, t.overturned, t.method,
+             [list(v) for v in t.vertices]]
+            for t in studio.session.of(Trace)
+        ],
+        "models": [
+            [m.name, m.frame.kind, m.frame.crs, m.content_hash] for m in studio.session.of(Model)
+        ],
+        "draft": [list(v) for v in tool.vertices] if tool.open else None,
+        "draft_of": [tool.trace.type_id, tool.continued] if tool.open else None,
+        "dirty": studio.session.dirty,
+        "undo": studio.session.undo_label,
+        "redo": studio.session.redo_label,
+    }  # fmt: skip
+
+
+def announce(name: str, studio: Any) -> None:
+    print(json.dumps({"event": name, "screen": on_screen(studio)}), flush=True)
+
+
+class NoJobs:
+    """Stands where the worker processes are; nothing is ever loaded or written."""
+
+    def __getattr__(self, name: str) -> Any:
+        return lambda *args, **values: []
+
+
+# --- without a viewport --------------------------------------------------------------------------
+def make_studio() -> Any:
+    from vomstudio.io.settings import Settings
+    from vomstudio.ui.studio import Studio
+
+    studio = Studio(Settings())
+    studio.jobs.close()
+    studio.jobs = NoJobs()
+    return studio
+
+
+def bed(shift: float) -> list[tuple[float, float, float]]:
+    return [(x, y, z + shift) for x, y, z in ZIGZAG]
+
+
+def studio_events(studio: Any, outcrop: Path) -> list[Event]:
+    frame = Frame("local")
+    model = Model(
+        "m1", "cliff", str(outcrop), "mesh", "0" * 64, frame=Frame(), to_world=Frame().to_world()
+    )
+    tool = studio.trace_tool
+
+    def click(point: tuple[float, float, float], **more: Any) -> Event:
+        made = PointerEvent(
+            Pointer.CLICK, 0, 0, Button.LEFT, hit=Hit("m1", "face", 0, point), **more
+        )
+        return "click", lambda: studio.pointer(made)
+
+    def trace() -> str:
+        return studio.session.of(Trace)[-1].id
+
+    def move() -> None:
+        for kind, y in (
+            (Pointer.DRAG_START, 0.0),
+            (Pointer.DRAG_MOVE, 0.3),
+            (Pointer.DRAG_END, 0.4),
+        ):
+            studio.pointer(
+                PointerEvent(
+                    kind, 0, 0, Button.LEFT, hit=Hit("m1", "face", 0, (1.0, y, 0.5)), handle=1
+                )
+            )
+
+    def save() -> None:
+        # Saving a project without a name gives it one, in the window.
+        if not studio.project.untitled:
+            studio.session.save()
+
+    attempt = studio.attempt
+    return [
+        ("open model", lambda: attempt(edits.add_model, model)),
+        ("declare frame", lambda: attempt(edits.declare_frame, "m1", frame)),
+        ("trace tool", lambda: studio.activate("trace")),
+        *(click(p) for p in bed(0.0)),
+        ("finish", tool.finish),
+        *(click(p) for p in bed(1.0)[:4]),
+        ("take back", studio.undo),
+        ("move", move),
+        click((1.5, 0.0, 1.7), ctrl=True),
+        ("delete vertex", lambda: tool.delete_vertex(0)),
+        ("type", lambda: studio.set_next("fault", "F")),
+        click(bed(1.0)[4]),
+        ("finish", tool.finish),
+        ("undo", studio.undo),
+        ("redo", studio.redo),
+        ("name", lambda: attempt(edits.set_attributes, [trace()], name="main fault")),
+        ("notes", lambda: attempt(edits.set_attributes, [trace()], notes="slickensides")),
+        ("delete", lambda: attempt(edits.delete, [trace()])),
+        ("save", save),
+        ("undo", studio.undo),
+        ("continue", lambda: tool.continue_trace(trace())),
+        click((4.5, 0.4, 3.1)),
+        ("cancel", tool.cancel),
+        ("continue", lambda: tool.continue_trace(trace())),
+        click((4.5, 0.4, 3.1)),
+        ("finish", tool.finish),
+        click(bed(2.0)[0]),
+        click(bed(2.0)[1]),
+        ("rename beside a draft",
+         lambda: attempt(edits.set_attributes, [trace()], set_name="late")),
+        ("save beside a draft", save),
+    ]  # fmt: skip
+
+
+# --- the whole window ---------------------------------------------------------------------------
+def window_events(window: Any, picks: dict[str, np.ndarray]) -> list[Event]:
+    from PySide6.QtCore import Qt
+
+    from tests import driver
+
+    def key(code: Any, modifier: Any = driver.NONE) -> Callable[[], None]:
+        return lambda: driver.key(window, code, modifier)
+
+    def look() -> None:
+        driver.look_at(window, np.concatenate(list(picks.values())), 0.0, 10.0)
+
+    def clicks(name: str) -> list[Event]:
+        return [("click", lambda p=p: driver.pick(window, p[None])) for p in picks[name][3:23:5]]
+
+    return [
+        ("look", look),
+        ("trace tool", key(Qt.Key.Key_T)),
+        *clicks("B03"),
+        ("finish", key(Qt.Key.Key_Return)),
+        ("undo", key(Qt.Key.Key_Z, driver.CTRL)),
+        ("redo", key(Qt.Key.Key_Y, driver.CTRL)),
+        *clicks("B04")[:3],
+        ("take back", key(Qt.Key.Key_Backspace)),
+    ]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("mode", choices=["studio", "window"])
+    parser.add_argument("--named", type=Path)
+    parser.add_argument("--models", type=Path)
+    parser.add_argument("--step", action="store_true")
+    args = parser.parse_args()
+    from vomstudio.paths import resource
+
+    outcrop = resource("outcrop", "outcrop.obj")
+    if args.mode == "studio":
+        from PySide6.QtCore import QCoreApplication
+
+        application = QCoreApplication([])
+        studio = make_studio()
+        studio.new_project()
+        events = studio_events(studio, outcrop)
+    else:
+        from PySide6.QtWidgets import QApplication
+
+        from tests import driver
+        from tests.journeys.conftest import bare_outcrop, read_picks
+
+        application = QApplication([])
+        window = driver.make_window()
+        studio = window.studio
+        driver.open_outcrop(window, bare_outcrop(args.models))
+        events = window_events(window, read_picks())
+    if args.named:
+        studio.project.save_as(args.named)
+    announce("begin", studio)
+    for name, do in events:
+        if args.step:
+            sys.stdin.readline()
+        do()
+        application.processEvents()
+        announce(name, studio)
+    sys.stdin.readline()
+
+
+if __name__ == "__main__":
+    main()

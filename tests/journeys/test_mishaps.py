@@ -1,0 +1,502 @@
+"""What goes wrong around the window: it says so in a sentence, and nothing is lost."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import signal
+import subprocess
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+
+from tests import driver
+from tests.driver import key, wait
+from tests.journeys.recorded import on_screen
+from tests.samples import ZIGZAG
+from vomstudio.document import edits
+from vomstudio.document.records import Frame, Trace
+from vomstudio.io.journal import read_replay
+
+
+def bed_on_model(window, shift: float = 0.0, name: str = "") -> Trace:
+    """A trace on the open model, made without the mouse."""
+    model = driver.model(window)
+    low = window.studio.models[model.id].data.bounds[0] if window.studio.models else (0, 0, 0)
+    points = tuple((low[0] + x, low[1] + y, low[2] + z + shift) for x, y, z in ZIGZAG)
+    trace = Trace(edits.new_id("trace"), name, "bedding", model.id, model.content_hash, points)
+    assert window.studio.attempt(edits.add_trace, trace)
+    return window.studio.records[trace.id]
+
+
+def sentences(window) -> list[str]:
+    return [window.messages.item(i).text() for i in range(window.messages.count())]
+
+
+# --- the worker dies --------------------------------------------------------------------------
+def test_a_worker_killed_while_it_reads_a_model_is_said_and_the_next_try_succeeds(
+    window, outcrop, tmp_path
+):
+    big = tmp_path / "big.obj"
+    with big.open("wb") as stream:
+        for _ in range(60):
+            stream.write(b"v 1.5 2.5 3.5\n" * 10_000)
+    window.open_path(big)
+    jobs = window.studio.jobs
+    wait(lambda: jobs.visible() and jobs.visible()[0].stage, "the reading")
+    os.kill(jobs.visible()[0].worker._process.pid, signal.SIGKILL)
+    wait(lambda: not jobs.visible(), "the end of the job")
+    assert "ended unexpectedly" in window.message_bar.text
+    assert "try again" in window.message_bar.text
+    assert window.message_bar.isVisible()
+    assert window.isVisible()
+    driver.open_outcrop(window, outcrop)
+    assert driver.model(window).frame.crs == driver.CRS
+
+
+def test_loading_can_be_stopped(window, tmp_path):
+    big = tmp_path / "big.obj"
+    with big.open("wb") as stream:
+        for _ in range(60):
+            stream.write(b"v 1.5 2.5 3.5\n" * 10_000)
+    window.open_path(big)
+    jobs = window.studio.jobs
+    wait(lambda: jobs.visible() and jobs.visible()[0].stage, "the reading")
+    wait(window.status_line._stop.isVisible, "the stop button", 5.0)
+    window.status_line._stop.click()
+    wait(lambda: not jobs.visible(), "the end of the job")
+    assert window.studio.models == {}
+    wait(window.start_page.isVisible, "the start page", 2.0)
+
+
+def test_a_closed_window_leaves_no_worker(own_folders, qtbot, outcrop):
+    window = driver.make_window()
+    driver.open_outcrop(window, outcrop)
+    processes = [w._process for w in window.studio.jobs._workers.values() if w._process]
+    assert processes
+    driver.dismiss(window)
+    assert all(p.poll() is not None for p in processes)
+
+
+def test_a_window_closed_right_after_its_birth_leaves_nothing_running(own_folders, qtbot):
+    from vomstudio.io.settings import read_settings
+    from vomstudio.ui.main_window import MainWindow
+
+    window = MainWindow(read_settings()[0])
+    window.show()
+    window.begin([])
+    window.close()
+    driver.pause(300)
+    assert all(w._process is None for w in window.studio.jobs._workers.values())
+
+
+# --- the disk ---------------------------------------------------------------------------------
+@contextlib.contextmanager
+def small_disk(folder: Path, kib: int) -> Iterator[Path]:
+    if os.geteuid() != 0:
+        pytest.skip("only root can mount a small disk")
+    folder.mkdir()
+    done = subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", f"size={kib}k", "tmpfs", str(folder)],
+        capture_output=True, text=True,
+    )  # fmt: skip
+    if done.returncode != 0:
+        pytest.skip(f"no small disk can be mounted here: {done.stderr.strip()}")
+    try:
+        yield folder
+    finally:
+        subprocess.run(["umount", "-l", str(folder)], check=True)
+
+
+def fill(folder: Path) -> Path:
+    """Take the last byte of the disk."""
+    filler = folder / "filler"
+    with contextlib.suppress(OSError), filler.open("wb", buffering=0) as stream:
+        while True:
+            stream.write(b"\0" * 4096)
+    return filler
+
+
+def test_a_full_disk_changes_nothing_and_the_next_edit_works_when_there_is_space(
+    window, outcrop, tmp_path
+):
+    driver.open_outcrop(window, outcrop)
+    with small_disk(tmp_path / "disk", 2048) as disk:
+        window.studio.save_as(disk / "cliff.vom")
+        bed_on_model(window, 0.0, "kept")
+        wait(lambda: not window.studio.jobs.jobs, "the layers")
+        filler = fill(disk)
+        before = on_screen(window.studio)
+        model = driver.model(window)
+        refused = 0
+        # The log has some room left in its last page.
+        for i in range(200):
+            now = on_screen(window.studio)
+            points = tuple((p[0], p[1], p[2] + i) for p in ZIGZAG)
+            trace = Trace(f"t{i}", f"n{i}", "bedding", model.id, model.content_hash, points)
+            if not window.studio.attempt(edits.add_trace, trace):
+                refused += 1
+                assert on_screen(window.studio) == now
+                break
+        assert refused, "the disk was never full"
+        assert "cannot be written" in window.message_bar.text
+        assert "space" in window.message_bar.text
+        before = on_screen(window.studio)
+        key(window, Qt.Key.Key_Z, driver.CTRL)
+        assert on_screen(window.studio) == before
+        filler.unlink()
+        assert bed_on_model(window, 9.0, "after").name == "after"
+        after = on_screen(window.studio)
+        assert [t.name for t in read_replay(disk / "cliff.vom").records.values()
+                if isinstance(t, Trace)] == [t[0] for t in after["traces"]]  # fmt: skip
+        window.studio.session.save()
+        window.studio.new_project()
+
+
+def test_a_full_disk_does_not_hold_the_window_open(own_folders, qtbot, outcrop, tmp_path):
+    from PySide6.QtWidgets import QMessageBox
+
+    window = driver.make_window()
+    driver.open_outcrop(window, outcrop)
+    with small_disk(tmp_path / "disk", 2048) as disk:
+        window.studio.save_as(disk / "cliff.vom")
+        for i in range(3):
+            bed_on_model(window, float(i))
+        wait(lambda: not window.studio.jobs.jobs, "the layers")
+        fill(disk)
+        for i in range(200):
+            trace = bed_or_none(window, i)
+            if trace is None:
+                break
+        seen: list[str] = []
+        driver.answer(QMessageBox.StandardButton.Discard, seen)
+        closed = window.close()
+        assert seen
+        assert closed, window.message_bar.text
+
+
+def bed_or_none(window, i: int) -> Trace | None:
+    model = driver.model(window)
+    points = tuple((p[0], p[1], p[2] + i) for p in ZIGZAG)
+    trace = Trace(f"t{i}", f"n{i}", "bedding", model.id, model.content_hash, points)
+    return trace if window.studio.attempt(edits.add_trace, trace) else None
+
+
+def test_a_folder_that_cannot_be_written_is_refused_in_words(window, tmp_path):
+    if os.geteuid() != 0:
+        pytest.skip("only root can mount a disk for reading")
+    with small_disk(tmp_path / "disk", 4096) as disk:
+        folder = disk / "cliff.vom"
+        window.studio.save_as(folder)
+        window.studio.new_project()
+        subprocess.run(["mount", "-o", "remount,ro", str(disk)], check=True)
+        before = window.studio.project.folder
+        window.open_path(folder)
+        assert window.studio.project.folder == before
+        assert "copy it" in window.message_bar.text, window.message_bar.text
+        with pytest.raises(Exception, match="cannot be written"):
+            window.studio.save_as(disk / "other.vom")
+        assert window.studio.project.folder == before
+
+
+def test_saving_under_a_taken_name_is_refused_and_the_project_stays_what_it_was(
+    window, outcrop, tmp_path
+):
+    driver.open_outcrop(window, outcrop)
+    (tmp_path / "file.vom").write_text("something")
+    (tmp_path / "full.vom").mkdir()
+    (tmp_path / "full.vom" / "x").write_text("something")
+    before = window.studio.project.folder
+    for name in ("file.vom", "full.vom"):
+        assert not window._try(lambda name=name: window.studio.save_as(tmp_path / name))
+        assert "choose another name" in window.message_bar.text
+        assert window.studio.project.folder == before
+    assert bed_on_model(window) is not None
+    assert [p.name for p in tmp_path.glob("*.part")] == []
+
+
+# --- two windows ----------------------------------------------------------------------------------
+def test_a_project_is_open_in_one_window_at_a_time(window, qtbot, outcrop, tmp_path):
+    driver.open_outcrop(window, outcrop)
+    bed_on_model(window)
+    window.studio.save_as(tmp_path / "cliff.vom")
+    other = driver.make_window([tmp_path / "cliff.vom"])
+    try:
+        assert other.studio.project.untitled
+        assert "open in another window" in other.message_bar.text
+        assert str(os.getpid()) in other.message_bar.text
+        assert bed_on_model(window, 1.0) is not None
+        window.studio.session.save()
+        window.studio.new_project()
+        other.open_path(tmp_path / "cliff.vom")
+        assert len(driver.traces(other)) == 2
+    finally:
+        driver.dismiss(other)
+
+
+def test_the_work_of_a_living_window_is_not_offered_to_another(window, qtbot, outcrop):
+    driver.open_outcrop(window, outcrop)
+    bed_on_model(window)
+    other = driver.make_window()
+    try:
+        assert not other.message_bar.isVisible()
+    finally:
+        driver.dismiss(other)
+
+
+# --- the model's file ------------------------------------------------------------------------------
+@pytest.fixture
+def project(own_folders, qtbot, outcrop, tmp_path) -> tuple[Path, Path]:
+    """A saved project with one bed, closed again; and its model's file."""
+    window = driver.make_window()
+    driver.open_outcrop(window, outcrop)
+    bed_on_model(window, name="the bed")
+    window.studio.save_as(tmp_path / "work" / "cliff.vom")
+    wait(lambda: not window.studio.jobs.jobs, "the layers")
+    driver.dismiss(window)
+    return tmp_path / "work" / "cliff.vom", outcrop
+
+
+def loaded(window) -> None:
+    wait(lambda: not window.studio.loader._running, "the model")
+
+
+def reopened(folder: Path):
+    window = driver.make_window([folder])
+    loaded(window)
+    return window
+
+
+def shows_the_bed(window) -> None:
+    assert [t.name for t in driver.traces(window)] == ["the bed"]
+    (trace,) = driver.traces(window)
+    assert window.studio.measured([trace.id])[trace.id].fit is not None
+    assert window.table.model.rowCount() == 1
+
+
+def test_a_model_that_is_gone_is_said_its_features_stay_and_it_can_be_located(project, tmp_path):
+    folder, file = project
+    moved = tmp_path / "elsewhere"
+    shutil.move(str(file.parent), str(moved))
+    window = reopened(folder)
+    assert "outcrop" in window.message_bar.text
+    assert "Locate" in window.message_bar.text
+    shows_the_bed(window)
+    (trace,) = driver.traces(window)
+    points = window.studio.measured([trace.id])[trace.id].points
+    assert window.viewport.project(points)[1].all(), "the features are in sight without the model"
+    assert window.actions_table.all["locate"].isEnabled()
+    driver.keep_picture(window, "mishap-missing-model")
+    # Not this file.
+    wrong = moved / "outcrop2.obj"
+    wrong.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    model_id = driver.model(window).id
+    window.studio.locate_model(model_id, wrong)
+    loaded(window)
+    assert "not the file on which" in window.message_bar.text
+    assert window.studio.models == {}
+    window.studio.locate_model(model_id, moved / "outcrop.obj")
+    driver.settled(window)
+    assert not window.actions_table.all["locate"].isEnabled()
+    window.studio.save()
+    driver.dismiss(window)
+    window = reopened(folder)
+    driver.settled(window)
+    shows_the_bed(window)
+    driver.dismiss(window)
+
+
+def test_a_model_moved_together_with_its_project_is_found(project, tmp_path):
+    folder, file = project
+    target = tmp_path / "usb"
+    target.mkdir()
+    shutil.move(str(folder), str(target / "cliff.vom"))
+    for each in file.parent.iterdir():
+        shutil.move(str(each), str(target))
+    shutil.rmtree(file.parent)
+    window = reopened(target / "cliff.vom")
+    driver.settled(window)
+    shows_the_bed(window)
+    driver.dismiss(window)
+
+
+def test_a_model_that_has_changed_is_said_and_nothing_moves(project):
+    folder, file = project
+    time.sleep(0.01)
+    lines = file.read_text().splitlines()
+    lines = [
+        f"v {float(w[1]) + 1:.4f} {w[2]} {w[3]}" if (w := line.split()) and w[0] == "v" else line
+        for line in lines
+    ]
+    file.write_text("\n".join(lines) + "\n")
+    window = reopened(folder)
+    assert "has changed" in window.message_bar.text
+    assert window.studio.models == {}
+    shows_the_bed(window)
+    assert not window.studio.session.dirty
+    driver.dismiss(window)
+
+
+def test_a_model_that_is_damaged_now_is_said_and_the_features_stay(project):
+    folder, file = project
+    file.write_bytes(b"\0\1\2" * 1000)
+    window = reopened(folder)
+    assert "outcrop" in window.message_bar.text
+    shows_the_bed(window)
+    driver.dismiss(window)
+
+
+# --- damaged things --------------------------------------------------------------------------------
+def test_a_damaged_first_row_leaves_a_window_that_works(project):
+    """The row that holds the feature types: everything else is still there."""
+    import sqlite3
+
+    folder, _ = project
+    db = sqlite3.connect(folder / "journal.sqlite")
+    db.execute("UPDATE journal SET after = '{not json' WHERE seq = 1")
+    db.commit()
+    db.close()
+    window = reopened(folder)
+    assert any("could not be read" in s for s in sentences(window))
+    shows_the_bed(window)
+    assert len(window.net.contents().sets) == 1
+    driver.settled(window)
+    assert bed_on_model(window, 1.0).name == "B01"
+    driver.keep_picture(window, "mishap-damaged-row")
+    driver.dismiss(window)
+
+
+@pytest.mark.parametrize("content", [b"", b"not a database at all", b"SQLite format 3\0" + b"\0" * 84])
+def test_what_is_no_project_is_refused_and_the_open_one_stays(window, tmp_path, content):
+    folder = tmp_path / "bad.vom"
+    folder.mkdir()
+    (folder / "journal.sqlite").write_bytes(content)
+    before = window.studio.project.folder
+    window.open_path(folder)
+    assert window.studio.project.folder == before
+    assert "bad.vom" in window.message_bar.text
+    window.open_path(tmp_path / "nowhere.vom")
+    assert "no such file" in window.message_bar.text
+
+
+def test_settings_that_cannot_be_read_are_said_and_defaults_are_used(own_folders, qtbot):
+    (own_folders / "settings.toml").write_text("notation = [not toml")
+    window = driver.make_window()
+    assert "defaults are used" in window.message_bar.text
+    assert window.studio.settings.notation == "dipdir/dip"
+    driver.dismiss(window)
+
+
+def test_recovered_work_is_brought_back_by_the_button_that_offers_it(own_folders, qtbot):
+    import sys
+
+    from PySide6.QtWidgets import QPushButton
+
+    done = subprocess.Popen(
+        [sys.executable, "-m", "tests.journeys.recorded", "studio", "--step"],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        cwd=Path(__file__).resolve().parents[2],
+    )  # fmt: skip
+    with done:
+        done.stdout.readline()
+        for _ in range(11):
+            done.stdin.write("\n")
+            done.stdin.flush()
+            done.stdout.readline()
+        done.kill()
+    window = driver.make_window()
+    wait(window.message_bar.isVisible, "the offer", 5.0)
+    assert "not saved" in window.message_bar.text
+    driver.keep_picture(window, "mishap-recovery")
+    (button,) = [b for b in window.message_bar.findChildren(QPushButton) if "back" in b.text()]
+    button.click()
+    assert [t.name for t in driver.traces(window)] == ["B01"]
+    assert len(window.studio.trace_tool.vertices) == 2
+    assert window.studio.tool_name == "trace"
+    driver.keep_picture(window, "mishap-recovered")
+    driver.dismiss(window)
+
+
+def test_frame_names_are_those_of_the_records(project):
+    folder, _ = project
+    window = reopened(folder)
+    driver.settled(window)
+    assert driver.model(window).frame == Frame("crs", "EPSG:32633")
+    driver.dismiss(window)
+
+
+def test_the_layers_are_up_to_date_when_the_window_is_closed_right_after_saving(
+    own_folders, qtbot, outcrop, tmp_path
+):
+    import sqlite3
+
+    def beds() -> int:
+        db = sqlite3.connect(tmp_path / "cliff.vom" / "project.gpkg")
+        (count,) = db.execute("SELECT count(*) FROM planes").fetchone()
+        db.close()
+        return count
+
+    window = driver.make_window()
+    driver.open_outcrop(window, outcrop)
+    bed_on_model(window)
+    window.studio.save_as(tmp_path / "cliff.vom")
+    bed_on_model(window, 1.0)
+    window.save()
+    assert window.close()
+    assert beds() == 2
+    assert sorted(p.name for p in (tmp_path / "cliff.vom").iterdir() if "gpkg" in p.name) == [
+        "project.gpkg"
+    ]
+
+
+def test_no_place_for_a_new_project_is_said_and_the_open_one_stays(window, monkeypatch, tmp_path):
+    (tmp_path / "taken").write_text("a file")
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "taken"))
+    before = window.studio.project
+    window.actions_table.run("new")
+    assert window.studio.project is before
+    assert "cannot be made" in window.message_bar.text
+
+
+def test_panels_come_back_where_they_were_and_as_large(own_folders, qtbot):
+    def places(window) -> dict[str, tuple[int, ...]]:
+        driver.pause(50)
+        found = {
+            name: (dock.x(), dock.y(), dock.width(), dock.height())
+            for name, dock in window.docks.items()
+            if dock.isVisible() and not dock.visibleRegion().isEmpty()
+        }
+        found["viewport"] = (window.viewport.width(), window.viewport.height())
+        return found
+
+    window = driver.make_window()
+    first = places(window)
+    driver.dismiss(window)
+    window = driver.make_window()
+    assert places(window) == first
+    window.resizeDocks([window.docks["project"]], [340], Qt.Orientation.Horizontal)
+    window.docks["properties"].hide()
+    changed = places(window)
+    assert changed != first
+    window.actions_table.run("only_outcrop")
+    driver.dismiss(window)
+    for _ in range(2):
+        window = driver.make_window()
+        assert places(window) == changed
+        driver.dismiss(window)
+
+
+def test_a_frame_in_another_unit_keeps_the_model_in_sight(window, outcrop):
+    driver.open_outcrop(window, outcrop)
+    model_id = driver.model(window).id
+    window.studio.attempt(edits.declare_frame, model_id, Frame("local", None, 0.001, "y"))
+    driver.pause(400)
+    centre = window.studio.models[model_id].data.bounds.mean(axis=0)
+    x, y, z = centre * 0.001
+    pixels, _ = window.viewport.project([(x, -z, y)])
+    assert 0 < pixels[0, 0] < window.viewport.width()
+    assert 0 < pixels[0, 1] < window.viewport.height()

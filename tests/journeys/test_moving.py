@@ -1,0 +1,154 @@
+"""Moving about never edits, and a click means what the active tool says."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QEvent, QMimeData, QPoint, QPointF, Qt, QUrl
+from PySide6.QtGui import QDragEnterEvent, QDropEvent, QWheelEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from tests import driver
+from tests.driver import click, drag, key, look_at, pick, pixel, traces, wait
+from tests.journeys.recorded import on_screen
+from vomstudio.paths import resource
+
+
+@pytest.fixture
+def picking(window, outcrop, picks):
+    """The outcrop with a finished trace, and another one being picked."""
+    driver.open_outcrop(window, outcrop)
+    key(window, Qt.Key.Key_T)
+    look_at(window, np.concatenate(list(picks.values())), 0.0, 10.0)
+    pick(window, picks["B04"][2:22:3])
+    key(window, Qt.Key.Key_Return)
+    pick(window, picks["B03"][2:22:4])
+    assert len(window.studio.trace_tool.vertices) == 5
+    return window
+
+
+def free_place(window) -> QPoint:
+    """On the outcrop, far from every vertex and line."""
+    width, height = window.viewport.width(), window.viewport.height()
+    for x in range(width // 2, width, 15):
+        for y in range(height // 3, height, 15):
+            if (
+                window.viewport.pick(x, y) is not None
+                and window.viewport._handle_at(x, y) is None
+                and window.viewport.pick_feature(x, y) is None
+            ):
+                return QPoint(x, y)
+    raise AssertionError("there is no free place")
+
+
+@pytest.mark.parametrize(
+    "button", [Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton, Qt.MouseButton.RightButton]
+)
+def test_a_drag_moves_the_view_and_nothing_else(picking, button):
+    before, camera = on_screen(picking.studio), picking.viewport.camera_state()
+    start = free_place(picking)
+    drag(picking.viewport, start, start + QPoint(40, 25), button)
+    assert on_screen(picking.studio) == before
+    assert picking.viewport.camera_state() != camera
+
+
+def test_the_wheel_and_the_view_keys_move_the_view_and_nothing_else(picking):
+    before = on_screen(picking.studio)
+    viewport = picking.viewport
+    at = free_place(picking)
+    hit = viewport.pick(at.x(), at.y())
+    event = QWheelEvent(
+        QPointF(at), QPointF(viewport.mapToGlobal(at)), QPoint(), QPoint(0, 240),
+        Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase,
+        False,
+    )  # fmt: skip
+    QApplication.sendEvent(viewport, event)
+    pixels, _ = viewport.project(viewport.world_of(hit)[None])
+    assert np.hypot(*(pixels[0] - (at.x(), at.y()))) < 1.0, "the wheel zooms to the cursor"
+    for code, looking in (
+        (Qt.Key.Key_7, (0.0, 90.0)), (Qt.Key.Key_1, (0.0, 0.0)), (Qt.Key.Key_2, (90.0, 0.0)),
+        (Qt.Key.Key_3, (180.0, 0.0)), (Qt.Key.Key_4, (270.0, 0.0)), (Qt.Key.Key_8, (0.0, -90.0)),
+    ):  # fmt: skip
+        key(picking, code)
+        assert viewport.view_direction() == pytest.approx(looking, abs=1e-6)
+    key(picking, Qt.Key.Key_O)
+    assert viewport.orthographic
+    assert picking.actions_table.all["orthographic"].isChecked()
+    assert "orthographic" in picking.view_panel.now.text()
+    key(picking, Qt.Key.Key_O)
+    key(picking, Qt.Key.Key_Home)
+    key(picking, Qt.Key.Key_F)
+    assert on_screen(picking.studio) == before
+
+
+def test_the_open_trace_waits_while_another_tool_is_used(picking, picks):
+    before = on_screen(picking.studio)
+    key(picking, Qt.Key.Key_N)
+    click(picking.viewport, free_place(picking))
+    assert on_screen(picking.studio) == before
+    key(picking, Qt.Key.Key_T)
+    pick(picking, picks["B03"][23:])
+    assert len(picking.studio.trace_tool.vertices) == 6
+
+
+def test_a_plane_is_selected_by_a_click_on_its_line_and_let_go_beside_it(picking, picks):
+    key(picking, Qt.Key.Key_Escape)
+    key(picking, Qt.Key.Key_N)
+    (trace,) = traces(picking)
+    picking.studio.selection.set([])
+    points = picking.studio.measured([trace.id])[trace.id].points
+    click(picking.viewport, pixel(picking, points[3]))
+    assert picking.studio.selection.ids == (trace.id,)
+    assert picking.properties._name.text() == "B01"
+    click(picking.viewport, free_place(picking))
+    assert picking.studio.selection.ids == ()
+
+
+def test_ctrl_adds_to_the_selection(picking):
+    key(picking, Qt.Key.Key_Return)
+    key(picking, Qt.Key.Key_N)
+    first, second = traces(picking)
+    picking.studio.selection.set([])
+    for trace, expected in ((first, (first.id,)), (second, (first.id, second.id))):
+        points = picking.studio.measured([trace.id])[trace.id].points
+        middle = points[1]
+        click(picking.viewport, pixel(picking, middle), driver.CTRL)
+        assert picking.studio.selection.ids == expected
+
+
+def test_a_double_click_without_a_trace_sets_the_pivot_and_begins_nothing(picking):
+    key(picking, Qt.Key.Key_Escape)
+    key(picking, Qt.Key.Key_N)
+    at = free_place(picking)
+    before = on_screen(picking.studio)
+    hit = picking.viewport.pick(at.x(), at.y())
+    QTest.mouseClick(picking.viewport, driver.LEFT, driver.NONE, at)
+    QTest.mouseDClick(picking.viewport, driver.LEFT, driver.NONE, at)
+    assert on_screen(picking.studio) == before
+    pivot = np.array(picking.viewport._camera.pivot)
+    assert pivot == pytest.approx(picking.viewport.world_of(hit))
+
+
+def test_a_file_dropped_on_the_window_is_opened(window, qtbot):
+    """The small outcrop names its CRS itself, so nothing is asked."""
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile(str(resource("outcrop", "outcrop.obj")))])
+    enter = QDragEnterEvent(
+        QPoint(400, 300), Qt.DropAction.CopyAction, data, driver.LEFT, driver.NONE
+    )
+    QApplication.sendEvent(window, enter)
+    assert enter.isAccepted()
+    drop = QDropEvent(
+        QPointF(400, 300), Qt.DropAction.CopyAction, data, driver.LEFT, driver.NONE,
+        QEvent.Type.Drop,
+    )  # fmt: skip
+    QApplication.sendEvent(window, drop)
+    driver.settled(window)
+    assert driver.model(window).frame.crs == "EPSG:32633"
+    assert driver.dialog_of(window) is None
+    assert str(resource("outcrop", "outcrop.obj")) in window.studio.settings.recent
+    # The same file again is not a second model.
+    window.open_path(resource("outcrop", "outcrop.obj"))
+    wait(lambda: not window.studio.loader._running, "the second reading")
+    assert len(window.studio.models) == 1

@@ -1,0 +1,58 @@
+"""`vomstudio` as a process of its own, as people start it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from tests.journeys.test_kills import ROOT, alive, descendants
+from vomstudio.io.project import untitled_folder
+from vomstudio.paths import resource
+
+
+def start(*words: str) -> subprocess.Popen[str]:
+    environment = {**os.environ, "PYTHONWARNINGS": "error::ResourceWarning"}
+    return subprocess.Popen(
+        [sys.executable, "-m", "vomstudio", *words],
+        cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment,
+    )  # fmt: skip
+
+
+def until_there(process: subprocess.Popen[str], seconds: float = 30.0) -> None:
+    """The window has its project, and its workers have begun."""
+    end = time.monotonic() + seconds
+    while not (list(untitled_folder().glob("*.vom/lock")) and descendants(process.pid)):
+        assert process.poll() is None, process.stderr.read()
+        assert time.monotonic() < end, "the window does not come"
+        time.sleep(0.05)
+
+
+@pytest.mark.parametrize("words", [(), (str(resource("outcrop", "outcrop.obj")),)])
+def test_ctrl_c_closes_the_window_without_a_trace(own_folders, qapp, words):
+    with start(*words) as process:
+        until_there(process)
+        time.sleep(1.0)
+        workers = descendants(process.pid)
+        os.kill(process.pid, signal.SIGINT)
+        code = process.wait(20)
+        out, err = process.stdout.read(), process.stderr.read()
+    assert code == 0, err
+    assert out == ""
+    assert "Traceback" not in err
+    assert "Warning" not in err, err
+    assert not any(alive(pid) for pid in workers)
+    assert list(untitled_folder().glob("*.vom")) == [], "a window without work leaves nothing"
+
+
+def test_a_path_that_is_not_there_is_said_in_the_window_and_the_window_lives(own_folders, qapp):
+    with start("/nowhere/cliff.obj") as process:
+        until_there(process)
+        time.sleep(0.5)
+        assert process.poll() is None
+        os.kill(process.pid, signal.SIGINT)
+        assert process.wait(20) == 0

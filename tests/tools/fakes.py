@@ -1,0 +1,50 @@
+"""What a tool is given, as plain data; everything it says and shows is kept."""
+
+from __future__ import annotations
+
+from vomstudio.document.measurements import measure
+from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent
+
+
+class Context:
+    """A ToolContext without a window."""
+
+    def __init__(self, session, journal) -> None:
+        self.session, self.journal = session, journal
+        self.next_type_id, self.next_set = "bedding", ""
+        self.shown: list = []
+        self.said: list[str] = []
+        self.made: list[str] = []
+        self.rows_when_shown: list[int] = []
+
+    def surface(self, model_id):
+        return None
+
+    def measure(self, trace):
+        return measure([(trace, self.session.records.get(trace.model_id))])[0]
+
+    def format_plane(self, measurement):
+        fit = measurement.fit
+        return f"{fit.dip_direction_deg:03.0f}/{fit.dip_deg:02.0f}"
+
+    def show(self, preview):
+        self.shown.append(preview)
+        self.rows_when_shown.append(len(self.journal.kept))
+
+    def say(self, message):
+        self.said.append(message)
+
+    def tool_changed(self):
+        pass
+
+    def created(self, feature_id):
+        self.made.append(feature_id)
+
+
+def hit(point, model_id="m1") -> Hit:
+    return Hit(model_id, "face", 0, tuple(map(float, point)))
+
+
+def event(kind=Pointer.CLICK, at=None, handle=None, ctrl=False, model_id="m1", button=Button.LEFT):
+    found = None if at is None else hit(at, model_id)
+    return PointerEvent(kind, 0.0, 0.0, button, False, ctrl, found, handle)

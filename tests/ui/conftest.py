@@ -1,0 +1,74 @@
+"""A window without its viewport: panels, actions and dialogs need no OpenGL and no worker."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from PySide6.QtWidgets import QApplication
+
+from tests import driver
+from tests.samples import ZIGZAG
+from vomstudio.document import edits
+from vomstudio.document.records import Frame, Model, Trace
+from vomstudio.io.settings import read_settings
+from vomstudio.ui.main_window import MainWindow
+
+
+class NoWorkers:
+    """Stands for the worker processes: nothing is ever read or written."""
+
+    def __init__(self) -> None:
+        self.asked: list[tuple[str, dict]] = []
+
+    def submit(self, lane, task, args, **more):
+        self.asked.append((task, dict(args)))
+
+    def visible(self):
+        return []
+
+    def cancel(self, job):
+        return
+
+    def finish(self, lane, timeout_s):
+        return
+
+    def close(self):
+        return
+
+
+@pytest.fixture
+def window(own_folders, qtbot) -> Iterator[MainWindow]:
+    made = MainWindow(read_settings()[0])
+    made.show()
+    made._fill()
+    made.studio.jobs.close()
+    made.studio.jobs = NoWorkers()
+    made.activateWindow()
+    qtbot.waitUntil(lambda: QApplication.activeWindow() is made)
+    yield made
+    driver.dismiss(made)
+
+
+@pytest.fixture
+def studio(window):
+    return window.studio
+
+
+def cliff(frame: Frame | None = None) -> Model:
+    frame = frame or Frame("local")
+    return Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, frame, frame.to_world())
+
+
+def add_cliff(studio, frame: Frame | None = None) -> None:
+    assert studio.attempt(edits.add_model, cliff(frame))
+    studio.notices = []
+    studio.notice.connect(studio.notices.append)
+
+
+def add_bed(studio, id_="t1", name="", dip=0.5, vertices=None, **more) -> Trace:
+    """A bed that dips to the west, the steeper the larger `dip`."""
+    points = vertices or tuple((x, y, dip * x + (z - 0.5 * x)) for x, y, z in ZIGZAG)
+    trace = Trace(id_, name, more.pop("type_id", "bedding"), "m1", "0" * 64, points, **more)
+    assert studio.attempt(edits.add_trace, trace)
+    return studio.records[id_]

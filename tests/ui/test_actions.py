@@ -1,0 +1,341 @@
+"""Actions, palette, shortcuts, view direction, messages: what can be done, and what is said."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QLineEdit, QToolButton
+
+from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.document.records import Frame, Trace
+from vomstudio.geology.orientation import Plane
+from vomstudio.ui.main_window import _MENUS
+from vomstudio.ui.palette import CommandPalette
+
+
+def beds(studio) -> None:
+    """Two limbs of a fold whose axis plunges."""
+    add_cliff(studio)
+    for i, dip in enumerate((0.3, 0.8, 1.4)):
+        add_bed(studio, f"t{i}", dip=dip)
+
+
+# --- actions -------------------------------------------------------------------------------
+def test_what_cannot_be_done_in_the_empty_window_says_why(window):
+    disabled = [a for a in window.actions_table.all.values() if not a.isEnabled()]
+    assert len(disabled) > 10
+    for action in disabled:
+        reason = action.toolTip().rpartition("Not now: ")[2]
+        assert "Not now: " in action.toolTip(), action.objectName()
+        assert len(reason) > 8
+        assert reason[0].islower(), "the reason goes on a sentence"
+    enabled = [a for a in window.actions_table.all.values() if a.isEnabled()]
+    assert all("Not now" not in a.toolTip() for a in enabled)
+
+
+def test_every_command_is_in_a_menu_or_says_its_key(window):
+    in_menus = {name for _, names in _MENUS for name in names}
+    for command in window.actions_table.commands():
+        in_submenu = command.name.partition("_")[0] in ("notation", "display", "open")
+        assert command.name in in_menus or command.shortcut or in_submenu, command.name
+
+
+def test_no_shortcut_means_two_things(window):
+    seen: dict[str, str] = {}
+    for name, action in window.actions_table.all.items():
+        for keys in action.shortcuts():
+            assert seen.setdefault(keys.toString(), name) == name, keys.toString()
+
+
+def test_tooltips_carry_the_shortcut(window):
+    for action in window.actions_table.all.values():
+        for keys in action.shortcuts():
+            assert keys.toString(keys.SequenceFormat.NativeText) in action.toolTip()
+
+
+def test_no_button_is_mute(window):
+    """What has only an icon has a tooltip and a name for screen readers."""
+    for button in window.findChildren(QToolButton):
+        if button.isVisible() and not button.text() and not button.objectName().startswith("qt_"):
+            assert button.toolTip(), button.objectName() or button.parent()
+
+
+def test_undo_and_redo_say_what_they_would_take_back(window, studio):
+    beds(studio)
+    tip = window.actions_table.all["undo"].toolTip()
+    assert "Add bedding trace B03" in tip
+    studio.undo()
+    assert "Add bedding trace B03" in window.actions_table.all["redo"].toolTip()
+
+
+def test_a_click_of_an_open_trace_is_undone_before_older_edits(window, studio):
+    beds(studio)
+    studio.activate("trace")
+    studio.trace_tool.continue_trace("t1")
+    before = studio.records["t1"]
+    studio.trace_tool.delete_vertex(0)
+    window.actions_table.run("undo")
+    assert studio.trace_tool.vertices == before.vertices
+    assert len(studio.session.of(Trace)) == 3
+
+
+# --- typing ---------------------------------------------------------------------------------
+def test_letters_typed_into_a_field_stay_letters(window, studio):
+    """Also the one-key commands of the viewport, and Delete, Backspace, Return, Home."""
+    beds(studio)
+    studio.selection.set(["t0"])
+    before = dict(studio.records)
+    for field in (window.table._filter, window.view_panel.typed, window.trace_panel.set_edit):
+        field.setFocus()
+        field.clear()
+        QTest.keyClicks(field, "tnfopb178")
+        assert field.text() == "tnfopb178"
+        QTest.keyClick(field, Qt.Key.Key_Home)
+        QTest.keyClick(field, Qt.Key.Key_Delete)
+        QTest.keyClick(field, Qt.Key.Key_End)
+        QTest.keyClick(field, Qt.Key.Key_Backspace)
+        assert field.text() == "nfopb17"
+        QTest.keyClick(field, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
+        assert field.selectedText() == "nfopb17"
+        QTest.keyClick(field, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+        field.clear()
+    assert studio.tool_name == "navigate"
+    assert dict(studio.records) == before
+    assert studio.selection.ids == ("t0",)
+
+
+# --- palette ---------------------------------------------------------------------------------
+def words_of(palette: CommandPalette) -> list[str]:
+    return [palette._list.item(i).text() for i in range(palette._list.count())]
+
+
+def test_a_command_is_found_by_its_words_and_run_by_return(window, studio, qtbot):
+    beds(studio)
+    palette = CommandPalette(window, window.actions_table)
+    qtbot.addWidget(palette)
+    palette.show()
+    QTest.keyClicks(palette._words, "strike")
+    assert palette.chosen == "notation_strike"
+    QTest.keyClick(palette._words, Qt.Key.Key_Return)
+    assert palette.result() == 1
+    window.actions_table.run(palette.chosen)
+    assert studio.settings.notation == "strike/dip"
+
+
+def test_the_palette_says_why_not_and_chooses_only_what_can_run(window, qtbot):
+    palette = CommandPalette(window, window.actions_table)
+    qtbot.addWidget(palette)
+    palette.show()
+    QTest.keyClicks(palette._words, "redo")
+    assert "there is nothing to redo" in words_of(palette)[0]
+    assert palette.chosen is None
+    palette._words.clear()
+    runnable = {n for n, a in window.actions_table.all.items() if a.isEnabled()}
+    for _ in range(palette._list.count()):
+        assert palette.chosen in runnable
+        QTest.keyClick(palette._words, Qt.Key.Key_Down)
+    palette._words.setText("no such thing at all")
+    assert words_of(palette) == []
+    QTest.keyClick(palette._words, Qt.Key.Key_Return)
+    assert palette.chosen is None
+
+
+# --- view direction --------------------------------------------------------------------------
+class Looks:
+    def __init__(self, window) -> None:
+        self.at: list[tuple[float, float]] = []
+        window.view_panel._look = lambda trend, plunge: self.at.append((trend, plunge))
+
+
+def direction(trend: float, plunge: float) -> np.ndarray:
+    t, p = np.radians([trend, plunge])
+    return np.array([np.sin(t) * np.cos(p), np.cos(t) * np.cos(p), -np.sin(p)])
+
+
+@pytest.mark.parametrize(
+    ("text", "trend", "plunge"),
+    [("125/26", 125, 26), ("125 26", 125, 26), ("125,5/26,5", 125.5, 26.5),
+     ("000/90", 0, 90), ("305/-26", 305, -26)],
+)  # fmt: skip
+def test_a_direction_can_be_typed(window, studio, text, trend, plunge):
+    looks = Looks(window)
+    field = window.view_panel.typed
+    field.setFocus()
+    QTest.keyClicks(field, text)
+    QTest.keyClick(field, Qt.Key.Key_Return)
+    assert looks.at, window.message_bar.text
+    assert looks.at[-1] == pytest.approx((trend, plunge))
+
+
+@pytest.mark.parametrize("text", ["", "north", "125/126", "400/10/3"])
+def test_what_is_no_direction_is_refused_in_words(window, studio, text):
+    looks = Looks(window)
+    window.view_panel.typed.setText(text)
+    QTest.keyClick(window.view_panel.typed, Qt.Key.Key_Return)
+    assert looks.at == []
+    assert window.message_bar.isVisible()
+    assert window.message_bar.text
+
+
+def test_facing_a_plane_looks_against_its_upward_normal(window, studio):
+    beds(studio)
+    looks = Looks(window)
+    for id_ in ("t0", "t2"):
+        studio.selection.set([id_])
+        window.actions_table.run("face_plane")
+    # The action needs a model on the screen or not, but the button of the panel is the same call.
+    if not looks.at:
+        for id_ in ("t0", "t2"):
+            studio.selection.set([id_])
+            window.view_panel._buttons["facing"].click()
+    for id_, (trend, plunge) in zip(("t0", "t2"), looks.at, strict=True):
+        normal = np.asarray(studio.measured([id_])[id_].fit.normal)
+        assert normal[2] > 0
+        assert direction(trend, plunge) == pytest.approx(-normal, abs=1e-9)
+
+
+def test_along_strike_and_down_dip_lie_in_the_plane(window, studio):
+    beds(studio)
+    looks = Looks(window)
+    studio.selection.set(["t1"])
+    window.view_panel._buttons["strike"].click()
+    window.view_panel._buttons["dip"].click()
+    fit = studio.measured(["t1"])["t1"].fit
+    plane = Plane.from_normal(fit.normal)
+    for look in looks.at:
+        assert abs(direction(*look) @ fit.normal) < 1e-9
+    assert looks.at == [
+        pytest.approx((plane.strike_rhr_deg, 0.0)),
+        pytest.approx((plane.dip_direction_deg, plane.dip_deg)),
+    ]
+
+
+def test_along_beta_is_the_axis_of_the_bedding_only(window, studio):
+    beds(studio)
+    looks = Looks(window)
+    window.view_panel._buttons["beta"].click()
+    add_bed(studio, "f", dip=-3.0, type_id="fault")
+    window.view_panel._buttons["beta"].click()
+    assert looks.at[0] == looks.at[1]
+    window.view_panel.only_selected.setChecked(True)
+    assert not window.view_panel._buttons["beta"].isEnabled()
+    assert "selected bedding planes" in window.view_panel._buttons["beta"].toolTip()
+
+
+def test_from_the_other_side_is_the_opposite_direction(window):
+    looks = Looks(window)
+    window.view_panel.show_direction(30.0, 12.0, True)
+    window.view_panel._buttons["flip"].click()
+    assert direction(*looks.at[0]) == pytest.approx(-direction(30.0, 12.0))
+    assert "orthographic" in window.view_panel.now.text()
+
+
+# --- messages and badges ------------------------------------------------------------------------
+def test_messages_are_kept_and_the_newest_stands_above_the_view(window, studio):
+    studio.warn("first thing")
+    studio.warn("second thing", "error")
+    assert window.message_bar.text == "second thing"
+    assert window.message_bar.isVisible()
+    texts = [window.messages.item(i).text() for i in range(window.messages.count())]
+    assert [t.split("  ", 1)[1] for t in texts[-2:]] == ["first thing", "second thing"]
+
+
+def test_the_frame_badge_warns_until_the_frame_is_declared(window, studio):
+    add_cliff(studio, Frame())
+    assert "not registered" in window.status_line._badge.text()
+    add_bed(studio, "t1")
+    studio.selection.set(["t1"])
+    from vomstudio.document import edits
+
+    studio.attempt(edits.declare_frame, "m1", Frame("crs", "EPSG:32633"))
+    assert window.status_line._badge.text() == "EPSG:32633, grid north"
+    studio.undo()
+    studio.undo()
+    assert "not registered" in window.status_line._badge.text()
+
+
+def test_declaring_y_up_turns_every_plane_with_the_model(window, studio):
+    from vomstudio.document import edits
+
+    add_cliff(studio, Frame())
+    add_bed(studio, "t1", dip=0.5)
+    before = np.asarray(studio.measured(["t1"])["t1"].fit.normal)
+    studio.attempt(edits.declare_frame, "m1", Frame("local", None, 1.0, "y"))
+    after = np.asarray(studio.measured(["t1"])["t1"].fit.normal)
+    turned = np.array([before[0], -before[2], before[1]])
+    assert abs(after @ turned) == pytest.approx(1.0)
+
+
+def test_a_selection_counts_and_the_status_line_says_what_a_click_does(window, studio):
+    beds(studio)
+    window.actions_table.run("select_all")
+    assert window.status_line._selected.text() == "3 selected"
+    assert window.status_line._hint.text().startswith("Navigate: ")
+    studio.activate("trace")
+    assert window.status_line._hint.text().startswith("Trace: click along")
+
+
+# --- panels ---------------------------------------------------------------------------------
+def test_only_the_outcrop_and_back_again(window):
+    shown = {n for n, d in window.docks.items() if not d.isHidden()}
+    assert shown
+    window.actions_table.run("only_outcrop")
+    assert all(d.isHidden() for d in window.docks.values())
+    window.actions_table.run("only_outcrop")
+    assert {n for n, d in window.docks.items() if not d.isHidden()} == shown
+
+
+def test_the_outcrop_has_more_than_half_of_the_width(window):
+    window.resize(1400, 900)
+    QApplication.processEvents()
+    window._default_sizes()
+    QApplication.processEvents()
+    assert window.centralWidget().width() >= 0.55 * window.width()
+
+
+def test_no_text_is_smaller_than_nine_points(window):
+    from PySide6.QtWidgets import QLabel
+
+    for widget in (*window.findChildren(QLabel), *window.findChildren(QLineEdit)):
+        size = widget.font().pointSizeF()
+        assert size < 0 or size >= 9.0, widget.text()
+
+
+def test_labels_are_not_cut_off_by_their_panels(window, studio):
+    beds(studio)
+    studio.selection.set(["t1"])
+    QApplication.processEvents()
+    for name, value in window.properties._fit._values.items():
+        if value.isVisible():
+            assert value.width() >= value.sizeHint().width(), name
+
+
+# --- end ------------------------------------------------------------------------------------
+def test_a_window_that_is_closed_leaves_no_timer_no_thread_and_no_process(own_folders, qtbot):
+    import subprocess
+    import threading
+
+    from PySide6.QtCore import QTimer
+
+    from vomstudio.io.settings import read_settings
+    from vomstudio.ui.main_window import MainWindow
+
+    threads = set(threading.enumerate())
+    made = MainWindow(read_settings()[0])
+    made.show()
+    made._fill()
+    jobs = made.studio.jobs
+    failed = []
+    jobs.submit("models", "levitate", {}, title="", on_done=print, on_failed=failed.append)
+    qtbot.waitUntil(lambda: bool(failed), timeout=20_000)
+    processes = [w._process for w in jobs._workers.values() if w._process]
+    assert all(isinstance(p, subprocess.Popen) for p in processes)
+    made.close()
+    assert all(p.poll() is not None for p in processes)
+    running = [t for t in (*made.findChildren(QTimer), *made.studio.findChildren(QTimer))
+               if t.isActive() and not t.parent().inherits("QMenuBar")]  # fmt: skip
+    QTest.qWait(50)
+    assert [t for t in running if t.isActive()] == []
+    qtbot.waitUntil(lambda: not (set(threading.enumerate()) - threads), timeout=5000)

@@ -1,0 +1,367 @@
+"""Table, tree and properties: what they show, and what typing into them does."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import QLocale, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QLineEdit
+
+from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.document import edits
+from vomstudio.document.records import Trace
+from vomstudio.errors import DocumentError
+from vomstudio.ui.table_panel import COLUMNS
+from vomstudio.ui.trace_panel import parse_number
+
+ASCENDING, DESCENDING = Qt.SortOrder.AscendingOrder, Qt.SortOrder.DescendingOrder
+
+
+def column(title: str) -> int:
+    return next(i for i, c in enumerate(COLUMNS) if c.title == title)
+
+
+def shown(window, title: str = "Name") -> list[str]:
+    model = window.table._sorted
+    return [model.index(r, column(title)).data() for r in range(model.rowCount())]
+
+
+def rows_chosen(window) -> list[str]:
+    panel = window.table
+    return [
+        panel.model.id_at(panel._sorted.mapToSource(i).row())
+        for i in panel.view.selectionModel().selectedRows()
+    ]
+
+
+def type_into(editor: QLineEdit, text: str) -> None:
+    editor.setFocus()
+    editor.selectAll()
+    QTest.keyClicks(editor, text)
+    QTest.keyClick(editor, Qt.Key.Key_Return)
+    # An editor in a table hands its text over in the next round of the event loop.
+    QApplication.processEvents()
+
+
+# --- table ---------------------------------------------------------------------------------
+def test_what_is_undefined_stands_last_either_way_round(window, studio):
+    add_cliff(studio)
+    # Three points have no redundancy, so their confidence is undefined.
+    add_bed(studio, "t1", "three", vertices=((0, 0, 0), (1, 0, 0.2), (0, 1, 0.5)))
+    add_bed(studio, "t2", "flat", dip=0.2)
+    add_bed(studio, "t3", "steep", dip=2.0)
+    for title in ("95 % max", "± dip", "Ext./res."):
+        for order in (ASCENDING, DESCENDING):
+            window.table.view.sortByColumn(column(title), order)
+            values = shown(window, title)
+            defined = [v for v in values if v != "–"]
+            assert values == defined + ["–"] * (len(values) - len(defined))
+    window.table.view.sortByColumn(column("± dip"), DESCENDING)
+    assert shown(window)[-1] == "three"
+
+
+def test_names_are_sorted_as_people_count(window, studio):
+    add_cliff(studio)
+    for name in ("B10", "B2", "B1"):
+        add_bed(studio, name, name)
+    window.table.view.sortByColumn(0, ASCENDING)
+    assert shown(window) == ["B1", "B2", "B10"]
+    assert [window.tree._items["bedding"].child(i).text(0) for i in range(3)] == [
+        "B1", "B2", "B10",
+    ]  # fmt: skip
+
+
+def test_the_filter_takes_words_of_any_column_and_leaves_the_selection_alone(window, studio):
+    add_cliff(studio)
+    add_bed(studio, "t1", "upper", set_name="limb A")
+    add_bed(studio, "t2", "lower", set_name="limb B", notes="covered")
+    add_bed(studio, "t3", "other", type_id="fault")
+    studio.selection.set(["t1", "t2"])
+    for words, expected in (
+        ("limb", ["lower", "upper"]),
+        ("LIMB cover", ["lower"]),
+        ("fault", ["other"]),
+        ("nothing of it", []),
+        ("", ["lower", "other", "upper"]),
+    ):
+        window.table._filter.setText(words)
+        assert sorted(shown(window)) == expected
+        assert studio.selection.ids == ("t1", "t2"), words
+    assert "planes" in window.table._count.text()
+    assert sorted(rows_chosen(window)) == ["t1", "t2"]
+
+
+@pytest.mark.parametrize(
+    ("title", "field"), [("Name", "name"), ("Set", "set_name"), ("Notes", "notes")]
+)
+def test_names_sets_and_notes_are_typed_in_place(window, studio, title, field):
+    add_cliff(studio)
+    add_bed(studio, "t1", "first")
+    view = window.table.view
+    index = window.table._sorted.index(0, column(title))
+    view.scrollTo(index)
+    view.edit(index)
+    editor = view.findChild(QLineEdit)
+    type_into(editor, "  marl 3 ")
+    assert getattr(studio.records["t1"], field) == "marl 3"
+    studio.undo()
+    assert getattr(studio.records["t1"], field) == ("first" if field == "name" else "")
+
+
+def test_an_empty_name_is_refused_with_the_reason_and_the_old_one_stays(window, studio):
+    add_cliff(studio)
+    add_bed(studio, "t1", "first")
+    model = window.table.model
+    assert not model.setData(model.index(0, 0), "   ")
+    assert "needs a name" in studio.notices[-1].text
+    assert shown(window) == ["first"]
+    window.tree._items["t1"].setText(0, " ")
+    assert window.tree._items["t1"].text(0) == "first"
+    studio.selection.set(["t1"])
+    type_into(window.properties._name, " ")
+    assert window.properties._name.text() == "first"
+
+
+def test_figures_cannot_be_typed_over(window, studio):
+    add_cliff(studio)
+    add_bed(studio, "t1")
+    model = window.table.model
+    for i, each in enumerate(COLUMNS):
+        editable = bool(model.flags(model.index(0, i)) & Qt.ItemFlag.ItemIsEditable)
+        assert editable == (each.title in ("Name", "Set", "Notes"))
+
+
+def test_no_cell_of_the_table_is_cut_off_by_a_later_plane(window, studio):
+    add_cliff(studio)
+    add_bed(studio, "t1", "a", vertices=((0, 0, 0), (1, 0, 0.2), (0, 1, 0.5)))
+    add_bed(studio, "t2", "a much longer name of a bed", set_name="upper limb of the fold")
+    for i in range(6):
+        assert window.table.view.columnWidth(i) >= window.table.view.sizeHintForColumn(i)
+
+
+# --- tree ----------------------------------------------------------------------------------
+def test_the_eye_of_a_group_and_of_a_plane_hides_without_an_edit(window, studio):
+    add_cliff(studio)
+    add_bed(studio, "t1")
+    before = studio.session.top
+    for id_ in ("t1", "bedding", "m1", "models"):
+        item = window.tree._items[id_]
+        item.setCheckState(0, Qt.CheckState.Unchecked)
+        assert not studio.visible(id_)
+        item.setCheckState(0, Qt.CheckState.Checked)
+        assert studio.visible(id_)
+    assert studio.session.top == before
+
+
+def test_what_is_hidden_is_still_hidden_after_reopening(window, studio, tmp_path):
+    add_cliff(studio)
+    add_bed(studio, "t1")
+    studio.set_visible(["t1"], False)
+    studio.save_as(tmp_path / "p.vom")
+    folder = studio.project.folder
+    studio.new_project()
+    assert studio.visible("t1")
+    studio.open_project(folder)
+    assert not studio.visible("t1")
+    assert window.tree._items["t1"].checkState(0) == Qt.CheckState.Unchecked
+
+
+def test_the_tree_follows_every_edit_there_and_back(window, studio):
+    add_cliff(studio)
+    add_bed(studio, "t1", "first")
+    assert window.tree._items["bedding"].text(0) == "Bedding (1)"
+    studio.attempt(edits.set_attributes, ["t1"], type_id="fault", name="main")
+    assert window.tree._items["t1"].parent() is window.tree._items["fault"]
+    assert window.tree._items["bedding"].isHidden()
+    studio.undo()
+    assert window.tree._items["t1"].parent() is window.tree._items["bedding"]
+    studio.attempt(edits.delete, ["t1"])
+    assert "t1" not in window.tree._items
+    studio.undo()
+    assert window.tree._items["t1"].text(0) == "first"
+
+
+# --- selection -----------------------------------------------------------------------------
+def test_selection_is_one_thing(window, studio):
+    add_cliff(studio)
+    for i in range(3):
+        add_bed(studio, f"t{i}")
+    window.table.view.selectRow(1)
+    (id_,) = rows_chosen(window)
+    assert studio.selection.ids == (id_,)
+    assert window.tree._items[id_].isSelected()
+    assert window.properties._name.text() == studio.records[id_].name
+    window.tree.tree.setCurrentItem(window.tree._items["t2"])
+    assert studio.selection.ids == ("t2",)
+    assert rows_chosen(window) == ["t2"]
+    studio.attempt(edits.delete, ["t2"])
+    assert studio.selection.ids == ()
+    assert rows_chosen(window) == []
+
+
+def test_every_action_on_planes_says_select_first_when_nothing_is(window, studio):
+    add_cliff(studio)
+    add_bed(studio, "t1")
+    table = window.actions_table.all
+    assert not table["delete"].isEnabled()
+    studio.selection.set(["t1"])
+    assert table["delete"].isEnabled()
+    assert table["rename"].isEnabled()
+
+
+# --- properties ----------------------------------------------------------------------------
+def test_properties_change_all_that_is_selected_except_the_name(window, studio):
+    add_cliff(studio)
+    add_bed(studio, "t1", "a")
+    add_bed(studio, "t2", "b")
+    studio.selection.set(["t1", "t2"])
+    panel = window.properties
+    type_into(panel._set, "limb")
+    assert {studio.records[i].set_name for i in ("t1", "t2")} == {"limb"}
+    type_into(panel._name, "c")
+    assert (studio.records["t1"].name, studio.records["t2"].name) == ("a", "c")
+    panel._overturned.click()
+    assert studio.records["t1"].overturned
+    assert studio.records["t2"].overturned
+    panel._type.setCurrentIndex(panel._type.findData("fault"))
+    panel._type.activated.emit(panel._type.currentIndex())
+    assert {studio.records[i].type_id for i in ("t1", "t2")} == {"fault"}
+    panel._method.setCurrentIndex(panel._method.findData("regression"))
+    panel._method.activated.emit(panel._method.currentIndex())
+    assert studio.records["t1"].method == "regression"
+    for _ in range(5):
+        studio.undo()
+    assert studio.records["t1"] == studio.session.of(Trace)[0]
+    assert not studio.records["t1"].overturned
+
+
+def test_a_name_typed_and_left_for_another_plane_goes_to_the_plane_it_was_typed_for(window, studio):
+    """Leaving the field by a click on another row ends the typing after the selection moved."""
+    add_cliff(studio)
+    add_bed(studio, "t1", "a")
+    add_bed(studio, "t2", "b")
+    studio.selection.set(["t1"])
+    field = window.properties._name
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, "typed")
+    studio.selection.set(["t2"])
+    window.table.view.setFocus()
+    assert studio.records["t2"].name == "b"
+    assert studio.records["t1"].name == "typed"
+
+
+# --- notation ------------------------------------------------------------------------------
+def test_notation_is_chosen_once_and_holds_everywhere(window, studio):
+    add_cliff(studio)
+    add_bed(studio, "t1", dip=1.0)
+    studio.selection.set(["t1"])
+
+    def places() -> set[str]:
+        return {
+            shown(window, "Plane")[0],
+            window.tree._items["t1"].text(1),
+            window.properties._fit._plane.text(),
+        }
+
+    found = {}
+    for name in ("notation_strike", "notation_quadrant", "notation_dipdir"):
+        window.actions_table.all[name].trigger()
+        assert window.actions_table.all[name].isChecked()
+        (found[name],) = places()
+    assert len(set(found.values())) == 3
+    assert found["notation_quadrant"][0] in "NS"
+    assert window.actions_table.all["notation_strike"].isChecked() is False
+
+
+# --- typed numbers -----------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("1.5", 1.5), ("1,5", 1.5), (" 1 234,5 ", 1234.5), ("372 410,115", 372410.115),
+        ("372\N{NARROW NO-BREAK SPACE}410.115", 372410.115), ("1,234.5", 1234.5),
+        ("1.234,5", 1234.5), ("372.410,115", 372410.115), ("4.709.820,240", 4709820.24),
+        ("4,709,820.240", 4709820.24), ("4’709’820.24", 4709820.24), ("-0,5", -0.5),
+        ("−0,5", -0.5), ("1e3", 1000.0), ("", None), ("abc", None), ("nan", None), ("inf", None),
+        ("1,2,3", None), ("1.2.3", None), ("--1", None),
+    ],
+)  # fmt: skip
+def test_numbers_are_read_with_either_decimal_mark(text, value):
+    assert parse_number(text) == value
+
+
+@pytest.mark.parametrize("language", ["de_DE", "en_US", "fr_FR", "de_CH", "C"])
+def test_a_vertex_shown_in_any_locale_is_read_back_as_the_same_number(window, studio, language):
+    add_cliff(studio)
+    trace = add_bed(
+        studio, "t1", vertices=tuple((372410.115 + x, 4709820.24 + y, x + 0.3 * y)
+                                     for x, y in ((0, 0), (1, 2), (3, 1), (4, 4)))
+    )  # fmt: skip
+    before = QLocale()
+    QLocale.setDefault(QLocale(language))
+    try:
+        studio.activate("trace")
+        studio.trace_tool.continue_trace("t1")
+        table = window.trace_panel.table
+        for row in range(4):
+            for col in range(3):
+                assert parse_number(table.item(row, col).text()) == pytest.approx(
+                    trace.vertices[row][col], abs=5e-4
+                )
+        table.item(1, 0).setText(table.item(1, 0).text()[:-1] + "9")
+        assert studio.trace_tool.vertices[1][0] == pytest.approx(372411.119, abs=1e-6)
+        table.item(1, 0).setText("here")
+        assert "not a number" in studio.notices[-1].text
+        assert studio.trace_tool.vertices[1][0] == pytest.approx(372411.119, abs=1e-6)
+    finally:
+        QLocale.setDefault(before)
+
+
+# --- the journal comes first ---------------------------------------------------------------------
+def test_no_view_changes_where_the_journal_cannot_be_written(window, studio, monkeypatch):
+    add_cliff(studio)
+    add_bed(studio, "t1", "first")
+    studio.selection.set(["t1"])
+
+    def look() -> tuple:
+        return (
+            shown(window), shown(window, "Set"), window.tree._items["t1"].text(0),
+            window.properties._name.text(), window.windowTitle(), dict(studio.records),
+            window.table.model.rowCount(),
+        )  # fmt: skip
+
+    before = look()
+    real = studio.project.journal.append
+
+    def full(*args, **values):
+        raise DocumentError("the project's journal cannot be written (disk full)")
+
+    monkeypatch.setattr(studio.project.journal, "append", full)
+    model = window.table.model
+    for do in (
+        lambda: model.setData(model.index(0, 0), "other"),
+        lambda: type_into(window.properties._name, "other"),
+        lambda: window.tree._items["t1"].setText(0, "other"),
+        lambda: window.actions_table.run("delete"),
+        studio.undo,
+        lambda: window.save() if not studio.project.untitled else studio.session,
+    ):
+        studio.notices.clear()
+        do()
+        assert look() == before
+    assert "cannot be written" in window.message_bar.text
+    monkeypatch.setattr(studio.project.journal, "append", real)
+    window.actions_table.run("delete")
+    assert window.table.model.rowCount() == 0
+
+
+def test_the_row_is_written_before_any_view_hears_of_it(window, studio):
+    add_cliff(studio)
+    rows_at_signal = []
+    studio.edited.connect(
+        lambda edit: rows_at_signal.append([r.label for r in studio.project.journal.rows()][-1])
+    )
+    add_bed(studio, "t1", "first")
+    studio.attempt(edits.delete, ["t1"])
+    studio.undo()
+    assert rows_at_signal == ["Add bedding trace first", "Delete first", "Delete first"]
