@@ -19,8 +19,10 @@ from tests.driver import key, wait
 from tests.journeys.recorded import on_screen
 from tests.samples import ZIGZAG
 from vomstudio.document import edits
-from vomstudio.document.records import Frame, Trace
+from vomstudio.document.records import Frame, Model, Trace
 from vomstudio.io.journal import read_replay
+from vomstudio.io.models import file_hash, read_model
+from vomstudio.io.project import Project
 
 
 def bed_on_model(window, shift: float = 0.0, name: str = "") -> Trace:
@@ -43,7 +45,7 @@ def test_a_worker_killed_while_it_reads_a_model_is_said_and_the_next_try_succeed
 ):
     big = tmp_path / "big.obj"
     with big.open("wb") as stream:
-        for _ in range(60):
+        for _ in range(30):
             stream.write(b"v 1.5 2.5 3.5\n" * 10_000)
     window.open_path(big)
     jobs = window.studio.jobs
@@ -58,10 +60,11 @@ def test_a_worker_killed_while_it_reads_a_model_is_said_and_the_next_try_succeed
     assert driver.model(window).frame.crs == driver.CRS
 
 
+@pytest.mark.slow
 def test_loading_can_be_stopped(window, tmp_path):
     big = tmp_path / "big.obj"
     with big.open("wb") as stream:
-        for _ in range(60):
+        for _ in range(30):
             stream.write(b"v 1.5 2.5 3.5\n" * 10_000)
     window.open_path(big)
     jobs = window.studio.jobs
@@ -219,7 +222,7 @@ def test_saving_under_a_taken_name_is_refused_and_the_project_stays_what_it_was(
     assert [p.name for p in tmp_path.glob("*.part")] == []
 
 
-# --- two windows ----------------------------------------------------------------------------------
+# --- two windows ------------------------------------------------------------------------------
 def test_a_project_is_open_in_one_window_at_a_time(window, qtbot, outcrop, tmp_path):
     driver.open_outcrop(window, outcrop)
     bed_on_model(window)
@@ -248,17 +251,24 @@ def test_the_work_of_a_living_window_is_not_offered_to_another(window, qtbot, ou
         driver.dismiss(other)
 
 
-# --- the model's file ------------------------------------------------------------------------------
+# --- the model's file -------------------------------------------------------------------------
 @pytest.fixture
 def project(own_folders, qtbot, outcrop, tmp_path) -> tuple[Path, Path]:
     """A saved project with one bed, closed again; and its model's file."""
-    window = driver.make_window()
-    driver.open_outcrop(window, outcrop)
-    bed_on_model(window, name="the bed")
-    window.studio.save_as(tmp_path / "work" / "cliff.vom")
-    wait(lambda: not window.studio.jobs.jobs, "the layers")
-    driver.dismiss(window)
-    return tmp_path / "work" / "cliff.vom", outcrop
+    folder = tmp_path / "work" / "cliff.vom"
+    made = Project.create(folder)
+    frame = Frame("crs", driver.CRS)
+    model = Model(
+        "m1", "outcrop", str(outcrop), "mesh", file_hash(outcrop), frame, frame.to_world()
+    )
+    made.session.apply(edits.add_model(made.session.records, model))
+    low = read_model(outcrop).data.bounds[0]
+    points = tuple((low[0] + x, low[1] + y, low[2] + z) for x, y, z in ZIGZAG)
+    trace = Trace("t1", "the bed", "bedding", "m1", model.content_hash, points)
+    made.session.apply(edits.add_trace(made.session.records, trace))
+    made.session.save()
+    made.close()
+    return folder, outcrop
 
 
 def loaded(window) -> None:
@@ -341,6 +351,7 @@ def test_a_model_that_has_changed_is_said_and_nothing_moves(project):
     driver.dismiss(window)
 
 
+@pytest.mark.slow
 def test_a_model_that_is_damaged_now_is_said_and_the_features_stay(project):
     folder, file = project
     file.write_bytes(b"\0\1\2" * 1000)
@@ -350,7 +361,7 @@ def test_a_model_that_is_damaged_now_is_said_and_the_features_stay(project):
     driver.dismiss(window)
 
 
-# --- damaged things --------------------------------------------------------------------------------
+# --- damaged things ---------------------------------------------------------------------------
 def test_a_damaged_first_row_leaves_a_window_that_works(project):
     """The row that holds the feature types: everything else is still there."""
     import sqlite3
@@ -370,7 +381,9 @@ def test_a_damaged_first_row_leaves_a_window_that_works(project):
     driver.dismiss(window)
 
 
-@pytest.mark.parametrize("content", [b"", b"not a database at all", b"SQLite format 3\0" + b"\0" * 84])
+@pytest.mark.parametrize(
+    "content", [b"", b"not a database at all", b"SQLite format 3\0" + b"\0" * 84]
+)
 def test_what_is_no_project_is_refused_and_the_open_one_stays(window, tmp_path, content):
     folder = tmp_path / "bad.vom"
     folder.mkdir()
@@ -421,21 +434,18 @@ def test_recovered_work_is_brought_back_by_the_button_that_offers_it(own_folders
     driver.dismiss(window)
 
 
-def test_frame_names_are_those_of_the_records(project):
-    folder, _ = project
-    window = reopened(folder)
-    driver.settled(window)
-    assert driver.model(window).frame == Frame("crs", "EPSG:32633")
-    driver.dismiss(window)
-
-
-def test_the_layers_are_up_to_date_when_the_window_is_closed_right_after_saving(
+@pytest.mark.slow
+def test_the_layers_say_what_is_saved_when_the_window_is_closed_right_after_an_edit(
     own_folders, qtbot, outcrop, tmp_path
 ):
     import sqlite3
 
+    from PySide6.QtWidgets import QMessageBox
+
+    folder = tmp_path / "cliff.vom"
+
     def beds() -> int:
-        db = sqlite3.connect(tmp_path / "cliff.vom" / "project.gpkg")
+        db = sqlite3.connect(folder / "project.gpkg")
         (count,) = db.execute("SELECT count(*) FROM planes").fetchone()
         db.close()
         return count
@@ -443,14 +453,25 @@ def test_the_layers_are_up_to_date_when_the_window_is_closed_right_after_saving(
     window = driver.make_window()
     driver.open_outcrop(window, outcrop)
     bed_on_model(window)
-    window.studio.save_as(tmp_path / "cliff.vom")
+    window.studio.save_as(folder)
     bed_on_model(window, 1.0)
     window.save()
     assert window.close()
     assert beds() == 2
-    assert sorted(p.name for p in (tmp_path / "cliff.vom").iterdir() if "gpkg" in p.name) == [
-        "project.gpkg"
-    ]
+    assert [p.name for p in folder.iterdir() if "gpkg" in p.name] == ["project.gpkg"]
+    window = driver.make_window([folder])
+    driver.settled(window)
+    bed_on_model(window, 2.0)
+    wait(lambda: beds() == 3, "the layers of an idle window")
+    driver.answer(QMessageBox.StandardButton.Discard, [])
+    assert window.close()
+    assert beds() == 2
+    window = driver.make_window([folder])
+    window.actions_table.run("select_all")
+    window.actions_table.run("delete")
+    window.save()
+    assert not (folder / "project.gpkg").exists()
+    driver.dismiss(window)
 
 
 def test_no_place_for_a_new_project_is_said_and_the_open_one_stays(window, monkeypatch, tmp_path):

@@ -49,6 +49,7 @@ def test_ctrl_c_closes_the_window_without_a_trace(own_folders, qapp, words):
     assert list(untitled_folder().glob("*.vom")) == [], "a window without work leaves nothing"
 
 
+@pytest.mark.slow
 def test_a_path_that_is_not_there_is_said_in_the_window_and_the_window_lives(own_folders, qapp):
     with start("/nowhere/cliff.obj") as process:
         until_there(process)

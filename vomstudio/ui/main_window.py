@@ -573,7 +573,7 @@ class MainWindow(QMainWindow):
             self.actions_table.refresh()
 
     def _keep_camera(self) -> None:
-        # Before a model is there the camera looks at nothing: not to be kept in place of a good one.
+        # Before a model is there the camera looks at nothing: no better than the one that is kept.
         if self.viewport is not None and self.studio.models:
             self.studio.project.journal.set_view("camera", self.viewport.camera_state())
 

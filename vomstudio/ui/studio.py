@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +18,6 @@ from vomstudio.document.selection import Selection
 from vomstudio.document.session import Session
 from vomstudio.errors import VomError
 from vomstudio.geometry.surface import Surface
-from vomstudio.io.export import export_records
 from vomstudio.io.project import Project, create_untitled, is_free, is_project, untitled_projects
 from vomstudio.io.settings import Settings, write_settings
 from vomstudio.jobs.events import Failed
@@ -139,6 +139,7 @@ class Studio(QObject):
         self._mark_open(False)
         self.loader.forget_all()
         if self._layers_timer.isActive():
+            # An edit of the last moment, a discarded one included; `close` waits for it.
             self.write_layers()
         self.trace_tool.forget()
         self.models.clear()
@@ -159,19 +160,8 @@ class Studio(QObject):
     def discard(self) -> None:
         """Leave what was not saved to the history. Raises VomError."""
         self.trace_tool.cancel()
-        if not self.session.dirty:
-            return
-        self.session.discard_unsaved()
-        layers = self.project.folder / "project.gpkg"
-        if not layers.exists():
-            return
-        # The project is about to be closed: no time for a worker.
-        if self.session.of(Trace):
-            export_records(
-                self.records, "gpkg", layers, force=True, thresholds=self.settings.thresholds
-            )
-        else:
-            layers.unlink(missing_ok=True)
+        if self.session.dirty:
+            self.session.discard_unsaved()
 
     def save_as(self, folder: Path) -> None:
         self._mark_open(False)
@@ -404,9 +394,14 @@ class Studio(QObject):
     def write_layers(self) -> None:
         """Bring project.gpkg up to date, in another process; an untitled project has none."""
         self._layers_timer.stop()
-        if self.project.untitled or not self.session.of(Trace):
+        if self.project.untitled:
             return
         folder = self.project.folder
+        if not self.session.of(Trace):
+            # Layers that show what is not there any more would be worse than none.
+            with contextlib.suppress(OSError):
+                (folder / "project.gpkg").unlink(missing_ok=True)
+            return
 
         def failed(event: Failed) -> None:
             self.layers_written.emit("")
