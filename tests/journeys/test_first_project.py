@@ -314,7 +314,7 @@ def test_unsaved_work_is_asked_about_and_each_answer_does_what_it_says(
     driver.dismiss(window)
 
 
-@pytest.mark.parametrize("ending", ["double click", "Enter"])
+@pytest.mark.parametrize("ending", ["double click", pytest.param("Enter", marks=pytest.mark.slow)])
 def test_a_trace_is_finished_by_enter_or_double_click(window, outcrop, picks, ending):
     driver.open_outcrop(window, outcrop)
     key(window, Qt.Key.Key_T)

@@ -76,6 +76,7 @@ def test_loading_can_be_stopped(window, tmp_path):
     wait(window.start_page.isVisible, "the start page", 2.0)
 
 
+@pytest.mark.slow
 def test_a_closed_window_leaves_no_worker(own_folders, qtbot, outcrop):
     window = driver.make_window()
     driver.open_outcrop(window, outcrop)
@@ -241,6 +242,7 @@ def test_a_project_is_open_in_one_window_at_a_time(window, qtbot, outcrop, tmp_p
         driver.dismiss(other)
 
 
+@pytest.mark.slow
 def test_the_work_of_a_living_window_is_not_offered_to_another(window, qtbot, outcrop):
     driver.open_outcrop(window, outcrop)
     bed_on_model(window)
@@ -320,6 +322,7 @@ def test_a_model_that_is_gone_is_said_its_features_stay_and_it_can_be_located(pr
     driver.dismiss(window)
 
 
+@pytest.mark.slow
 def test_a_model_moved_together_with_its_project_is_found(project, tmp_path):
     folder, file = project
     target = tmp_path / "usb"

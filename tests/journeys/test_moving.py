@@ -85,6 +85,7 @@ def test_the_wheel_and_the_view_keys_move_the_view_and_nothing_else(picking):
     assert on_screen(picking.studio) == before
 
 
+@pytest.mark.slow
 def test_the_open_trace_waits_while_another_tool_is_used(picking, picks):
     before = on_screen(picking.studio)
     key(picking, Qt.Key.Key_N)
@@ -108,6 +109,7 @@ def test_a_plane_is_selected_by_a_click_on_its_line_and_let_go_beside_it(picking
     assert picking.studio.selection.ids == ()
 
 
+@pytest.mark.slow
 def test_ctrl_adds_to_the_selection(picking):
     key(picking, Qt.Key.Key_Return)
     key(picking, Qt.Key.Key_N)

@@ -425,3 +425,24 @@ def test_a_trace_that_cannot_be_finished_or_cancelled_on_disk_stays_open(tool, c
     assert context.said == ["disk full", "disk full"]
     context.journal.refuse = None
     assert tool.finish() is not None
+
+
+def test_a_trace_that_is_back_before_its_model_is_judged_with_the_model(tool, context, monkeypatch):
+    """The draft is restored while the model is still being read."""
+    clicks(tool)
+    back, other = again(context)
+    assert back.restore(other.session.draft.state)
+    assert back.trace.resolution is None
+
+    class Face:
+        def resolution_near(self, points):
+            return 0.02
+
+        def outcrop_normal(self, points):
+            return np.array([0.0, 1.0, 0.0])
+
+    monkeypatch.setattr(other, "surface", lambda model_id: Face())
+    back.finish()
+    (trace,) = the_traces(other)
+    assert trace.resolution == 0.02
+    assert trace.outcrop_normal == (0.0, 1.0, 0.0)

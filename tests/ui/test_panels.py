@@ -365,3 +365,51 @@ def test_the_row_is_written_before_any_view_hears_of_it(window, studio):
     studio.attempt(edits.delete, ["t1"])
     studio.undo()
     assert rows_at_signal == ["Add bedding trace first", "Delete first", "Delete first"]
+
+
+# --- trace panel ---------------------------------------------------------------------------------
+def test_the_trace_panel_shows_the_type_and_set_of_the_open_trace(window, studio):
+    add_cliff(studio)
+    add_bed(studio, "t1", "main", type_id="fault", set_name="F")
+    panel = window.trace_panel
+    assert panel.type_box.currentData() == "bedding"
+    studio.activate("trace")
+    studio.trace_tool.continue_trace("t1")
+    assert panel.type_box.currentData() == "fault"
+    assert panel.set_edit.text() == "F"
+    assert not panel.type_box.isEnabled()
+    assert "Not now" in panel.type_box.toolTip()
+    studio.trace_tool.cancel()
+    assert panel.type_box.currentData() == "bedding"
+    assert panel.set_edit.text() == ""
+    assert panel.type_box.isEnabled()
+
+
+def test_typing_a_set_for_a_restored_trace_keeps_its_type(window, studio, tmp_path):
+    """The panel must speak of the trace that is back, not of what was chosen before."""
+    from tests.samples import ZIGZAG
+    from tests.tools.fakes import event
+
+    add_cliff(studio)
+    studio.activate("trace")
+    studio.set_next("fault", "F")
+    for point in ZIGZAG[:3]:
+        studio.pointer(event(at=point))
+    studio.save_as(tmp_path / "p.vom")
+    studio.new_project()
+    studio.set_next("bedding", "")
+    studio.open_project(tmp_path / "p.vom")
+    assert studio.trace_tool.trace.type_id == "fault"
+    assert window.trace_panel.type_box.currentData() == "fault"
+    type_into(window.trace_panel.set_edit, "G")
+    assert (studio.trace_tool.trace.type_id, studio.trace_tool.trace.set_name) == ("fault", "G")
+
+
+def test_a_draft_that_cannot_be_read_is_said(window, studio, tmp_path):
+    add_cliff(studio)
+    studio.session.set_draft({"tool": "trace", "vertices": "nonsense"})
+    studio.save_as(tmp_path / "p.vom")
+    studio.new_project()
+    studio.open_project(tmp_path / "p.vom")
+    assert any("unfinished trace could not be read" in n.text for n in studio.notices)
+    assert not studio.trace_tool.open

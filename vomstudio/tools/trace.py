@@ -240,6 +240,8 @@ class TraceTool:
         """The finished trace's id; None, with the reason said, where it cannot be one yet."""
         if self._trace is None:
             return None
+        # A restored trace may be older than its model's surface.
+        self._look()
         trace, session = self._trace, self._context.session
         try:
             if self._continued:

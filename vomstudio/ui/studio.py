@@ -131,7 +131,11 @@ class Studio(QObject):
         draft = self.session.draft
         if draft is not None:
             self.activate("trace")
-            if self.trace_tool.restore(draft.state):
+            if not self.trace_tool.restore(draft.state):
+                self.warn("An unfinished trace could not be read and was left out.")
+            elif trace := self.trace_tool.trace:
+                self.next_type_id, self.next_set = trace.type_id, trace.set_name
+                self.tool_changed()
                 count = len(self.trace_tool.vertices)
                 self.info(f"An unfinished trace with {count} points is back: go on picking.")
 
@@ -165,8 +169,10 @@ class Studio(QObject):
 
     def save_as(self, folder: Path) -> None:
         self._mark_open(False)
-        self.project.save_as(folder)
-        self._mark_open(True)
+        try:
+            self.project.save_as(folder)
+        finally:
+            self._mark_open(True)
         self.remember(folder)
         # The same records under another name: no view has to be built anew.
         self.history_changed.emit()

@@ -100,6 +100,7 @@ class TracePanel(QWidget):
         self.refresh()
 
     def _next_changed(self) -> None:
+        self.set_edit.setModified(False)
         self._studio.set_next(str(self.type_box.currentData()), self.set_edit.text().strip())
 
     def refresh(self) -> None:
@@ -118,7 +119,26 @@ class TracePanel(QWidget):
             )
         )
         self._hint.setVisible(not tool.open)
+        self._show_kind()
         self._fill_vertices()
+
+    def _show_kind(self) -> None:
+        """Type and set of the open trace, else of the next one. Those of a continued trace are
+        changed in its properties."""
+        trace, studio = self._tool.trace, self._studio
+        type_id = trace.type_id if trace else studio.next_type_id
+        set_name = trace.set_name if trace else studio.next_set
+        with QSignalBlocker(self.type_box):
+            self.type_box.setCurrentIndex(max(0, self.type_box.findData(type_id)))
+        if not self.set_edit.isModified():
+            self.set_edit.setText(set_name)
+        for field in (self.type_box, self.set_edit):
+            field.setEnabled(not self._tool.continued)
+            field.setToolTip(
+                self.tr("Not now: a continued trace keeps its type and set; see Properties")
+                if self._tool.continued
+                else ""
+            )
 
     def _fill_vertices(self) -> None:
         tool = self._tool
