@@ -16,6 +16,8 @@ from PySide6.QtGui import (
     QDropEvent,
     QGuiApplication,
     QKeyEvent,
+    QKeySequence,
+    QShortcut,
 )
 from PySide6.QtWidgets import (
     QDockWidget,
@@ -138,6 +140,11 @@ class MainWindow(QMainWindow):
         self.properties = PropertiesPanel(self.studio, actions["declare_frame"])
         self.table = TablePanel(self.studio, actions["export_csv"])
         self.messages = MessagesPanel()
+        for view in (self.tree.tree, self.table.view):
+            # Only with the focus on the view itself: in an editor Delete deletes letters.
+            key = QShortcut(QKeySequence.StandardKey.Delete, view)
+            key.setContext(Qt.ShortcutContext.WidgetShortcut)
+            key.activated.connect(actions["delete"].trigger)
         # The net needs matplotlib: its place is kept until the window is on the screen.
         self._net_place = QWidget()
         left, right = Qt.DockWidgetArea.LeftDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea
