@@ -161,6 +161,7 @@ def test_a_full_disk_changes_nothing_and_the_next_edit_works_when_there_is_space
         window.studio.new_project()
 
 
+@pytest.mark.slow
 def test_a_full_disk_does_not_hold_the_window_open(own_folders, qtbot, outcrop, tmp_path):
     from PySide6.QtWidgets import QMessageBox
 

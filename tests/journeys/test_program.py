@@ -32,7 +32,11 @@ def until_there(process: subprocess.Popen[str], seconds: float = 30.0) -> None:
         time.sleep(0.05)
 
 
-@pytest.mark.parametrize("words", [(), (str(resource("outcrop", "outcrop.obj")),)])
+@pytest.mark.parametrize(
+    "words",
+    [pytest.param((), marks=pytest.mark.slow), (str(resource("outcrop", "outcrop.obj")),)],
+    ids=["empty", "with a model"],
+)
 def test_ctrl_c_closes_the_window_without_a_trace(own_folders, qapp, words):
     with start(*words) as process:
         until_there(process)

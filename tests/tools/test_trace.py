@@ -259,6 +259,19 @@ def test_an_old_trace_is_continued_under_its_own_name(tool, context, old):
     assert the_traces(context) == [old]
 
 
+def test_no_rubber_band_hangs_from_a_continued_trace_to_where_the_cursor_once_was(
+    tool, context, old
+):
+    tool.pointer(event(Pointer.MOVE, (9.0, 9.0, 9.0)))
+    clicks(tool, ZIGZAG[:1])
+    assert context.shown[-1].rubber is not None
+    tool.cancel()
+    tool.continue_trace(old.id)
+    assert context.shown[-1].rubber is None
+    tool.pointer(event(Pointer.MOVE, (9.0, 9.0, 9.0)))
+    assert context.shown[-1].rubber is not None
+
+
 def test_a_cancelled_continuation_leaves_the_trace_as_it_was(tool, context, old):
     tool.continue_trace(old.id)
     tool.delete_vertex(0)

@@ -136,6 +136,8 @@ def test_the_palette_says_why_not_and_chooses_only_what_can_run(window, qtbot):
     for _ in range(palette._list.count()):
         assert palette.chosen in runnable
         QTest.keyClick(palette._words, Qt.Key.Key_Down)
+    palette._words.setText("view north")
+    assert [t.split("  ")[0] for t in words_of(palette)] == ["Looking North"]
     palette._words.setText("no such thing at all")
     assert words_of(palette) == []
     QTest.keyClick(palette._words, Qt.Key.Key_Return)

@@ -282,6 +282,8 @@ class TraceTool:
     def _reset(self) -> None:
         self._trace, self._continued, self._steps = None, False, []
         self._drag_from, self.current_vertex, self.measurement = None, None, None
+        # The cursor may be anywhere when the next trace is taken up.
+        self._hover = None
         self._context.show(None)
         self._context.tool_changed()
 

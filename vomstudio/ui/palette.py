@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QObject, Qt
-from PySide6.QtGui import QKeyEvent
+from PySide6.QtGui import QIcon, QKeyEvent, QPixmap
 from PySide6.QtWidgets import (
     QDialog,
     QLineEdit,
@@ -26,6 +26,10 @@ class CommandPalette(QDialog):
         self._words.setPlaceholderText(self.tr("Type what you want to do"))
         self._words.textChanged.connect(self._fill)
         self._words.installEventFilter(self)
+        # Rows with and without an icon stand in one line.
+        blank = QPixmap(16, 16)
+        blank.fill(Qt.GlobalColor.transparent)
+        self._blank = QIcon(blank)
         self._list = QListWidget()
         self._list.itemActivated.connect(lambda _: self.accept())
         self._list.itemClicked.connect(lambda _: self.accept())
@@ -51,12 +55,13 @@ class CommandPalette(QDialog):
         for command in self._actions.commands():
             action = self._actions.all[command.name]
             plain = command.text.replace("&", "")
-            if not all(word in f"{plain} {command.tip}".casefold() for word in words):
+            haystack = f"{plain} {command.tip} {command.name}".casefold()
+            if not all(word in haystack for word in words):
                 continue
             keys = ", ".join(key.toString() for key in action.shortcuts())
             why_not = command.why_not()
             item = QListWidgetItem(
-                action.icon(),
+                self._blank if action.icon().isNull() else action.icon(),
                 plain + (f"    {keys}" if keys else "") + (f"    – {why_not}" if why_not else ""),
             )
             item.setData(Qt.ItemDataRole.UserRole, command.name)

@@ -43,7 +43,7 @@ class ViewPanel(QWidget):
         self.now.setFont(font)
         self.typed = QLineEdit()
         self.typed.setObjectName("view_direction")
-        self.typed.setPlaceholderText(self.tr("trend/plunge, such as 125/26"))
+        self.typed.setPlaceholderText(self.tr("such as 125/26"))
         self.typed.returnPressed.connect(self._typed)
         go = QPushButton(self.tr("Look"))
         go.clicked.connect(self._typed)
@@ -205,7 +205,10 @@ class ViewPanel(QWidget):
                 f"{degrees(axis.max_confidence95_deg)} × {degrees(axis.min_confidence95_deg)}<br>"
                 f"Verdict: {axis.verdict} (valid: {axis.valid})<br>"
             )
-            self._verdict.setText(words + "<br>".join((*axis.reasons, *self._poor_planes())))
+            self._verdict.setText(
+                words
+                + "<br>".join(f"• {reason}" for reason in (*axis.reasons, *self._poor_planes()))
+            )
         else:
             self._verdict.setText(axis[:1].upper() + axis[1:] + ".")
 
