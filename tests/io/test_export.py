@@ -126,3 +126,17 @@ def test_the_command_line_writes_the_same_table(project, tmp_path, capfd):
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
     assert main(words) == 2
     assert len(project.session.of(Trace)) == 2
+
+
+def test_the_verdicts_are_those_of_the_thresholds_the_user_had(tmp_path):
+    strict = {"thresholds": {"good_confidence95_deg": 1e-6, "poor_confidence95_deg": 1e-5}}
+    for name, settings in (("plain", {}), ("strict", strict)):
+        project = Project.create(tmp_path / f"{name}.vom", settings=lambda s=settings: s)
+        session = project.session
+        model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, UTM, UTM.to_world())
+        session.apply(edits.add_model(session.records, model))
+        session.apply(edits.add_trace(session.records, bed("t1")))
+        table = export_project(project.folder, "csv", tmp_path / f"{name}.csv")
+        project.close()
+        qualities = [row["quality"] for row in table.rows]
+        assert qualities == ["poor"] if name == "strict" else qualities != ["poor"]

@@ -67,7 +67,8 @@ class Replay:
     """What a journal says: the records, and the way back and forth from them.
 
     done, undone: stacks of (row number, edit), the newest last. saved: the records at the last
-    save; saved_top: the row that stood on top of `done` then (0 for none). problems: sentences
+    save; saved_top: the row that stood on top of `done` then (0 for none). settings: those written
+    beside the newest edit. problems: sentences
     about rows that could not be read; everything else is there.
     """
 
@@ -78,6 +79,7 @@ class Replay:
     saved_top: int = 0
     ever_saved: bool = False
     draft: Draft | None = None
+    settings: Plain = field(default_factory=dict)
     problems: list[str] = field(default_factory=list)
 
     @property
@@ -89,6 +91,7 @@ def replay(rows: Iterable[Row]) -> Replay:
     """Play a journal from its first row. A damaged row is named and left out."""
     result = Replay()
     for row in rows:
+        result.settings = row.settings or result.settings
         try:
             _play(result, row)
         except DocumentError as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from vomstudio.document.measurements import Measurements
 from vomstudio.document.records import Record, Trace
@@ -22,14 +23,15 @@ def export_project(folder: Path, format_: str, out: Path, *, force: bool = False
     Raises InputError where the project cannot be read or holds no features, UsageError for a format
     that is not known, TargetError where `out` cannot be written.
     """
-    from vomstudio.io.journal import read_records
+    from vomstudio.io.journal import read_replay
 
     _check_format(format_)
     check_target(out, force=force)
-    records = read_records(folder)
+    kept = read_replay(folder)
+    records = kept.records
     if not any(isinstance(r, Trace) for r in records.values()):
         raise InputError("has no features yet, so there is nothing to export", file=folder)
-    return export_records(records, format_, out, force=force)
+    return export_records(records, format_, out, force=force, thresholds=_thresholds(kept.settings))
 
 
 def export_records(
@@ -51,6 +53,14 @@ def export_records(
 
         write_layers(out, records, table, measurements, force=force)
     return table
+
+
+def _thresholds(settings: Mapping[str, Any]) -> Thresholds | None:
+    """Those with which the newest edit was judged, so that a table says what the window said."""
+    try:
+        return Thresholds(**settings["thresholds"])
+    except (KeyError, TypeError):
+        return None
 
 
 def _check_format(format_: str) -> None:
