@@ -34,6 +34,8 @@ class Context:
     def say(self, message):
         self.said.append(message)
 
+    hint = say
+
     def tool_changed(self):
         pass
 

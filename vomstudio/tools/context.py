@@ -38,7 +38,10 @@ class ToolContext(Protocol):
         """Draw the unfinished feature, or nothing."""
 
     def say(self, message: str) -> None:
-        """Tell the user what happened to their click and what to do."""
+        """Tell the user what happened to their thing and what to do."""
+
+    def hint(self, message: str) -> None:
+        """The same of a click that did nothing: not worth a message that stays."""
 
     def tool_changed(self) -> None:
         """The tool's state has changed: its panel and the actions look again."""

@@ -107,13 +107,13 @@ class TraceTool:
             return
         hit = event.hit
         if hit is None:
-            self._context.say("There is no surface under the cursor: click on the outcrop.")
+            self._context.hint("There is no surface under the cursor: click on the outcrop.")
             return
         if self._trace is None:
             self._begin(hit)
             return
         if hit.model_id != self._trace.model_id:
-            self._context.say(
+            self._context.hint(
                 "This point lies on another model. A trace belongs to one model: finish it "
                 "(Enter) or cancel it (Esc) first."
             )
@@ -231,6 +231,8 @@ class TraceTool:
         if not isinstance(trace, Trace):
             raise DocumentError("only a trace can be continued")
         self._continued = True
+        # No line to where the cursor was last over the outcrop.
+        self._hover = None
         self._keep(trace, [], None)
         self._continued = self._trace is not None
 

@@ -119,7 +119,7 @@ def _views(w: MainWindow) -> list[Command]:
 
     def home() -> None:
         if w.viewport is not None:
-            w.viewport.home()
+            w.see_all()
 
     def view(name: str) -> Callable[[], None]:
         def look() -> None:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
+from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import (
     QButtonGroup,
     QComboBox,
@@ -26,6 +29,9 @@ _UNITS = (("metre", 1.0), ("millimetre", 0.001), ("centimetre", 0.01), ("foot", 
           ("US survey foot", 1200 / 3937), ("kilometre", 1000.0))  # fmt: skip
 
 
+_CODE = re.compile(r"(EPSG:)?\d{4,}", re.IGNORECASE)
+
+
 class FrameDialog(QDialog):
     """`frame` holds the answer once it is accepted."""
 
@@ -47,7 +53,12 @@ class FrameDialog(QDialog):
         self._crs = QLineEdit(model.frame.crs or "")
         self._crs.setPlaceholderText("EPSG:32633")
         self._crs.setObjectName("frame_crs")
-        self._crs.textChanged.connect(self._check)
+        self._crs.textChanged.connect(self._typed)
+        # A name that is not known is looked for in the whole register: not at every key.
+        self._pause = QTimer(self)
+        self._pause.setSingleShot(True)
+        self._pause.setInterval(300)
+        self._pause.timeout.connect(self._check)
         self._crs_says = QLabel()
         self._crs_says.setWordWrap(True)
         self._up = QComboBox()
@@ -95,7 +106,15 @@ class FrameDialog(QDialog):
             self._none_button.setChecked(True)
         self._check()
 
+    def _typed(self, text: str) -> None:
+        if not text.strip() or _CODE.fullmatch(text.strip()):
+            self._check()
+        else:
+            self._buttons.button(QDialogButtonBox.StandardButton.Ok).setEnabled(False)
+            self._pause.start()
+
     def _check(self, *_: object) -> None:
+        self._pause.stop()
         ok = self._buttons.button(QDialogButtonBox.StandardButton.Ok)
         self._crs.setEnabled(self._crs_button.isChecked())
         if not self._crs_button.isChecked():

@@ -16,6 +16,8 @@ from PySide6.QtGui import (
     QDropEvent,
     QGuiApplication,
     QKeyEvent,
+    QKeySequence,
+    QShortcut,
 )
 from PySide6.QtWidgets import (
     QDockWidget,
@@ -113,14 +115,13 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.messages_panel import MessageBar
         from vomstudio.ui.start_page import StartPage
 
-        self.message_bar = MessageBar()
         self.start_page = StartPage(self.studio, self.actions_table.all)
         centre = QWidget()
         self._centre = QVBoxLayout(centre)
         self._centre.setContentsMargins(0, 0, 0, 0)
         self._centre.setSpacing(0)
-        self._centre.addWidget(self.message_bar)
         self._centre.addWidget(self.start_page, 1)
+        self.message_bar = MessageBar(centre)
         self.setCentralWidget(centre)
 
     def _make_docks(self) -> None:
@@ -139,6 +140,11 @@ class MainWindow(QMainWindow):
         self.properties = PropertiesPanel(self.studio, actions["declare_frame"])
         self.table = TablePanel(self.studio, actions["export_csv"])
         self.messages = MessagesPanel()
+        for view in (self.tree.tree, self.table.view):
+            # Only with the focus on the view itself: in an editor Delete deletes letters.
+            key = QShortcut(QKeySequence.StandardKey.Delete, view)
+            key.setContext(Qt.ShortcutContext.WidgetShortcut)
+            key.activated.connect(actions["delete"].trigger)
         # The net needs matplotlib: its place is kept until the window is on the screen.
         self._net_place = QWidget()
         left, right = Qt.DockWidgetArea.LeftDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea
@@ -279,6 +285,7 @@ class MainWindow(QMainWindow):
         studio.edited.connect(self._refresh)
         studio.active_tool_changed.connect(self._tool_changed)
         studio.tool_changed_signal.connect(self._refresh)
+        studio.tool_changed_signal.connect(self.message_bar.end_hint)
         studio.frame_wanted.connect(self.declare_frame)
         studio.recovery_found.connect(self._offer_recovery)
         studio.jobs.changed.connect(self._show_start_page)
@@ -455,12 +462,17 @@ class MainWindow(QMainWindow):
         return True
 
     def _offer_recovery(self, folders: list[Path]) -> None:
+        from vomstudio.io.project import untitled_folder
         from vomstudio.ui.studio import Notice
 
         newest = folders[0]
+        whose = "" if newest.parent == untitled_folder() else f" of {newest.stem}"
+        more = f", and {len(folders) - 1} older" if len(folders) > 1 else ""
         self.message_bar.say(
             Notice(
-                "Work that was not saved before the program ended last time was found.", "warning"
+                f"Work{whose} that was not saved before the program ended last time was "
+                f"found{more}.",
+                "warning",
             ),
             (self.tr("Bring it back"), lambda: self.open_path(newest)),
         )
@@ -538,6 +550,9 @@ class MainWindow(QMainWindow):
         if self.viewport is not None:
             self.viewport.set_orthographic(True)
             self.viewport.look_along(trend_deg, plunge_deg)
+
+    def see_all(self) -> None:
+        self._presenter.see_all()
 
     def frame_selection(self) -> None:
         import numpy as np

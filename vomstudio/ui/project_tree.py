@@ -88,6 +88,8 @@ class ProjectTree(QWidget):
             for trace in traces:
                 self._put(trace)
             self._finish()
+            self.tree.sortItems(0, Qt.SortOrder.AscendingOrder)
+        self._show_selection(self._studio.selection.ids)
 
     def _group(self, id_: str, text: str, order: str) -> QTreeWidgetItem:
         item = _Item(self.tree, [text, ""])
@@ -138,7 +140,6 @@ class ProjectTree(QWidget):
                 item.setText(0, f"{record.name} ({count})" if count else record.name)
                 item.setHidden(count == 0)
         self._items["models"].setHidden(self._items["models"].childCount() == 0)
-        self.tree.sortItems(0, Qt.SortOrder.AscendingOrder)
         empty = not self._studio.session.of(Model) and not self._studio.session.of(Trace)
         self._stack.setCurrentIndex(0 if empty else 1)
 
@@ -154,6 +155,9 @@ class ProjectTree(QWidget):
                 elif (item := self._items.pop(id_, None)) is not None:
                     _take_out(item)
             self._finish()
+            for parent in {item.parent() for i in edit.ids if (item := self._items.get(i))}:
+                if parent is not None:
+                    parent.sortChildren(0, Qt.SortOrder.AscendingOrder)
         self._show_selection(self._studio.selection.ids)
 
     def _show_selection(self, ids: tuple[str, ...]) -> None:

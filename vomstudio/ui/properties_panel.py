@@ -6,7 +6,6 @@ from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QAction, QPalette
 from PySide6.QtWidgets import (
     QCheckBox,
-    QComboBox,
     QFormLayout,
     QLabel,
     QLineEdit,
@@ -23,6 +22,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.ui import theme
 from vomstudio.ui.fit_view import FitView
 from vomstudio.ui.studio import Studio
+from vomstudio.ui.widgets import ComboBox
 from vomstudio.ui.wording import length
 
 
@@ -49,13 +49,13 @@ class PropertiesPanel(QWidget):
         page = QWidget()
         self._name = QLineEdit()
         self._name.editingFinished.connect(self._typed)
-        self._type = QComboBox()
+        self._type = ComboBox()
         self._type.activated.connect(lambda _: self._change(type_id=self._type.currentData()))
         self._set = QLineEdit()
         self._set.editingFinished.connect(self._typed)
         self._overturned = QCheckBox(self.tr("overturned"))
         self._overturned.clicked.connect(lambda on: self._change(overturned=bool(on)))
-        self._method = QComboBox()
+        self._method = ComboBox()
         self._method.addItem(self.tr("moment of inertia (PCA)"), "pca")
         self._method.addItem(self.tr("planar regression of Z"), "regression")
         self._method.activated.connect(lambda _: self._change(method=self._method.currentData()))

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import product
 
 import numpy as np
+import numpy.typing as npt
 
 from vomstudio.document.edit import Edit
 from vomstudio.document.records import FeatureType, Model, Trace
@@ -13,8 +15,9 @@ from vomstudio.geometry.discs import disc
 from vomstudio.rendering.drawing import FeatureDrawing
 from vomstudio.rendering.viewport import Viewport
 from vomstudio.tools.types import Button, Pointer, PointerEvent, Preview
+from vomstudio.ui.first_view import first_view
 from vomstudio.ui.studio import Studio
-from vomstudio.ui.wording import plane_text
+from vomstudio.ui.wording import length, plane_text
 
 
 class ScenePresenter:
@@ -67,12 +70,56 @@ class ScenePresenter:
         if not isinstance(record, Model) or opened is None or model_id in self._shown:
             return
         first = not self._shown and not self._placed
+        if first:
+            self._face(model_id)
         self._viewport.add_model(
             model_id, opened.data, transform.matrix(record.to_world), frame_camera=first
         )
         self._viewport.set_model_visible(model_id, self._model_visible(model_id))
         self._shown.add(model_id)
         self._frame()
+
+    def see_all(self) -> None:
+        """All visible models, from the exposed side of the first."""
+        ids = [m.id for m in self._studio.session.of(Model) if self._model_visible(m.id)]
+        ids = [i for i in ids if i in self._studio.models]
+        if not ids:
+            self._viewport.home()
+            return
+        self._face(ids[0])
+        self._viewport.frame(np.concatenate([self._corners(i) for i in ids]))
+
+    def _face(self, model_id: str) -> None:
+        model = self._studio.records[model_id]
+        assert isinstance(model, Model)
+        self._viewport.look_along(
+            *first_view(self._studio.models[model_id].data, transform.matrix(model.to_world))
+        )
+
+    def _corners(self, model_id: str) -> npt.NDArray[np.float64]:
+        """(8, 3) corners of a model's box, in World."""
+        model = self._studio.records[model_id]
+        assert isinstance(model, Model)
+        bounds = self._studio.models[model_id].data.bounds
+        return transform.apply(model.to_world, np.array(list(product(*bounds.T))))
+
+    def _find_far(self, model_id: str) -> None:
+        """A model that is opened far from the others would be looked for in vain."""
+        others = [i for i in self._shown if i != model_id and i in self._studio.models]
+        if model_id not in self._shown or not others:
+            return
+        own, there = self._corners(model_id), np.concatenate([self._corners(i) for i in others])
+        gap = max(
+            float((own.min(axis=0) - there.max(axis=0)).max()),
+            float((there.min(axis=0) - own.max(axis=0)).max()),
+        )
+        if gap > max(float(np.ptp(own, axis=0).max()), float(np.ptp(there, axis=0).max())):
+            self._face(model_id)
+            self._viewport.frame(own)
+            self._studio.warn(
+                f"{self._studio.records[model_id].name} lies {length(gap)} from the other models: "
+                "is its frame right? Whole model (Home) shows all of them."
+            )
 
     def _model_visible(self, model_id: str) -> bool:
         return self._studio.visible(model_id) and self._studio.visible("models")
@@ -92,10 +139,11 @@ class ScenePresenter:
                     before = edit.before[id_]
                     if isinstance(before, Model) and before.to_world != record.to_world:
                         # Another unit or axis takes the model out of sight.
-                        self._viewport.home()
+                        self.see_all()
                     self._frame()
                 else:
                     self._model_loaded(id_)
+                    self._find_far(id_)
         self._draw(self._studio.affected(edit))
 
     def _all_features(self) -> None:

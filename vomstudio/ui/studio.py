@@ -33,7 +33,8 @@ _LAYERS_PATIENCE_S = 10.0
 
 @dataclass(frozen=True)
 class Notice:
-    """What happened to the user's thing. level: "info", "warning" or "error"."""
+    """What happened to the user's thing. level: "info", "hint" (goes by itself), "warning" or
+    "error"."""
 
     text: str
     level: str = "info"
@@ -369,8 +370,9 @@ class Studio(QObject):
 
     def _attach(self, model_id: str, path: Path, opened: OpenModel) -> None:
         self.models[model_id] = opened
-        for warning in opened.warnings:
-            self.warn(f"{path.name}: {warning}")
+        if opened.warnings:
+            # One notice: the bar shows the newest only.
+            self.warn(f"{path.name}: " + "\n".join(opened.warnings))
         self.model_loaded.emit(model_id)
 
     def visible(self, id_: str) -> bool:
@@ -459,6 +461,9 @@ class Studio(QObject):
 
     def say(self, message: str) -> None:
         self.notice.emit(Notice(message, "warning"))
+
+    def hint(self, message: str) -> None:
+        self.notice.emit(Notice(message, "hint"))
 
     def tool_changed(self) -> None:
         self.tool_changed_signal.emit()

@@ -38,6 +38,8 @@ from vomstudio.ui.wording import degrees, length, natural, number, plane_text
 
 _Index = QModelIndex | QPersistentModelIndex
 _SORT = Qt.ItemDataRole.UserRole
+# Column widths are taken from so many rows: all of a thousand would hold the window up.
+_MEASURED_ROWS = 50
 _QUALITY_ORDER = {"good": 0, "doubtful": 1, "poor": 2, None: 3}
 
 
@@ -289,6 +291,7 @@ class TablePanel(QWidget):
         self.view.verticalHeader().hide()
         self.view.verticalHeader().setDefaultSectionSize(24)
         self.view.horizontalHeader().setHighlightSections(False)
+        self.view.horizontalHeader().setResizeContentsPrecision(_MEASURED_ROWS)
         self.view.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
         self.view.selectionModel().selectionChanged.connect(self._selected)
         self._filter = QLineEdit()
@@ -348,12 +351,17 @@ class TablePanel(QWidget):
         self._counted()
         if first:
             self._fit_columns()
-        for i in range(len(COLUMNS)):
-            # Nothing is cut off; what the user has made wider stays.
-            wanted = min(420, self.view.sizeHintForColumn(i))
-            if wanted > self.view.columnWidth(i):
-                self.view.setColumnWidth(i, wanted)
+        self._widen(ids)
         self._show_selection(self._studio.selection.ids)
+
+    def _widen(self, ids: list[str]) -> None:
+        """Nothing of these rows is cut off; what the user has made wider stays."""
+        places = [p for id_ in ids[:_MEASURED_ROWS] if (p := self.model.place(id_)) is not None]
+        for i in range(len(COLUMNS)):
+            shown = [self._sorted.mapFromSource(self.model.index(place, i)) for place in places]
+            wanted = max((self.view.sizeHintForIndex(s).width() + 2 for s in shown), default=0)
+            if min(420, wanted) > self.view.columnWidth(i):
+                self.view.setColumnWidth(i, min(420, wanted))
 
     def _fit_columns(self) -> None:
         self.view.resizeColumnsToContents()

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QFont, QIcon, QPainter, QPalette, QPen, QPixmap
+from PySide6.QtGui import QColor, QFont, QIcon, QPainter, QPalette, QPen, QPixmap, QPixmapCache
 from PySide6.QtWidgets import QApplication
 
 
@@ -21,29 +23,42 @@ def icon(name: str) -> QIcon:
 
 def verdict_icon(verdict: str | None) -> QIcon:
     """Green circle, amber triangle, red square; empty where nothing is judged."""
-    pixmap = QPixmap(QSize(32, 32))
-    pixmap.fill(Qt.GlobalColor.transparent)
-    if verdict is not None:
-        from vomstudio.rendering.painting import draw_verdict_shape
 
-        painter = QPainter(pixmap)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        draw_verdict_shape(painter, QRectF(4, 4, 24, 24), verdict)
-        painter.end()
-    return QIcon(pixmap)
+    def draw(painter: QPainter) -> None:
+        if verdict is not None:
+            from vomstudio.rendering.painting import draw_verdict_shape
+
+            draw_verdict_shape(painter, QRectF(4, 4, 24, 24), verdict)
+
+    return _painted(f"verdict {verdict}", draw)
 
 
 def swatch(color: str) -> QIcon:
     """A small disc in a feature type's colour."""
-    pixmap = QPixmap(QSize(32, 32))
-    pixmap.fill(Qt.GlobalColor.transparent)
-    painter = QPainter(pixmap)
-    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    painter.setBrush(QColor(color))
-    painter.setPen(QPen(QColor(0, 0, 0, 140), 1.5))
-    painter.drawEllipse(QPointF(16, 16), 11, 11)
-    painter.end()
-    return QIcon(pixmap)
+
+    def draw(painter: QPainter) -> None:
+        painter.setBrush(QColor(color))
+        painter.setPen(QPen(QColor(0, 0, 0, 140), 1.5))
+        painter.drawEllipse(QPointF(16, 16), 11, 11)
+
+    return _painted(f"swatch {color}", draw)
+
+
+def _painted(key: str, draw: Callable[[QPainter], None]) -> QIcon:
+    """Painted once: a table asks for its icons at every repaint."""
+    pixmap = QPixmap()
+    if not QPixmapCache.find(f"vomstudio {key}", pixmap):
+        pixmap = QPixmap(QSize(32, 32))
+        pixmap.fill(Qt.GlobalColor.transparent)
+        painter = QPainter(pixmap)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        draw(painter)
+        painter.end()
+        QPixmapCache.insert(f"vomstudio {key}", pixmap)
+    icon = QIcon(pixmap)
+    # A selected row must not tint it: the colour is what it says.
+    icon.addPixmap(pixmap, QIcon.Mode.Selected)
+    return icon
 
 
 def at_least_nine_points(application: QApplication) -> None:

@@ -8,7 +8,6 @@ from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QAbstractItemView,
-    QComboBox,
     QFormLayout,
     QGridLayout,
     QHeaderView,
@@ -27,6 +26,7 @@ from vomstudio.geometry import transform
 from vomstudio.ui import theme
 from vomstudio.ui.fit_view import FitView
 from vomstudio.ui.studio import Studio
+from vomstudio.ui.widgets import ComboBox
 
 
 class TracePanel(QWidget):
@@ -34,7 +34,7 @@ class TracePanel(QWidget):
         super().__init__()
         self._studio = studio
         self._tool = studio.trace_tool
-        self.type_box = QComboBox()
+        self.type_box = ComboBox()
         self.type_box.setObjectName("trace_type")
         self.type_box.currentIndexChanged.connect(self._next_changed)
         self.set_edit = QLineEdit()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -21,7 +22,7 @@ from vomstudio.document.records import Trace
 from vomstudio.errors import VomError
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.notation import format_line, parse_line
-from vomstudio.geology.orientation import Line, Plane
+from vomstudio.geology.orientation import Line, Plane, normals_to_planes
 from vomstudio.ui.studio import Studio
 from vomstudio.ui.wording import degrees
 
@@ -34,6 +35,7 @@ class ViewPanel(QWidget):
         self._studio = studio
         self._look = look
         self._direction = Line(0.0, 0.0)
+        self._axis_kept: FoldAxis | str | None = None
         self.now = QLabel("–")
         font = self.now.font()
         font.setPointSizeF(font.pointSizeF() * 1.2)
@@ -70,6 +72,7 @@ class ViewPanel(QWidget):
             self._buttons[name] = button
             grid.addWidget(button, i // 2, i % 2)
         self.only_selected = QCheckBox(self.tr("beta of the selected bedding planes only"))
+        self.only_selected.toggled.connect(self._forget_axis)
         self.only_selected.toggled.connect(self.refresh)
         self._verdict = QLabel()
         self._verdict.setWordWrap(True)
@@ -81,9 +84,10 @@ class ViewPanel(QWidget):
         layout.addWidget(self.only_selected)
         layout.addWidget(self._verdict)
         layout.addStretch()
-        studio.project_opened.connect(self.refresh)
-        studio.edited.connect(self.refresh)
-        studio.selection_changed.connect(self.refresh)
+        for signal in (studio.project_opened, studio.edited):
+            signal.connect(self._forget_axis)
+            signal.connect(self.refresh)
+        studio.selection_changed.connect(self._selected)
 
     def show_direction(self, trend_deg: float, plunge_deg: float, orthographic: bool) -> None:
         self._direction = Line(trend_deg % 360.0, plunge_deg)
@@ -153,15 +157,29 @@ class ViewPanel(QWidget):
 
     def _axis(self) -> FoldAxis | str:
         """The fold axis of the bedding, or why there is none."""
+        if self._axis_kept is None:
+            self._axis_kept = self._find_axis()
+        return self._axis_kept
+
+    def _find_axis(self) -> FoldAxis | str:
         fits = [m.fit for m in self._studio.measured(self.bedding()).values() if m.fit is not None]
         if len(fits) < 2:
             which = "selected " if self.only_selected.isChecked() else ""
             return f"beta needs 2 or more {which}bedding planes; there are {len(fits)}"
         try:
-            planes = [Plane.from_normal(fit.normal) for fit in fits]
-            return fold_axis([p.dip_direction_deg for p in planes], [p.dip_deg for p in planes])
+            azimuths, dips, _ = normals_to_planes(np.array([fit.normal for fit in fits]))
+            return fold_axis(azimuths, dips)
         except VomError as error:
             return str(error)
+
+    def _forget_axis(self, *_: object) -> None:
+        """The state of every action asks for the axis: it is worked out once for a state."""
+        self._axis_kept = None
+
+    def _selected(self, *_: object) -> None:
+        if self.only_selected.isChecked():
+            self._forget_axis()
+        self.refresh()
 
     def _poor_planes(self) -> tuple[str, ...]:
         """The scatter of planes does not know how well each of them is known."""

@@ -47,7 +47,9 @@ def length(value_m: float | None) -> str:
         return f"{value_m * 1000:.2g} mm"
     if value_m < 1.0:
         return f"{value_m * 100:.2g} cm"
-    return f"{value_m:.3g} m" if value_m < 1000 else f"{value_m / 1000:.3g} km"
+    if value_m < 1000.0:
+        return f"{value_m:.3g} m"
+    return f"{value_m / 1000:.3g} km" if value_m < 1e6 else f"{value_m / 1000:.0f} km"
 
 
 def natural(name: str) -> tuple[tuple[int, int, str], ...]:

@@ -1,0 +1,52 @@
+"""Messages stand over the viewport without moving it; hints go by themselves."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QWheelEvent
+from PySide6.QtWidgets import QApplication
+
+from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.ui.widgets import ComboBox
+
+
+def test_a_message_leaves_the_view_its_place(window, studio):
+    centre = window.centralWidget()
+    before = [centre.layout().itemAt(i).geometry() for i in range(centre.layout().count())]
+    studio.warn("something to be read " * 30)
+    QApplication.processEvents()
+    assert window.message_bar.isVisible()
+    assert window.message_bar.width() == centre.width()
+    after = [centre.layout().itemAt(i).geometry() for i in range(centre.layout().count())]
+    assert after == before
+
+
+def test_a_hint_gives_way_and_does_not_hide_a_warning(window, studio):
+    studio.hint("click on the outcrop")
+    assert window.message_bar.text == "click on the outcrop"
+    studio.tool_changed()
+    assert not window.message_bar.isVisible()
+    studio.warn("the disk is full")
+    studio.hint("click on the outcrop")
+    assert window.message_bar.text == "the disk is full"
+    studio.tool_changed()
+    assert window.message_bar.isVisible()
+
+
+@pytest.mark.parametrize("box", ["trace_panel.type_box", "properties._type", "properties._method"])
+def test_the_wheel_over_a_choice_changes_nothing(window, studio, box):
+    add_cliff(studio)
+    add_bed(studio)
+    studio.selection.set(["t1"])
+    panel, name = box.split(".")
+    choice = getattr(getattr(window, panel), name)
+    assert isinstance(choice, ComboBox)
+    before = choice.currentIndex(), studio.records["t1"]
+    at = QPointF(choice.rect().center())
+    wheel = QWheelEvent(
+        at, choice.mapToGlobal(at), QPoint(0, -120), QPoint(0, -120), Qt.MouseButton.NoButton,
+        Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False,
+    )  # fmt: skip
+    QApplication.sendEvent(choice, wheel)
+    assert (choice.currentIndex(), studio.records["t1"]) == before
