@@ -427,7 +427,7 @@ def test_recovered_work_is_brought_back_by_the_button_that_offers_it(own_folders
         done.kill()
     window = driver.make_window()
     wait(window.message_bar.isVisible, "the offer", 5.0)
-    assert "not saved" in window.message_bar.text
+    assert "ended last time" in window.message_bar.text
     driver.keep_picture(window, "mishap-recovery")
     (button,) = [b for b in window.message_bar.findChildren(QPushButton) if "back" in b.text()]
     button.click()

@@ -367,8 +367,16 @@ def draw_ring(painter: QPainter, pixels: Array, color: QColor) -> None:
 
 
 def draw_handle(
-    painter: QPainter, x: float, y: float, color: QColor, *, seen: bool, hot: bool
+    painter: QPainter,
+    x: float,
+    y: float,
+    color: QColor,
+    *,
+    seen: bool,
+    hot: bool,
+    marked: bool = False,
 ) -> None:
+    """A vertex: larger under the cursor, with a second ring where it is the marked one."""
     radius = 6.5 if hot else 4.6
     fill = QColor(color)
     if not seen:
@@ -378,6 +386,11 @@ def draw_handle(
     painter.drawEllipse(QPointF(x, y), radius, radius)
     painter.setPen(QPen(TEXT, 1.5))
     painter.drawEllipse(QPointF(x, y), radius, radius)
+    if marked:
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        for pen in (QPen(DARK, 4.0), QPen(TEXT, 2.0)):
+            painter.setPen(pen)
+            painter.drawEllipse(QPointF(x, y), radius + 5.0, radius + 5.0)
 
 
 def draw_verdict_shape(painter: QPainter, box: QRectF, verdict: str) -> None:

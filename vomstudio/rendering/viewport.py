@@ -99,6 +99,7 @@ class Viewport(QWidget):
         self._features: dict[str, FeatureDrawing] = {}
         self._selected: frozenset[str] = frozenset()
         self._preview: Preview | None = None
+        self._fitted: Array | None = None
         self._north_known = True
         self._frame_dirty = True
         self._features_dirty = False
@@ -522,13 +523,16 @@ class Viewport(QWidget):
             corners = self._scene.corners(close=True)
             if not len(corners):
                 corners = self._scene.features.corners()
-        self._camera.fit(corners, self._extent())
+        self._show_all(corners)
+
+    def _show_all(self, points: npt.NDArray[np.float64]) -> None:
+        self._camera.fit(points, self._extent())
         self._moved()
+        self._fitted = points
 
     def frame(self, points_world: npt.NDArray[np.float64]) -> None:
         """Show all these World points (n, 3), keeping the direction of view."""
-        self._camera.fit(np.asarray(points_world, float), self._extent())
-        self._moved()
+        self._show_all(np.asarray(points_world, float))
 
     def set_pivot(self, point_world: npt.NDArray[np.float64]) -> None:
         """Orbit about this World point from now on; the view stays as it is."""
@@ -576,6 +580,7 @@ class Viewport(QWidget):
 
     def _moved(self) -> None:
         """The camera has changed: draw once in the next paint, rest a little later."""
+        self._fitted = None
         self._moving = True
         self._frame_dirty = True
         if self._scene is not None:
@@ -669,6 +674,8 @@ class Viewport(QWidget):
                 self._features_dirty = False
                 scene.draw_features()
                 self._grab_picture()
+                if not scene.complete and not scene.refining and not self._rest.isActive():
+                    self._rest.start(30)
         if self._base is None:
             self._compose()
         painter = QPainter(self)
@@ -767,7 +774,13 @@ class Viewport(QWidget):
             for i, (x, y) in enumerate(pixels):
                 if np.isfinite(x) and np.isfinite(y):
                     painting.draw_handle(
-                        painter, x, y, color, seen=bool(seen[i]), hot=i == self._hot_handle
+                        painter,
+                        x,
+                        y,
+                        color,
+                        seen=bool(seen[i]),
+                        hot=i == self._hot_handle,
+                        marked=i == preview.marked,
                     )
         if self._cursor is not None:
             painting.draw_reading(
@@ -796,6 +809,9 @@ class Viewport(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802 - Qt's name
         super().resizeEvent(event)
+        if self._fitted is not None:
+            # Nobody has moved since everything was brought into view: keep it in view.
+            self._show_all(self._fitted)
         self._rescale()
 
     def changeEvent(self, event: QEvent) -> None:  # noqa: N802 - Qt's name

@@ -372,6 +372,7 @@ class TraceTool:
                 line=world_points(self._trace, model),
                 rubber=rubber,
                 patch=self._patch(),
+                marked=self.current_vertex,
                 color=_rgb(kind.color if isinstance(kind, FeatureType) else "#e69f00"),
                 reading=self._reading(),
                 verdict=m.verdict.quality if (m := self.measurement) and m.verdict else None,

@@ -72,6 +72,7 @@ class Preview:
     line : (k, 3) vertices joined in order; also the handles that can be grabbed
     rubber : (3,) the end of the rubber band from the last vertex, or None
     patch : (c, 3) corners of the live plane's patch (a convex ring), or None
+    marked : index of the vertex that Delete removes, or None
     color : RGB 0..1
     reading : lines of text beside the cursor, the first the most important
     verdict : "good", "doubtful", "poor" or None where nothing can be judged yet
@@ -80,6 +81,7 @@ class Preview:
     line: npt.NDArray[np.float64]
     rubber: npt.NDArray[np.float64] | None = None
     patch: npt.NDArray[np.float64] | None = None
+    marked: int | None = None
     color: tuple[float, float, float] = (0.9, 0.6, 0.0)
     reading: tuple[str, ...] = ()
     verdict: str | None = None

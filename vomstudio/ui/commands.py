@@ -247,7 +247,7 @@ def _tools(w: MainWindow) -> list[Command]:
 
     def no_vertex() -> str | None:
         if not tool.open:
-            return none_chosen()
+            return "no trace is being picked"
         if tool.current_vertex is None:
             return "click a vertex of the open trace first"
         return None
@@ -261,6 +261,9 @@ def _tools(w: MainWindow) -> list[Command]:
         if tool.open:
             return "a trace is being picked"
         return none_chosen()
+
+    def nothing_to_delete() -> str | None:
+        return no_vertex() if tool.open else none_chosen()
 
     def delete() -> None:
         if tool.open:
@@ -300,8 +303,10 @@ def _tools(w: MainWindow) -> list[Command]:
         Command("continue_trace", "Continue", continue_trace, "vector-polyline-plus", (),
                 "Take the selected trace up again: add, move, insert or delete vertices",
                 cannot_continue),
-        Command("delete_vertex", "Delete", delete, "vector-polyline-remove", "Del",
-                "The marked vertex of the open trace, else the selected planes", no_vertex,
+        Command("delete_vertex", "Delete vertex", tool.delete_vertex, "vector-polyline-remove", (),
+                "The marked vertex of the open trace (Del in the viewport)", no_vertex),
+        Command("delete_here", "Delete what is marked or selected", delete, None, "Del",
+                "The marked vertex of the open trace, else the selected planes", nothing_to_delete,
                 in_viewport=True),
         Command("undo_click", "Take back the last click", back, None, "Backspace", "", not_open,
                 in_viewport=True),

@@ -100,7 +100,7 @@ class FrameDialog(QDialog):
         if model.frame.kind == "crs" or (model.frame.kind == "undeclared" and large):
             self._crs_button.setChecked(True)
             self._crs.setFocus()
-        elif model.frame.kind == "local" or opened is not None:
+        elif model.frame.kind == "local":
             self._local_button.setChecked(True)
         else:
             self._none_button.setChecked(True)

@@ -470,8 +470,7 @@ class MainWindow(QMainWindow):
         more = f", and {len(folders) - 1} older" if len(folders) > 1 else ""
         self.message_bar.say(
             Notice(
-                f"Work{whose} that was not saved before the program ended last time was "
-                f"found{more}.",
+                f"Work{whose} that was open when the program ended last time was found{more}.",
                 "warning",
             ),
             (self.tr("Bring it back"), lambda: self.open_path(newest)),

@@ -124,7 +124,7 @@ class ProjectTree(QWidget):
         item.setCheckState(0, _check(self._studio.visible(record.id)))
         if isinstance(record, Trace):
             measured = self._studio.measured([record.id])[record.id]
-            item.setText(1, plane_text(measured.fit, self._studio.settings.notation))
+            item.setText(1, plane_text(measured.fit, self._studio.settings.notation, decimals=0))
             quality = measured.verdict.quality if measured.verdict else None
             item.setIcon(1, theme.verdict_icon(quality))
             item.setToolTip(1, "\n".join(measured.verdict.reasons) if measured.verdict else "")

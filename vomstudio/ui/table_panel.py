@@ -100,7 +100,7 @@ COLUMNS: tuple[Column, ...] = (
     Column(
         "Plane",
         "Best-fit plane, in the notation chosen under View > Notation",
-        lambda r: plane_text(r.measured.fit, r.notation),
+        lambda r: plane_text(r.measured.fit, r.notation, decimals=0),
         lambda r: r.fit("dip_direction_deg"),
     ),
     Column(
