@@ -78,9 +78,12 @@ def test_a_broken_package_does_not_stop_the_others(
     offer(monkeypatch, "no_such_package:READER", "math:pi")
     found = registry.find_readers()
     assert [r.name for r in found.readers] == [
+        "glTF scene",
         "LAS/LAZ point cloud",
         "Wavefront OBJ",
         "PLY mesh or cloud",
+        "STL mesh",
+        "text table of points",
     ]
     assert len(found.broken) == 2
     path = tmp_path / "model.abc"
@@ -89,7 +92,7 @@ def test_a_broken_package_does_not_stop_the_others(
         read_model(path)
 
 
-@pytest.mark.parametrize("extension", [".obj", ".ply", ".las", ".laz"])
+@pytest.mark.parametrize("extension", [".obj", ".ply", ".las", ".laz", ".glb", ".gltf", ".stl", ".xyz", ".csv"])
 def test_our_formats_are_offered(extension: str) -> None:
     assert extension in registry.extensions()
 

@@ -10,13 +10,14 @@ import warnings
 from collections.abc import Sequence
 
 from vomstudio import __version__
-from vomstudio.cli import export, fit, fold, info, stats, stereonet
+from vomstudio.cli import convert, export, fit, fold, info, stats, stereonet
 from vomstudio.cli.arguments import HelpWanted, Parser
 from vomstudio.cli.output import Channel, Output, stdout_kept, to_json
 from vomstudio.errors import Cancelled, InputError, UsageError, VomError
 
 _COMMAND_MODULES = {
     "info": info,
+    "convert": convert,
     "fit": fit,
     "stats": stats,
     "fold": fold,

@@ -17,7 +17,7 @@ NOTHING: dict[str, Any] = {
     "bounds": None, "crs": None, "resolution_m": None, "fields": [], "warnings": [],
 }  # fmt: skip
 """What is promised of every file, as far as nothing is known of it."""
-TABLES = {".csv", ".tsv", ".txt", ".dat", ".tab", ".xyz", ".asc", ".pts", ".prn"}
+TABLES = {".csv", ".tsv", ".txt", ".dat", ".tab", ".prn"}
 PICTURES = {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".webp"}
 
 

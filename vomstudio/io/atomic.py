@@ -12,7 +12,7 @@ import errno
 import os
 import secrets
 import stat
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from vomstudio.errors import TargetError
@@ -70,24 +70,70 @@ def atomic_write(path: str | Path, force: bool = False) -> Iterator[Path]:
     The temporary file exists, empty, when the block is entered. If the block raises, or the disk is
     full, the temporary file is removed and an older target stays as it was. Raises `TargetError`.
     """
-    target = check_target(path, force=force)
-    # A short name of its own: the target's may already be as long as the file system allows.
-    temporary = target.with_name(f".vom-{secrets.token_hex(6)}.part{target.suffix}")
-    try:
-        os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
-    except OSError as error:
-        raise _target_error(Path(path), error) from error
-    try:
+    with atomic_group([path], force) as (temporary,):
         yield temporary
-        _flush_to_disk(temporary)
-        os.replace(temporary, target)
+
+
+@contextlib.contextmanager
+def atomic_group(paths: Sequence[str | Path], force: bool = False) -> Iterator[list[Path]]:
+    """`atomic_write` for files that belong together: all take their names, or none does.
+
+    Yields a temporary path for each of `paths`, which must be different files. A file system has
+    no rename of several files at once: where a later one fails, the earlier ones are taken back and
+    what was replaced returns. Only a crash between two renames can leave them apart.
+    """
+    targets = [check_target(path, force=force) for path in paths]
+    if len(set(targets)) < len(targets):
+        raise TargetError("two of the outputs have the same name.", file=paths[0])
+    # Short names of their own: the targets' may already be as long as the file system allows.
+    key = secrets.token_hex(6)
+    temporaries = [t.with_name(f".vom-{key}-{i}.part{t.suffix}") for i, t in enumerate(targets)]
+    shown = Path(paths[0])
+    try:
+        for path, temporary in zip(paths, temporaries, strict=True):
+            shown = Path(path)
+            try:
+                os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
+            except OSError as error:
+                raise _target_error(shown, error) from error
+        shown = Path(paths[0])
+        yield temporaries
+        for temporary in temporaries:
+            _flush_to_disk(temporary)
+        _put_in_place(temporaries, targets, key)
     except OSError as error:
-        if error.errno in _OF_THE_TARGET and _is_about(error, temporary, target):
-            raise _target_error(Path(path), error) from error
+        if error.errno in _OF_THE_TARGET and _is_about(error, *temporaries, *targets):
+            raise _target_error(shown, error) from error
         raise
     finally:
-        temporary.unlink(missing_ok=True)
-    _flush_folder(target.parent)
+        for temporary in temporaries:
+            temporary.unlink(missing_ok=True)
+    for folder in dict.fromkeys(target.parent for target in targets):
+        _flush_folder(folder)
+
+
+def _put_in_place(temporaries: list[Path], targets: list[Path], key: str) -> None:
+    if len(targets) == 1:
+        os.replace(temporaries[0], targets[0])
+        return
+    older: dict[Path, Path] = {}
+    placed: list[Path] = []
+    try:
+        for i, (temporary, target) in enumerate(zip(temporaries, targets, strict=True)):
+            if target.exists():
+                aside = target.with_name(f".vom-{key}-{i}.old")
+                os.replace(target, aside)
+                older[target] = aside
+            os.replace(temporary, target)
+            placed.append(target)
+    except BaseException:
+        for target in placed:
+            target.unlink(missing_ok=True)
+        for target, aside in older.items():
+            os.replace(aside, target)
+        raise
+    for aside in older.values():
+        aside.unlink(missing_ok=True)
 
 
 def write_bytes(path: str | Path, data: bytes, *, force: bool = False) -> None:

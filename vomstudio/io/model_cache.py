@@ -6,6 +6,7 @@ at any time, and is never trusted: what does not agree with itself or its source
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import shutil
@@ -19,11 +20,13 @@ import numpy.typing as npt
 from vomstudio.errors import InputError, TargetError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
+from vomstudio.io import image_store
 from vomstudio.io.models import file_hash, read_model
+from vomstudio.io.offset_file import checked_origin, offset_path
 from vomstudio.io.registry import LoadedModel
 from vomstudio.progress import Progress
 
-VERSION = 1
+VERSION = 2
 META = "meta.json"
 
 
@@ -67,6 +70,7 @@ def save(loaded: LoadedModel, folder: Path) -> None:
         "content_hash": loaded.content_hash,
         "materials": materials,
         "fields": fields,
+        "turned_about": loaded.turned_about,
         "arrays": {n: {"shape": list(a.shape), "dtype": a.dtype.str} for n, a in arrays.items()},
         **_stamp(loaded.path),
     }
@@ -107,11 +111,21 @@ def _put_in_place(draft: Path, folder: Path) -> None:
 
 
 def _stamp(path: Path) -> dict[str, object]:
-    try:
+    """By which a file, and the origin beside it, are known not to have changed."""
+    stamp: dict[str, object] = {"size": None, "mtime_ns": None, "offset_mtime_ns": None}
+    with contextlib.suppress(OSError):
         info = os.stat(path)
-    except OSError:
-        return {"size": None, "mtime_ns": None}
-    return {"size": info.st_size, "mtime_ns": info.st_mtime_ns}
+        stamp |= {"size": info.st_size, "mtime_ns": info.st_mtime_ns}
+    with contextlib.suppress(OSError):
+        stamp["offset_mtime_ns"] = os.stat(offset_path(path)).st_mtime_ns
+    return stamp
+
+
+def _lost_an_image(meta: dict[str, Any]) -> bool:
+    """Whether an image that was taken out of the model's file is no longer in the user's cache."""
+    kept = os.fspath(image_store.folder())
+    textures = [m.get("texture") for m in meta["materials"]]
+    return any(t and t.startswith(kept) and not os.path.isfile(t) for t in textures)
 
 
 def open_cached(folder: Path) -> LoadedModel:
@@ -139,15 +153,20 @@ def load(path: Path, folder: Path, progress: Progress | None = None) -> LoadedMo
     path = Path(path)
     try:
         meta = _read_meta(folder)
-        same = meta.get("path") == os.fspath(path.absolute()) and _stamp(path) == {
-            "size": meta.get("size"),
-            "mtime_ns": meta.get("mtime_ns"),
-        }
-        if same or (path.is_file() and meta.get("content_hash") == file_hash(path)):
+        stamp = _stamp(path)
+        same = meta.get("path") == os.fspath(path.absolute())
+        same = same and all(meta.get(key) == value for key, value in stamp.items())
+        if not same:
+            same = (
+                path.is_file()
+                and meta.get("offset_mtime_ns") == stamp["offset_mtime_ns"]
+                and meta.get("content_hash") == file_hash(path)
+            )
+        if same and not _lost_an_image(meta):
             cached = open_cached(folder)
             if os.fspath(cached.path) == os.fspath(path.absolute()):
                 return cached
-    except InputError:
+    except (InputError, LookupError, TypeError, AttributeError):
         pass
     loaded = read_model(path, progress)
     try:
@@ -217,7 +236,13 @@ def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
     if crs is not None and not isinstance(crs, str):
         raise _damaged(folder, "strange reference system")
     return LoadedModel(
-        data, meta["kind"], crs, tuple(warnings), Path(meta["path"]), str(meta["content_hash"])
+        data,
+        meta["kind"],
+        crs,
+        tuple(warnings),
+        Path(meta["path"]),
+        str(meta["content_hash"]),
+        checked_origin(meta["turned_about"]),
     )
 
 

@@ -61,6 +61,7 @@ def read_model(path: str | Path, progress: Progress | None = None) -> LoadedMode
         warnings,
         path,
         loaded.content_hash or hasher.result(),
+        loaded.turned_about,
     )
 
 

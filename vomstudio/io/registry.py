@@ -35,6 +35,8 @@ class LoadedModel:
     path : the file
     content_hash : sha256 of the file itself in hex (of an OBJ: without its MTL and images); a
         reader may leave it empty, `read_model` fills it
+    turned_about : where the format says that Y is up and the reader has therefore turned the model
+        upright, the point of `data`'s frame about which it did; else None
     """
 
     data: Mesh | PointCloud
@@ -43,6 +45,7 @@ class LoadedModel:
     warnings: tuple[str, ...]
     path: Path
     content_hash: str = ""
+    turned_about: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True)

@@ -99,7 +99,7 @@ def read_rows(path: Path) -> TextRows:
     if not data:
         what = "only comments" if comments else "only empty lines"
         raise InputError(f"there are {what} in it; a table needs rows.", file=path)
-    delimiter = _sniff(data[:_SAMPLE])
+    delimiter = sniff(data[:_SAMPLE])
     _refuse_decimal_commas_between_spaces(path, data, numbers, delimiter)
     rows: list[list[str]] | None = None
     if '"' in text:
@@ -107,7 +107,7 @@ def read_rows(path: Path) -> TextRows:
         first = rows[0]
     else:
         first = cut(data[0], delimiter)
-    header = _trimmed(first) if _is_header(first, delimiter) else None
+    header = _trimmed(first) if is_header(first, delimiter) else None
     header_line = None
     if header is not None:
         header_line = numbers[0]
@@ -172,10 +172,10 @@ def _read_text(path: Path) -> tuple[str, list[str]]:
             raise InputError(
                 "this file begins as UTF-16 text but is damaged; save it again as UTF-8.", file=path
             ) from error
-        _refuse_binary(path, text.encode("utf-8", "replace"))
+        refuse_binary(path, text.encode("utf-8", "replace"))
         notes.append("read as UTF-16 text")
     else:
-        _refuse_binary(path, raw)
+        refuse_binary(path, raw)
         try:
             text = raw.decode("utf-8-sig")
         except UnicodeDecodeError:
@@ -186,7 +186,7 @@ def _read_text(path: Path) -> tuple[str, list[str]]:
     return text, notes
 
 
-def _refuse_binary(path: Path, raw: bytes) -> None:
+def refuse_binary(path: Path, raw: bytes) -> None:
     if len(raw.translate(None, _CONTROL)) == len(raw):
         return
     if raw[:4] == b"PK\x03\x04":
@@ -200,7 +200,7 @@ def _refuse_binary(path: Path, raw: bytes) -> None:
     raise InputError(said, file=path)
 
 
-def _is_blank(bare: str) -> bool:
+def is_blank(bare: str) -> bool:
     """Nothing, the end-of-file mark of old systems, or the bare delimiters of an empty row."""
     return not bare.strip(",;\x1a")
 
@@ -212,7 +212,7 @@ def _without_comments(lines: list[str]) -> tuple[list[str], list[int], list[str]
     separators: list[int] = []
     for number, line in enumerate(lines, 1):
         bare = line.strip()
-        if _is_blank(bare):
+        if is_blank(bare):
             continue
         if bare[0] == "#":
             comments.append(bare[1:].strip())
@@ -243,7 +243,7 @@ class _RecordLines:
         for number, line in self._lines:
             bare = line.strip()
             if self.fresh:
-                if _is_blank(bare):
+                if is_blank(bare):
                     continue
                 if bare[0] == "#":
                     self.comments.append(bare[1:].strip())
@@ -279,7 +279,7 @@ def _quoted_rows(
         numbers.append(source.begin)
 
 
-def _sniff(sample: list[str]) -> str:
+def sniff(sample: list[str]) -> str:
     """The delimiter under which the rows agree best: first in their length, then in being numbers,
     then by preference (a semicolon or tab beside commas means decimal commas)."""
     quoted = any('"' in line for line in sample)
@@ -325,7 +325,7 @@ def _refuse_decimal_commas_between_spaces(
             )
 
 
-def _is_header(cells: list[str], delimiter: str) -> bool:
+def is_header(cells: list[str], delimiter: str) -> bool:
     comma = delimiter in ";\t"
     if any(parse_number(cell, decimal_comma=comma) is None for cell in cells):
         return True

@@ -279,6 +279,9 @@ def _read_points(
     for name in wanted:
         values = columns.take(f"field {name}", done)
         assert values is not None
+        # First returns only is what every cloud from photographs says, and says nothing.
+        if name == "return_number" and (values == 1).all():
+            continue
         if name in extra or values.any():
             for j in range(values.shape[1] if values.ndim == 2 else 0):
                 fields[f"{name} {j + 1}"] = np.ascontiguousarray(values[:, j])

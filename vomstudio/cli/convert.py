@@ -1,0 +1,97 @@
+"""`vomstudio convert`: a model or cloud from one format to another."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vomstudio.cli.arguments import Subparsers, add_command, progress_of
+from vomstudio.cli.output import Output
+from vomstudio.errors import InputError, UsageError
+
+if TYPE_CHECKING:
+    from vomstudio.geometry.cloud import PointCloud
+    from vomstudio.geometry.mesh import Mesh
+    from vomstudio.io.registry import LoadedModel
+
+UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0, "ft": 0.3048, "us-ft": 1200 / 3937}
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = add_command(
+        subparsers, "convert", run, help_="Write a model or cloud in another format"
+    )
+    parser.add_argument("input", metavar="IN", help="model or cloud in any format that is read")
+    parser.add_argument("output", metavar="OUT", help="the file to write; its ending says what")
+    parser.add_argument("--crs", metavar="EPSG", help="the projected CRS that IN is in")
+    parser.add_argument("--up", choices=["y", "z"], help="the axis of IN that points up")
+    parser.add_argument(
+        "--unit", choices=sorted(UNITS), default=None, help="the unit of IN's coordinates"
+    )
+    parser.add_argument("--force", action="store_true", help="replace OUT if it is there already")
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.io.atomic import check_target
+    from vomstudio.io.crs import parse_crs
+    from vomstudio.io.models import read_model
+    from vomstudio.io.writing import choose_writer, write_model
+
+    target = Path(args.output)
+    choose_writer(target)
+    check_target(target, force=args.force)
+    crs, unit = None, 1.0
+    if args.crs is not None:
+        crs, unit = parse_crs(args.crs)
+    progress = progress_of(args)
+    loaded = read_model(Path(args.input), progress)
+    warnings = list(loaded.warnings)
+    if crs is not None and loaded.crs not in (None, crs):
+        warnings.append(f"the file itself names {loaded.crs}; {crs} was given and is written")
+    if crs is None and loaded.crs is not None:
+        try:
+            crs, unit = parse_crs(loaded.crs)
+        except InputError:
+            crs = loaded.crs
+            warnings.append("its CRS is not a projected one; it is written as it stands")
+    if args.unit is not None:
+        if crs is not None and UNITS[args.unit] != unit:
+            raise UsageError(
+                f"the unit of {crs} is {unit:g} m, not {args.unit}; leave one of them out.",
+                field="--unit",
+            )
+    elif crs is not None and unit != 1.0:
+        warnings.append(f"coordinates stay in the unit of the CRS, {unit:.9g} m")
+    data = _in_world(loaded, args.up, UNITS[args.unit] if args.unit and crs is None else 1.0)
+    warnings += write_model(data, crs, target, force=args.force, progress=progress)
+    out.result({"in": args.input, "out": args.output, "crs": crs, "warnings": warnings})
+    out.warn(warnings)
+    out.text(f"{args.output}: {loaded.kind} from {args.input}")
+
+
+def _in_world(loaded: LoadedModel, up: str | None, scale: float) -> Mesh | PointCloud:
+    """The model with z up and in metres. Of a format that is Y-up by itself, "z" takes back what
+    its reader has turned."""
+    from dataclasses import replace
+
+    import numpy as np
+
+    from vomstudio.geometry.mesh import Mesh
+
+    data = loaded.data
+    about = np.zeros(3) if loaded.turned_about is None else np.array(loaded.turned_about)
+    turn = np.eye(3)
+    if up == "y" and loaded.turned_about is None:
+        turn = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+    elif up == "z" and loaded.turned_about is not None:
+        turn = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+    if scale == 1.0 and (turn == np.eye(3)).all():
+        return data
+    matrix = turn * scale
+    if isinstance(data, Mesh):
+        return replace(data, vertices=(data.vertices - about) @ matrix.T + about)
+    normals = data.normals
+    if normals is not None:
+        normals = (normals @ turn.T).astype(np.float32)
+    return replace(data, points=(data.points - about) @ matrix.T + about, normals=normals)
