@@ -34,3 +34,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     # QImage.mirrored is deprecated since Qt 6.13; its successor is missing from the oldest Qt.
     for item in items:
         item.add_marker(pytest.mark.filterwarnings("ignore:.*QImage.mirrored:DeprecationWarning"))
+
+
+@pytest.fixture(autouse=True)
+def image_folder(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where images from inside of models go, in place of the user's own cache."""
+    from vomstudio.io import image_store
+
+    folder = tmp_path_factory.getbasetemp() / "images"
+    monkeypatch.setattr(image_store, "folder", lambda: folder)
+    return folder

@@ -92,7 +92,9 @@ def test_a_broken_package_does_not_stop_the_others(
         read_model(path)
 
 
-@pytest.mark.parametrize("extension", [".obj", ".ply", ".las", ".laz", ".glb", ".gltf", ".stl", ".xyz", ".csv"])
+@pytest.mark.parametrize(
+    "extension", [".obj", ".ply", ".las", ".laz", ".glb", ".gltf", ".stl", ".xyz", ".csv"]
+)
 def test_our_formats_are_offered(extension: str) -> None:
     assert extension in registry.extensions()
 

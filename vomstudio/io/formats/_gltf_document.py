@@ -54,7 +54,7 @@ class Document:
 
     def __init__(self, path: Path, progress: Progress) -> None:
         self.path = path
-        self._progress = progress
+        self.progress = progress
         data = read_whole(path, progress)
         self._binary: Array | None = None
         packed = data[:4].tobytes() == MAGIC
@@ -191,7 +191,7 @@ class Document:
             if isinstance(source, bytes):
                 data: Array = np.frombuffer(source, np.uint8)
             else:
-                data = read_whole(source, self._progress)
+                data = read_whole(source, self.progress)
                 self._hasher.update(data.data)
                 self._has_files = True
         elif index == 0 and self._binary is not None:

@@ -59,11 +59,21 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     Embedded images are laid out as files (io.image_store). Raises InputError for what is no sound
     glTF, is compressed, or lacks a file that it needs.
     """
-    document = Document(path, progress)
+    try:
+        return _read(Document(path, progress))
+    except (TypeError, ValueError, LookupError, ArithmeticError, AttributeError) as error:
+        # Somebody else's JSON can be wrong in more ways than can be asked for one by one.
+        raise InputError(
+            f"The scene contradicts itself ({' '.join(str(error).split())[:120]}); export it again.",
+            file=path,
+        ) from error
+
+
+def _read(document: Document) -> LoadedModel:
     said: list[str] = []
     for name in document.unknown_extensions():
         said.append(f"It uses '{name}', which is not understood here; look whether all is there.")
-    pieces = list(_pieces(document, said, progress))
+    pieces = list(_pieces(document, said))
     solid = [p for p in pieces if p.faces is not None]
     if not pieces:
         raise document.wrong("There are no triangles and no points in its scene")
@@ -74,12 +84,12 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     if solid:
         if not declared:
             _warn_if_z_looks_up(solid, said)
-        data = drop_unsound(_mesh(document, solid, origin, said), said, path)
+        data = drop_unsound(_mesh(document, solid, origin, said), said, document.path)
     else:
-        data = drop_unsound_points(_cloud(pieces, origin), said, path)
+        data = drop_unsound_points(_cloud(pieces, origin), said, document.path)
     kind: Literal["mesh", "cloud"] = "mesh" if isinstance(data, Mesh) else "cloud"
     x, y, z = origin.tolist()
-    return LoadedModel(data, kind, crs, tuple(said), path, document.content_hash, (x, y, z))
+    return LoadedModel(data, kind, crs, tuple(said), document.path, document.content_hash, (x, y, z))
 
 
 def _origin(
@@ -106,7 +116,7 @@ def _origin(
     return np.array(origin or (0.0, 0.0, 0.0)), crs, origin is not None or crs is not None
 
 
-def _pieces(document: Document, said: list[str], progress: Progress) -> Iterator[Piece]:
+def _pieces(document: Document, said: list[str]) -> Iterator[Piece]:
     placed = list(_placed_meshes(document, said))
     uses: dict[object, int] = {}
     for index, _ in placed:
@@ -114,6 +124,7 @@ def _pieces(document: Document, said: list[str], progress: Progress) -> Iterator
             key = document.section("attributes", primitive).get("POSITION")
             uses[_key(key)] = uses.get(_key(key), 0) + 1
     total = lines = 0
+    progress = document.progress
     progress.stage("Reading the scene", len(placed))
     for done, (index, matrix) in enumerate(placed):
         for primitive in _primitives(document, index):

@@ -249,7 +249,6 @@ def _numbers(data: bytes, layout: Layout, path: Path) -> Any:
             comment="#",
             decimal=layout.decimal,
             engine="c",
-            float_precision="round_trip",
             skipinitialspace=True,
             low_memory=False,
             encoding_errors="replace",
