@@ -11,7 +11,7 @@ import pytest
 
 from vomstudio.errors import TargetError
 from vomstudio.io import atomic
-from vomstudio.io.atomic import atomic_write, check_target, write_bytes
+from vomstudio.io.atomic import atomic_group, atomic_write, check_target, write_bytes
 
 as_root = hasattr(os, "geteuid") and os.geteuid() == 0
 
@@ -169,3 +169,45 @@ def test_refused_permission_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(atomic.os, "open", refuse)
     with pytest.raises(TargetError, match="permission"):
         write_bytes(tmp_path / "out.csv", b"data")
+
+
+def test_files_that_belong_together_appear_together(tmp_path: Path) -> None:
+    a, b = tmp_path / "a.txt", tmp_path / "b.txt"
+    a.write_text("old")
+    with atomic_group([a, b], force=True) as (first, second):
+        first.write_text("new a")
+        second.write_text("new b")
+        assert a.read_text() == "old"
+    assert (a.read_text(), b.read_text()) == ("new a", "new b")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.txt", "b.txt"]
+
+
+def test_a_group_that_fails_in_the_middle_takes_everything_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    paths = [tmp_path / name for name in ("a.txt", "b.txt", "c.txt")]
+    paths[0].write_text("old a")
+    paths[2].write_text("old c")
+    rename = os.replace
+
+    def failing(source: Path, target: Path) -> None:
+        if target == paths[2] and ".part" in source.name:
+            raise OSError(errno.EIO, "broken", str(target))
+        rename(source, target)
+
+    monkeypatch.setattr(os, "replace", failing)
+    with pytest.raises(TargetError), atomic_group(paths, force=True) as temporaries:
+        for temporary in temporaries:
+            temporary.write_text("new")
+    assert paths[0].read_text() == "old a"
+    assert paths[2].read_text() == "old c"
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.txt", "c.txt"]
+
+
+def test_a_group_with_one_target_twice_is_refused(tmp_path: Path) -> None:
+    with (
+        pytest.raises(TargetError, match="same name"),
+        atomic_group([tmp_path / "a", tmp_path / "a"]),
+    ):
+        pass
+    assert list(tmp_path.iterdir()) == []

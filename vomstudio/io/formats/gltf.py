@@ -64,7 +64,8 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     except (TypeError, ValueError, LookupError, ArithmeticError, AttributeError) as error:
         # Somebody else's JSON can be wrong in more ways than can be asked for one by one.
         raise InputError(
-            f"The scene contradicts itself ({' '.join(str(error).split())[:120]}); export it again.",
+            f"The scene contradicts itself ({' '.join(str(error).split())[:120]}); export it"
+            " again.",
             file=path,
         ) from error
 
@@ -89,7 +90,9 @@ def _read(document: Document) -> LoadedModel:
         data = drop_unsound_points(_cloud(pieces, origin), said, document.path)
     kind: Literal["mesh", "cloud"] = "mesh" if isinstance(data, Mesh) else "cloud"
     x, y, z = origin.tolist()
-    return LoadedModel(data, kind, crs, tuple(said), document.path, document.content_hash, (x, y, z))
+    return LoadedModel(
+        data, kind, crs, tuple(said), document.path, document.content_hash, (x, y, z)
+    )
 
 
 def _origin(

@@ -544,11 +544,13 @@ def _mesh(
         if "texnumber" in face.plain:
             ids = face.plain["texnumber"].astype(np.int64)[face_of]
             odd = (ids < 0) | (ids >= len(materials))
-            if odd.any():
+            wrong = odd & (ids != -1)  # -1 is how a face without texture is written
+            if wrong.any():
                 said.append(
-                    f"{some(int(odd.sum()), 'face')} with a texture number the header does not"
+                    f"{some(int(wrong.sum()), 'face')} with a texture number the header does not"
                     " have: without texture."
                 )
+            if odd.any():
                 ids[odd] = len(materials)
                 materials = (*materials, Material("no texture"))
         elif len(materials) > 1:

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.errors import Cancelled
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.atomic import atomic_write
@@ -54,7 +59,7 @@ def write(out: Outgoing) -> list[str]:
     compressed = out.path.suffix.lower() == ".laz"
     with (
         atomic_write(out.path, out.force) as temporary,
-        open(temporary, "wb") as file,
+        _honest(temporary) as file,
         laspy.open(
             file,
             mode="w",
@@ -77,6 +82,36 @@ def write(out: Outgoing) -> list[str]:
                 record[name] = values[rows]
             writer.write_points(record)
     return said
+
+
+class _Remembering(io.FileIO):
+    """A file that knows why a write failed: what comes back through the compressor is only that
+    it did."""
+
+    failure: OSError | None = None
+
+    def write(self, content: Any) -> int:
+        left = memoryview(content).cast("B")
+        try:
+            while left:
+                left = left[super().write(left) :]
+        except OSError as error:
+            self.failure = error
+            raise
+        return memoryview(content).nbytes
+
+
+@contextlib.contextmanager
+def _honest(path: Path) -> Iterator[_Remembering]:
+    with _Remembering(path, "w+") as file:
+        try:
+            yield file
+        except Cancelled:
+            raise
+        except BaseException as error:
+            if file.failure is not None and file.failure is not error:
+                raise file.failure from error
+            raise
 
 
 def _scale(values: Array, offset: float) -> float:

@@ -1,0 +1,110 @@
+"""`vomstudio convert`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.models import read_model
+
+OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 2\nf 1 2 3\n"
+LYING = "v 0 0 0\nv 1 0 0\nv 0 2 -1\nf 1 2 3\n"
+
+
+def corners(path: Path) -> list[list[float]]:
+    data = read_model(path).data
+    points = data.vertices if isinstance(data, Mesh) else data.points
+    return points.round(6).tolist()
+
+
+def test_a_conversion_is_reported_as_promised(run, write, tmp_path: Path) -> None:
+    target = tmp_path / "b.glb"
+    found = run("convert", write(OBJ, "a.obj"), target, "--crs", "32615", "--json").json
+    assert found.keys() >= {"in", "out", "warnings"}
+    assert (found["in"], found["out"]) == (str(tmp_path / "a.obj"), str(target))
+    assert read_model(target).crs == "EPSG:32615"
+    assert corners(target) == [[0, 0, 0], [1, 0, 0], [0, 1, 2]]
+
+
+def test_what_a_format_cannot_hold_is_a_warning(run, write, tmp_path: Path) -> None:
+    ran = run("convert", write(OBJ, "a.obj"), tmp_path / "b.laz", "--json")
+    assert ran.code == 0
+    assert "faces" in ran.json["warnings"][0]
+    assert "faces" in ran.err
+
+
+def test_the_up_axis_and_the_unit_are_those_of_the_input(run, write, tmp_path: Path) -> None:
+    lying = write(LYING, "a.obj")
+    upright = [[0, 0, 0], [0.01, 0, 0], [0, 0.01, 0.02]]
+    for ending in ("glb", "ply", "csv"):
+        target = tmp_path / f"b.{ending}"
+        assert run("convert", lying, target, "--up", "y", "--unit", "cm").code == 0
+        assert corners(target) == upright
+
+
+def test_up_z_takes_back_the_turn_of_a_gltf(run, write, tmp_path: Path) -> None:
+    # Upright already when it was written as if Y were up: it lies on its side.
+    run("convert", write(OBJ, "a.obj"), tmp_path / "b.glb", "--up", "y")
+    (tmp_path / "b.offset.txt").write_text("offset 0 0 0")
+    assert corners(tmp_path / "b.glb") == [[0, 0, 0], [1, 0, 0], [0, -2, 1]]
+    run("convert", tmp_path / "b.glb", tmp_path / "c.obj", "--up", "y")
+    assert corners(tmp_path / "c.obj") == [[0, 0, 0], [1, 0, 0], [0, -2, 1]]
+    run("convert", tmp_path / "b.glb", tmp_path / "d.obj", "--up", "z")
+    assert corners(tmp_path / "d.obj") == [[0, 0, 0], [1, 0, 0], [0, 1, 2]]
+
+
+def test_a_unit_against_the_crs_is_refused(run, write, tmp_path: Path) -> None:
+    ran = run("convert", write(OBJ), tmp_path / "b.ply", "--crs", "32615", "--unit", "mm")
+    assert ran.code == 2
+    ran = run("convert", write(OBJ, "a.obj"), tmp_path / "b.ply", "--crs", "32615", "--unit", "mm")
+    assert "--unit" in ran.said
+    assert not (tmp_path / "b.ply").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["a.obj", "b.docx"], ".docx"),
+        (["none.obj", "b.ply"], "none.obj"),
+        (["a.obj", "no/b.ply"], "does not exist"),
+        (["a.obj", "a.obj"], "--force"),
+        (["a.obj", "b.ply", "--crs", "4326"], "projected"),
+        (["a.obj", "b.ply", "--up", "x"], "--up"),
+        (["bad.obj", "b.ply"], "bad.obj"),
+    ],
+)
+def test_what_cannot_be_converted_is_one_sentence(
+    run, write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str], said: str
+) -> None:
+    write(OBJ, "a.obj")
+    write(b"", "bad.obj")
+    monkeypatch.chdir(tmp_path)
+    ran = run("convert", *words)
+    assert ran.code == 2
+    assert said in ran.said
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.obj", "bad.obj"]
+
+
+def test_the_survey_model_survives_glb_and_back(run, data_dir: Path, tmp_path: Path) -> None:
+    source = data_dir / "brighton_model" / "brighton_utm15n.obj"
+    assert run("convert", source, tmp_path / "a.glb", "--crs", "EPSG:32615").code == 0
+    assert run("convert", tmp_path / "a.glb", tmp_path / "b.obj").code == 0
+    before, after = read_model(source), read_model(tmp_path / "b.obj")
+    assert after.crs == "EPSG:32615"
+    assert after.warnings == ()
+    assert isinstance(before.data, Mesh)
+    assert isinstance(after.data, Mesh)
+    old, new = before.data, after.data
+    assert np.abs(new.vertices[new.faces] - old.vertices[old.faces]).max() < 3e-5
+    assert new.uv is not None
+    assert old.uv is not None
+    assert np.abs(new.uv[new.faces] - old.uv[old.faces]).max() < 1e-6
+    assert len(new.materials) == len({m.texture for m in new.materials} - {None}) == 9
+    for a, b in zip(old.materials, new.materials, strict=True):
+        assert a.name == b.name
+        assert a.texture is not None
+        assert b.texture is not None
+        assert a.texture.read_bytes() == b.texture.read_bytes()
