@@ -196,9 +196,14 @@ def test_a_group_that_fails_in_the_middle_takes_everything_back(
         rename(source, target)
 
     monkeypatch.setattr(os, "replace", failing)
-    with pytest.raises(TargetError), atomic_group(paths, force=True) as temporaries:
-        for temporary in temporaries:
-            temporary.write_text("new")
+
+    def write_all() -> None:
+        with atomic_group(paths, force=True) as temporaries:
+            for temporary in temporaries:
+                temporary.write_text("new")
+
+    with pytest.raises(TargetError):
+        write_all()
     assert paths[0].read_text() == "old a"
     assert paths[2].read_text() == "old c"
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.txt", "c.txt"]

@@ -252,7 +252,7 @@ def test_cloudcompare_opens_what_is_written(tmp_path: Path) -> None:
         words += ["-O", str(tmp_path / "out" / f"c{ending}")]
     done = subprocess.run(words, capture_output=True, text=True, timeout=120, check=False)
     assert done.stdout.count("loaded successfully") == 4
-    assert done.stdout.count("6 faces") == 2
+    assert done.stdout.count("mesh with 6 faces") == 2
     assert done.stdout.count("500 points") == 2
 
 

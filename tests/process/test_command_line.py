@@ -213,6 +213,8 @@ def test_no_command_reaches_qt_or_vtk(points: Path, tmp_path: Path) -> None:
         ["fold", orientations],
         ["stereonet", orientations, "-o", tmp_path / "net.png"],
         ["info", model, points],
+        ["convert", model, tmp_path / "m.glb"],
+        ["convert", tmp_path / "m.glb", tmp_path / "m.laz"],
         ["export", tmp_path / "none.vom", "--to", "csv", "-o", tmp_path / "x.csv"],
     ]
     text = repr([[str(word) for word in command] for command in commands])
@@ -230,7 +232,7 @@ def test_no_command_reaches_qt_or_vtk(points: Path, tmp_path: Path) -> None:
         check=False,
         text=True,
     )
-    assert done.stderr.endswith("[0, 0, 0, 0, 0, 2] []")
+    assert done.stderr.endswith("[0, 0, 0, 0, 0, 0, 0, 2] []")
 
 
 def test_a_small_fit_starts_without_the_heavy_libraries(points: Path) -> None:
