@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from PIL import Image
 
@@ -67,3 +69,21 @@ def test_a_copy_that_fails_leaves_nothing(model, tmp_path):
     with pytest.raises(InputError, match="gone"):
         copy_model(tmp_path / "gone.ply", tmp_path / "m")
     assert not list((tmp_path / "m").iterdir())
+
+
+def test_the_buffers_and_images_of_a_gltf_and_of_a_ply_come_along(tmp_path: Path) -> None:
+    folder = tmp_path / "in"
+    folder.mkdir()
+    for name in ("a b.bin", "rock.png", "other.png"):
+        (folder / name).write_bytes(b"x")
+    (folder / "m.gltf").write_text(
+        '{"asset": {"version": "2.0"}, "buffers": [{"uri": "a%20b.bin"}],'
+        ' "images": [{"uri": "rock.png"}, {"uri": "data:,x"}, {"uri": "../m.ply"}, {"uri": 3}]}'
+    )
+    assert [p.name for p in companions(folder / "m.gltf")] == ["a b.bin", "rock.png"]
+    (folder / "m.ply").write_text(
+        "ply\nformat ascii 1.0\ncomment TextureFile other.png\nelement vertex 0\nend_header\n"
+    )
+    assert [p.name for p in companions(folder / "m.ply")] == ["other.png"]
+    (folder / "bad.gltf").write_text("nonsense")
+    assert companions(folder / "bad.gltf") == []

@@ -2,23 +2,31 @@
 
 from __future__ import annotations
 
+import contextlib
 import shutil
 from pathlib import Path
 
 from vomstudio.errors import InputError, TargetError
+from vomstudio.io.formats._gltf_document import files_beside
 from vomstudio.io.mtl import decode, find_beside, read_library
 from vomstudio.progress import Progress, Silent
 
 
 def companions(model: Path) -> list[Path]:
     """The other files that a model needs: a .prj or offset beside it; the material files and
-    images of an OBJ. Only what lies in the model's folder or below it."""
+    images of an OBJ, the buffers and images of a glTF, the images of a PLY. Only what lies in the
+    model's folder or below it."""
     found = [model.with_suffix(".prj"), model.with_suffix(".offset.txt")]
     if model.suffix.lower() == ".obj":
         for library in _libraries(model):
             found.append(library)
             materials, _ = read_library(library, model.parent)
             found += [m.texture for m in materials.values() if m.texture is not None]
+    elif model.suffix.lower() in (".gltf", ".glb"):
+        with contextlib.suppress(InputError):
+            found += files_beside(model)
+    elif model.suffix.lower() == ".ply":
+        found += _ply_images(model)
     inside = model.parent.resolve()
     return [
         path
@@ -78,3 +86,13 @@ def _libraries(model: Path) -> list[Path]:
             else [p for word in name.split() if (p := find_beside(model.parent, word)[0])]
         )
     return found
+
+
+def _ply_images(model: Path) -> list[Path]:
+    from vomstudio.io.formats.ply import MAX_HEADER_BYTES, read_header
+
+    with contextlib.suppress(InputError, OSError), model.open("rb") as file:
+        header = read_header(file.read(MAX_HEADER_BYTES), model)
+        named = [find_beside(model.parent, name)[0] for name in header.textures]
+        return [path for path in named if path is not None]
+    return []

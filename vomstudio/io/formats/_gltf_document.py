@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import base64
 import binascii
+import contextlib
 import hashlib
 import json
 import struct
@@ -21,7 +22,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.io.formats._clean import read_whole
 from vomstudio.io.mtl import find_beside
-from vomstudio.progress import Progress
+from vomstudio.progress import Progress, Silent
 
 Array = npt.NDArray[Any]
 
@@ -44,6 +45,22 @@ UNDERSTOOD = (
     "KHR_lights_punctual",
     "EXT_texture_webp",
 )
+
+
+def files_beside(path: Path) -> list[Path]:
+    """The buffers and images that a .gltf or .glb names beside itself, as far as they are there.
+    Raises InputError where it is no glTF."""
+    document = Document(path, Silent())
+    found: list[Path] = []
+    for kind in ("buffers", "images"):
+        for index in range(document.count(kind)):
+            uri = document.item(kind, index).get("uri")
+            if isinstance(uri, str) and not uri.startswith("data:"):
+                with contextlib.suppress(InputError):
+                    source = document.uri_bytes(uri, f"{kind}[{index}]")
+                    assert isinstance(source, Path)
+                    found.append(source)
+    return found
 
 
 class Document:
