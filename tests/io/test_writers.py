@@ -213,7 +213,7 @@ def test_laspy_reads_a_laz_with_its_reference_system_and_fields(tmp_path: Path) 
 
 def test_a_laz_of_a_laz_keeps_its_scale(tmp_path: Path) -> None:
     rng = np.random.default_rng(3)
-    fine = rng.integers(0, 10**9, (100, 3)) * 1e-8 + [624000.0, 5_000_000.0, 0.0]
+    fine = rng.integers(0, 10**9, (100, 3)) * 1e-8 + [624000.123456789, 5_000_000.0, 0.0]
     said = write_model(PointCloud(fine), None, tmp_path / "fine.laz")
     assert np.abs(back(tmp_path / "fine.laz").points - fine).max() < 2e-8  # type: ignore[union-attr]
     assert said == []

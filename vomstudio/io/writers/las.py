@@ -43,9 +43,8 @@ def write(out: Outgoing) -> list[str]:
     data = out.data
     bare_points(data, said)
     points = positions_of(data)
-    low, high = data.bounds
-    offset = np.floor((low + high) / 2)
-    scales = np.array([_scale(points[:, k], offset[k]) for k in range(3)])
+    grids = [_grid(points[:, k]) for k in range(3)]
+    offset, scales = np.array(grids).T
     rounding = _rounding(points, offset, scales)
     if rounding > 1e-9 * max(1.0, float(np.abs(data.bounds).max()) * 1e-6):
         said.append(f"Coordinates are rounded to {scales.max() * 1000:g} mm.")
@@ -114,22 +113,25 @@ def _honest(path: Path) -> Iterator[_Remembering]:
             raise
 
 
-def _scale(values: Array, offset: float) -> float:
-    """The coarsest power of ten that gives back the coordinates; else `USUAL_SCALE`, or what the
-    width of the model leaves."""
-    local = values - offset
-    widest = float(np.abs(local).max(initial=0.0))
-    ulp = 4 * np.spacing(max(float(np.abs(values).max(initial=0.0)), 1e-300))
+def _grid(values: Array) -> tuple[float, float]:
+    """(offset, scale): the coarsest power of ten that gives back the coordinates, counted from a
+    whole number or from the first point (as in files whose own offset was no whole number); else
+    `USUAL_SCALE`, or what the width of the model leaves."""
+    low, high = float(values.min()), float(values.max())
+    centre = float(np.floor((low + high) / 2))
+    ulp = 4 * np.spacing(max(abs(low), abs(high), 1e-300))
     for power in range(3, 10):
         scale = float(f"1e-{power}")
-        if widest / scale > MAX_INTEGER:
-            break
-        if np.abs(np.rint(local / scale) * scale + offset - values).max(initial=0.0) <= ulp:
-            return scale
+        for offset in (centre, float(values[0])):
+            local = values - offset
+            if np.abs(local).max() / scale > MAX_INTEGER:
+                continue
+            if np.abs(np.rint(local / scale) * scale + offset - values).max() <= ulp:
+                return offset, scale
     scale = USUAL_SCALE
-    while widest / scale > MAX_INTEGER:
+    while max(high - centre, centre - low) / scale > MAX_INTEGER:
         scale *= 10
-    return float(f"{scale:.0e}")
+    return centre, float(f"{scale:.0e}")
 
 
 def _rounding(points: Array, offset: Array, scales: Array) -> float:
