@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -70,7 +71,8 @@ def test_a_unit_against_the_crs_is_refused(run, write, tmp_path: Path) -> None:
         (["a.obj", "b.docx"], ".docx"),
         (["none.obj", "b.ply"], "none.obj"),
         (["a.obj", "no/b.ply"], "does not exist"),
-        (["a.obj", "a.obj"], "--force"),
+        (["a.obj", "a.obj", "--force"], "read by the command"),
+        (["a.obj", "bad.obj"], "--force"),
         (["a.obj", "b.ply", "--crs", "4326"], "projected"),
         (["a.obj", "b.ply", "--up", "x"], "--up"),
         (["bad.obj", "b.ply"], "bad.obj"),
@@ -86,6 +88,18 @@ def test_what_cannot_be_converted_is_one_sentence(
     assert ran.code == 2
     assert said in ran.said
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.obj", "bad.obj"]
+
+
+def test_the_origin_beside_the_input_is_not_replaced_by_that_of_the_output(
+    run, write, tmp_path: Path
+) -> None:
+    run("convert", write(OBJ, "a.obj"), tmp_path / "b.glb")
+    (tmp_path / "b.glb").rename(tmp_path / "c.glb")
+    (tmp_path / "c.offset.txt").write_text("offset 5 0 0")
+    shutil.copy(tmp_path / "c.glb", tmp_path / "c.gltf")
+    ran = run("convert", tmp_path / "c.gltf", tmp_path / "c.glb", "--force")
+    assert "read by the command" in ran.said
+    assert (tmp_path / "c.offset.txt").read_text() == "offset 5 0 0"
 
 
 def test_the_survey_model_survives_glb_and_back(run, data_dir: Path, tmp_path: Path) -> None:

@@ -35,12 +35,13 @@ def add_parser(subparsers: Subparsers) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.atomic import check_target
     from vomstudio.io.crs import parse_crs
+    from vomstudio.io.model_copy import companions
     from vomstudio.io.models import read_model
     from vomstudio.io.writing import choose_writer, write_model
 
     target = Path(args.output)
     choose_writer(target)
-    check_target(target, force=args.force)
+    check_target(target, force=args.force, inputs=[args.input])
     crs, unit = None, 1.0
     if args.crs is not None:
         crs, unit = parse_crs(args.crs)
@@ -64,7 +65,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     elif crs is not None and unit != 1.0:
         warnings.append(f"coordinates stay in the unit of the CRS, {unit:.9g} m")
     data = _in_world(loaded, args.up, UNITS[args.unit] if args.unit and crs is None else 1.0)
-    warnings += write_model(data, crs, target, force=args.force, progress=progress)
+    inputs = [loaded.path, *companions(loaded.path)]
+    warnings += write_model(data, crs, target, force=args.force, inputs=inputs, progress=progress)
     out.result({"in": args.input, "out": args.output, "crs": crs, "warnings": warnings})
     out.warn(warnings)
     out.text(f"{args.output}: {loaded.kind} from {args.input}")

@@ -75,14 +75,17 @@ def atomic_write(path: str | Path, force: bool = False) -> Iterator[Path]:
 
 
 @contextlib.contextmanager
-def atomic_group(paths: Sequence[str | Path], force: bool = False) -> Iterator[list[Path]]:
+def atomic_group(
+    paths: Sequence[str | Path], force: bool = False, inputs: Iterable[str | Path] = ()
+) -> Iterator[list[Path]]:
     """`atomic_write` for files that belong together: all take their names, or none does.
 
     Yields a temporary path for each of `paths`, which must be different files. A file system has
     no rename of several files at once: where a later one fails, the earlier ones are taken back and
     what was replaced returns. Only a crash between two renames can leave them apart.
     """
-    targets = [check_target(path, force=force) for path in paths]
+    given = list(inputs)
+    targets = [check_target(path, force=force, inputs=given) for path in paths]
     if len(set(targets)) < len(targets):
         raise TargetError("two of the outputs have the same name.", file=paths[0])
     # Short names of their own: the targets' may already be as long as the file system allows.

@@ -9,7 +9,7 @@ from __future__ import annotations
 import functools
 import importlib
 import pkgutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -26,13 +26,15 @@ GROUP = "vomstudio.writers"
 @dataclass(frozen=True)
 class Outgoing:
     """What is to be written. data : in World (x East, y North, z Up, metres); crs : "EPSG:n", WKT,
-    or None; force : whether files that are there may be replaced."""
+    or None; force : whether files that are there may be replaced, save `inputs`, which the model
+    was read from."""
 
     data: Mesh | PointCloud
     crs: str | None
     path: Path
     force: bool
     progress: Progress
+    inputs: tuple[Path, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -85,6 +87,7 @@ def write_model(
     path: str | Path,
     *,
     force: bool = False,
+    inputs: Iterable[Path] = (),
     progress: Progress | None = None,
 ) -> list[str]:
     """Write a model in World by the ending of `path`, whole or not at all.
@@ -94,5 +97,6 @@ def write_model(
     """
     path = Path(path)
     writer = choose_writer(path)
-    check_target(path, force=force)
-    return writer.write(Outgoing(data, crs, path, force, progress or Silent()))
+    given = tuple(inputs)
+    check_target(path, force=force, inputs=given)
+    return writer.write(Outgoing(data, crs, path, force, progress or Silent(), given))

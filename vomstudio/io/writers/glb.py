@@ -48,7 +48,7 @@ def write(out: Outgoing) -> list[str]:
             f"{size / 2**30:.1f} GiB are more than a GLB can hold; write PLY or OBJ, or divide it.",
             file=out.path,
         )
-    with atomic_group(paths, out.force) as (model, beside):
+    with atomic_group(paths, out.force, out.inputs) as (model, beside):
         beside.write_text(text, encoding="utf-8")
         with open(model, "wb") as file:
             out.progress.stage("Writing the file", len(scene.parts))

@@ -41,7 +41,7 @@ def write(out: Outgoing) -> list[str]:
     paths = [out.path, *(target for _, target in images.copies), *(path for path, _ in beside)]
     if library is not None:
         paths.append(library)
-    with atomic_group(paths, out.force) as temporaries:
+    with atomic_group(paths, out.force, out.inputs) as temporaries:
         copy_images(images, temporaries[1 : 1 + len(images.copies)])
         for (_, text), temporary in zip(
             beside, temporaries[1 + len(images.copies) :], strict=False

@@ -53,7 +53,7 @@ def write(out: Outgoing) -> list[str]:
     beside = prj_beside(out, said)
     columns = _columns(out, said)
     paths = [out.path, *(target for _, target in images.copies), *(path for path, _ in beside)]
-    with atomic_group(paths, out.force) as temporaries:
+    with atomic_group(paths, out.force, out.inputs) as temporaries:
         copy_images(images, temporaries[1 : 1 + len(images.copies)])
         for (_, text), temporary in zip(beside, temporaries[1 + len(images.copies) :], strict=True):
             temporary.write_text(text, encoding="utf-8")

@@ -44,7 +44,8 @@ def write(out: Outgoing) -> list[str]:
     beside = prj_beside(out, said)
     mark = "," if out.path.suffix.lower() == ".csv" else " "
     form = mark.join("%r" for _ in columns)
-    with atomic_group([out.path, *(path for path, _ in beside)], out.force) as temporaries:
+    paths = [out.path, *(path for path, _ in beside)]
+    with atomic_group(paths, out.force, out.inputs) as temporaries:
         for (_, text), temporary in zip(beside, temporaries[1:], strict=True):
             temporary.write_text(text, encoding="utf-8")
         with open(temporaries[0], "w", encoding="utf-8", newline="\n") as file:
