@@ -164,7 +164,7 @@ class ScenePresenter:
             points = measured[id_].points
             label = trace.name
             if fit is not None:
-                label += f"  {plane_text(fit, self._studio.settings.notation)}"
+                label += f"  {plane_text(fit, self._studio.settings.notation, decimals=0)}"
             changes[id_] = FeatureDrawing(
                 id=id_,
                 line=points,
