@@ -1,0 +1,106 @@
+"""GeoTIFF out: pictures and grids with their place, written tile by tile through rasterio.
+
+GDAL reports a full disk late, or only in its log, so a finished file is read back once.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from vomstudio.errors import TargetError
+
+BLOCK = 512
+"""Side of the blocks inside the files, pixels."""
+
+VIEW_PLANE_CRS = 'LOCAL_CS["VOM Studio view plane",UNIT["metre",1]]'
+"""Metres of a picture's own plane: x right, y up. Engineering, so that no GIS puts it on a map."""
+
+Affine = tuple[float, float, float, float, float, float]
+"""(a, b, c, d, e, f): x = a column + b row + c, y = d column + e row + f; the outer corner of the
+top left pixel is (c, f)."""
+
+
+@dataclass(frozen=True)
+class Raster:
+    """What a GeoTIFF shall be.
+
+    kind : "rgba", four bands of uint8, the last one opacity; or "float", one float32 band, NaN
+        where there is nothing
+    crs : "EPSG:n", WKT, or None where it is not known
+    tags : texts that go into the file
+    """
+
+    width: int
+    height: int
+    kind: Literal["rgba", "float"]
+    transform: Affine
+    crs: str | None = None
+    tags: Mapping[str, str] = field(default_factory=dict)
+
+
+@contextlib.contextmanager
+def open_geotiff(path: Path, raster: Raster, shown: str | Path | None = None) -> Iterator[Any]:
+    """Yield a rasterio dataset to write windows into; use `write_tile`.
+
+    `path` is where it is written (a temporary name); `shown` is the name that errors give. Raises
+    TargetError where the file cannot be written whole.
+    """
+    import rasterio
+    from rasterio.crs import CRS
+    from rasterio.errors import RasterioError
+
+    profile: dict[str, Any] = {
+        "driver": "GTiff",
+        "width": raster.width,
+        "height": raster.height,
+        "transform": rasterio.Affine(*raster.transform),
+        "crs": None if raster.crs is None else CRS.from_user_input(raster.crs),
+        "tiled": True,
+        "blockxsize": BLOCK,
+        "blockysize": BLOCK,
+        "compress": "deflate",
+        "zlevel": 6,
+        "bigtiff": "IF_SAFER",
+    }
+    if raster.kind == "rgba":
+        profile |= {"count": 4, "dtype": "uint8", "photometric": "RGB", "alpha": "YES"}
+        profile |= {"interleave": "pixel", "predictor": 2}
+    else:
+        profile |= {"count": 1, "dtype": "float32", "nodata": math.nan, "predictor": 3}
+    try:
+        with rasterio.open(path, "w", **profile) as dataset:
+            dataset.update_tags(**raster.tags)
+            yield dataset
+        with rasterio.open(path) as written:
+            for band in range(1, written.count + 1):
+                written.checksum(band)
+    except RasterioError as error:
+        raise TargetError(
+            "it cannot be written whole; see whether the disk is full.", file=shown or path
+        ) from error
+
+
+def write_tile(dataset: Any, column: int, row: int, values: np.ndarray[Any, Any]) -> None:
+    """Put (h, w, 4) or (h, w) values with their top left pixel at (column, row)."""
+    from rasterio.windows import Window
+
+    height, width = values.shape[:2]
+    window = Window(column, row, width, height)  # type: ignore[call-arg, unused-ignore]
+    if values.ndim == 3:
+        dataset.write(np.ascontiguousarray(np.moveaxis(values, 2, 0)), window=window)
+    else:
+        dataset.write(values, 1, window=window)
+
+
+def world_file(transform: Affine) -> str:
+    """The text of a world file: six lines, the last two the centre of the top left pixel."""
+    a, b, c, d, e, f = transform
+    x, y = a * 0.5 + b * 0.5 + c, d * 0.5 + e * 0.5 + f
+    return "".join(f"{value:.10f}\n" for value in (a, d, b, e, x, y))
