@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections import Counter
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from vomstudio.cli import words
 from vomstudio.cli.arguments import Subparsers, add_azimuth, add_command
@@ -57,7 +57,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def axis_of(
-    path: str, azimuth: str | None = None, kind: str | None = None, sets: str | None = None
+    path: str,
+    azimuth: Literal["strike", "dipdir"] | None = None,
+    kind: str | None = None,
+    sets: str | None = None,
 ) -> tuple[FoldAxis, Choice]:
     """The axis of a table's planes, and which of them were used; for every command that takes a
     table for a fold."""

@@ -57,7 +57,7 @@ class ViewFrame:
         return bool(np.hypot(self.direction[0], self.direction[1]) < 1e-12)
 
     def to_view(self, points: npt.ArrayLike, reference: npt.ArrayLike) -> Array:
-        """(n, 3) metres to the right, down and away from `reference` (3,) of World points (n, 3)."""
+        """(n, 3) metres right of, below and behind `reference` (3,) of World points (n, 3)."""
         p = np.asarray(points, np.float64).reshape(-1, 3)
         return (p - np.asarray(reference, np.float64)) @ self.axes
 

@@ -75,7 +75,8 @@ def open_geotiff(path: Path, raster: Raster, shown: str | Path | None = None) ->
     else:
         profile |= {"count": 1, "dtype": "float32", "nodata": math.nan, "predictor": 3}
     try:
-        with rasterio.open(path, "w", **profile) as dataset:
+        # Env: what GDAL has to say goes to the log and not to stderr.
+        with rasterio.Env(), rasterio.open(path, "w", **profile) as dataset:
             dataset.update_tags(**raster.tags)
             yield dataset
         with rasterio.open(path) as written:

@@ -25,10 +25,10 @@ def bin_faces(view, faces, left, top, side, margin, columns, rows, starts, membe
         x_high = max(view[a, 0], view[b, 0], view[c, 0]) + margin
         y_low = min(view[a, 1], view[b, 1], view[c, 1]) - margin
         y_high = max(view[a, 1], view[b, 1], view[c, 1]) + margin
-        i0 = max(int(math.floor((x_low - left) / side)), 0)
-        i1 = min(int(math.floor((x_high - left) / side)), columns - 1)
-        j0 = max(int(math.floor((y_low - top) / side)), 0)
-        j1 = min(int(math.floor((y_high - top) / side)), rows - 1)
+        i0 = max(math.floor((x_low - left) / side), 0)
+        i1 = min(math.floor((x_high - left) / side), columns - 1)
+        j0 = max(math.floor((y_low - top) / side), 0)
+        j1 = min(math.floor((y_high - top) / side), rows - 1)
         for j in range(j0, j1 + 1):
             for i in range(i0, i1 + 1):
                 t = j * columns + i

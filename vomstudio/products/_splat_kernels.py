@@ -17,10 +17,10 @@ def bin_points(view, reach, left, top, side, margin, columns, rows, starts, memb
     fill = len(members) > 0
     for p in range(len(view)):
         r = reach[p] + margin
-        i0 = max(int(math.floor((view[p, 0] - r - left) / side)), 0)
-        i1 = min(int(math.floor((view[p, 0] + r - left) / side)), columns - 1)
-        j0 = max(int(math.floor((view[p, 1] - r - top) / side)), 0)
-        j1 = min(int(math.floor((view[p, 1] + r - top) / side)), rows - 1)
+        i0 = max(math.floor((view[p, 0] - r - left) / side), 0)
+        i1 = min(math.floor((view[p, 0] + r - left) / side), columns - 1)
+        j0 = max(math.floor((view[p, 1] - r - top) / side), 0)
+        j1 = min(math.floor((view[p, 1] + r - top) / side), rows - 1)
         for j in range(j0, j1 + 1):
             for i in range(i0, i1 + 1):
                 t = j * columns + i
@@ -52,8 +52,8 @@ def splat(  # type: ignore[no-untyped-def]
             y = (view[p, 1] - top) / gsd
             z = view[p, 2]
             r = reach[p] / gsd
-            i0, i1 = max(int(math.ceil(x - r - 0.5)), 0), min(int(math.floor(x + r - 0.5)), w - 1)
-            j0, j1 = max(int(math.ceil(y - r - 0.5)), 0), min(int(math.floor(y + r - 0.5)), h - 1)
+            i0, i1 = max(math.ceil(x - r - 0.5), 0), min(math.floor(x + r - 0.5), w - 1)
+            j0, j1 = max(math.ceil(y - r - 0.5), 0), min(math.floor(y + r - 0.5), h - 1)
             limit = z - NEAR_SPACINGS * reach[p]
             for j in range(j0, j1 + 1):
                 for i in range(i0, i1 + 1):

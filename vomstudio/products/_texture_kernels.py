@@ -9,7 +9,9 @@ import numpy as np
 from vomstudio.geometry.jit import kernel, part
 
 MAX_SAMPLES = 16
-_OUTSIDE = 1e-4
+
+_OUTSIDE_TEXELS = 2.0
+"""Texture coordinates this little beyond the picture are rounding of whoever wrote them."""
 
 
 @part
@@ -92,7 +94,8 @@ def sample(  # type: ignore[no-untyped-def]
         for corner in range(3):
             for axis in range(2):
                 t = uv[f, corner, axis]
-                repeat |= t < -_OUTSIDE or t > 1.0 + _OUTSIDE
+                beyond = _OUTSIDE_TEXELS / (height if axis else width)
+                repeat |= t < -beyond or t > 1.0 + beyond
         sums[0] = sums[1] = sums[2] = 0.0
         for i in range(n):
             along = ((i + 0.5) / n - 0.5) * major

@@ -147,7 +147,9 @@ class MeshSource:
         else:
             wears = np.full(len(chosen), -1)
         uv = None if mesh.uv is None else mesh.uv[self._faces[chosen]]
-        mapped = np.zeros(len(chosen), bool) if uv is None else np.isfinite(uv).all(axis=(1, 2))
+        mapped = np.zeros(len(chosen), bool)
+        if uv is not None:
+            mapped = np.asarray(np.isfinite(uv).all(axis=(1, 2)))
         of_pixel = wears[face[pixels]]
         for number in np.unique(of_pixel):
             rows = pixels[of_pixel == number]
@@ -210,9 +212,8 @@ def texel_sizes(mesh: Mesh, vertices: Array) -> dict[Path, tuple[float, float, f
             continue
         order = np.argsort(size)
         share = np.cumsum(area[order]) / area.sum()
-        low, middle = (
-            float(size[order][min(np.searchsorted(share, s), len(size) - 1)]) for s in (0.01, 0.5)
-        )
+        at = np.minimum(np.searchsorted(share, (0.01, 0.5)), len(size) - 1)
+        low, middle = size[order][at].tolist()
         found[path] = (low, middle, float(area.sum()))
     return found
 

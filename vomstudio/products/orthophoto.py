@@ -26,8 +26,8 @@ from vomstudio.geology.orientation import Plane, lines_to_vectors, vectors_to_li
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.view_frame import ViewFrame
-from vomstudio.progress import Progress, Silent
 from vomstudio.products.tiles import Grid, Source, TilePicture
+from vomstudio.progress import Progress, Silent
 
 Array = npt.NDArray[np.float64]
 
@@ -58,7 +58,6 @@ class View:
 
     def flipped(self) -> View:
         """From the other side: a mirror image."""
-        d = -lines_to_vectors(self.trend_deg, self.plunge_deg)
         other = {
             "down-plunge": "up-plunge",
             "up-plunge": "down-plunge",
@@ -67,8 +66,11 @@ class View:
             "as given": "against the given direction",
             "against the given direction": "as given",
         }
-        return replace(
-            _along(d, other[self.sense], ""), reason=f"Flipped by request; {_lower(self.reason)}"
+        return View(
+            (self.trend_deg + 180.0) % 360.0,
+            0.0 - self.plunge_deg,
+            other[self.sense],
+            f"Flipped by request; {_lower(self.reason)}",
         )
 
 

@@ -25,11 +25,13 @@ class Grid:
 
     @classmethod
     def over(cls, low: npt.ArrayLike, high: npt.ArrayLike, gsd: float) -> Grid:
-        """The grid that covers (x, y) from `low` to `high`; the reference point falls on a corner
-        between pixels, so that grids of a model always fit each other."""
-        i0, j0 = (math.floor(v / gsd + 1e-6) for v in np.asarray(low, np.float64)[:2])
-        i1, j1 = (math.ceil(v / gsd - 1e-6) for v in np.asarray(high, np.float64)[:2])
-        return cls(i0 * gsd, j0 * gsd, gsd, max(i1 - i0, 1), max(j1 - j0, 1))
+        """The grid over (x, y) from `low` to `high`, what is left over of the last pixels shared
+        between both sides: so the other side's view is a mirror image, pixel by pixel."""
+        lowest, highest = (np.asarray(corner, np.float64)[:2] for corner in (low, high))
+        width, height = (max(1, math.ceil(v / gsd - 1e-6)) for v in (highest - lowest).tolist())
+        middle = lowest + (highest - lowest) / 2
+        left, top = (middle - np.array([width, height]) * gsd / 2).tolist()
+        return cls(left, top, gsd, width, height)
 
     @property
     def columns(self) -> int:
