@@ -39,8 +39,8 @@ def bin_faces(view, faces, left, top, side, margin, columns, rows, starts, membe
                     starts[t + 1] += 1
 
 
-@kernel("void(f8[:,:,::1], i4[:,::1], f8[:,::1], f8, b1[:,::1])")
-def find_edges(corners, face, depth, gsd, edge):  # type: ignore[no-untyped-def]
+@kernel("void(f8[:,::1], i4[:,::1], i4[:,::1], f8[:,::1], f8, b1[:,::1])")
+def find_edges(view, faces, face, depth, gsd, edge):  # type: ignore[no-untyped-def]
     """Mark pixels beside a jump in depth, or beside nothing.
 
     A slope is no edge: what counts is by how much a pixel lies off the planes of its neighbour's
@@ -61,12 +61,10 @@ def find_edges(corners, face, depth, gsd, edge):  # type: ignore[no-untyped-def]
                     step = depth[j2, i2] - depth[j, i]
                     least = math.inf
                     for k in (f, g):
-                        ex = corners[k, 1, 0] - corners[k, 0, 0]
-                        ey = corners[k, 1, 1] - corners[k, 0, 1]
-                        ez = corners[k, 1, 2] - corners[k, 0, 2]
-                        fx = corners[k, 2, 0] - corners[k, 0, 0]
-                        fy = corners[k, 2, 1] - corners[k, 0, 1]
-                        fz = corners[k, 2, 2] - corners[k, 0, 2]
+                        a, b, c = faces[k, 0], faces[k, 1], faces[k, 2]
+                        ex, ey = view[b, 0] - view[a, 0], view[b, 1] - view[a, 1]
+                        fx, fy = view[c, 0] - view[a, 0], view[c, 1] - view[a, 1]
+                        ez, fz = view[b, 2] - view[a, 2], view[c, 2] - view[a, 2]
                         det = ex * fy - ey * fx
                         if det != 0.0:
                             if axis == 0:
@@ -82,13 +80,14 @@ def find_edges(corners, face, depth, gsd, edge):  # type: ignore[no-untyped-def]
                     edge[j2, i2] = True
 
 
-@kernel("void(i8[::1], i4[::1], f8[:,::1], f4[:,:,::1], u1[:,::1])")
-def blend_corners(rows, face, weights, values, rgb):  # type: ignore[no-untyped-def]
-    """Colours of the pixels `rows` between those of the corners, values (m, 3, 3)."""
+@kernel("void(i8[::1], i4[::1], f8[:,::1], i4[:,::1], u1[:,::1], u1[:,::1])")
+def blend_corners(rows, face, weights, faces, colors, rgb):  # type: ignore[no-untyped-def]
+    """Colours of the pixels `rows` between those of the corners, colors (n, 3)."""
     for at in range(len(rows)):
         k = rows[at]
         f = face[k]
         u, v = weights[k, 0], weights[k, 1]
-        for c in range(3):
-            x = (1 - u - v) * values[f, 0, c] + u * values[f, 1, c] + v * values[f, 2, c]
-            rgb[k, c] = int(min(max(x + 0.5, 0.0), 255.0))
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        for i in range(3):
+            x = (1 - u - v) * colors[a, i] + u * colors[b, i] + v * colors[c, i]
+            rgb[k, i] = int(min(max(x + 0.5, 0.0), 255.0))

@@ -37,10 +37,10 @@ def _add_bilinear(texels, at, w, h, x, y, weight, total):  # type: ignore[no-unt
 
 @kernel(
     "void(u1[::1], i8[::1], i8[:,::1], f8, f8, i8[::1], i4[::1], f8[:,::1],"
-    " f8[:,:,::1], f4[:,:,::1], f8, u1[:,::1])"
+    " f8[:,::1], i4[:,::1], f4[:,::1], f8, u1[:,::1])"
 )
 def sample(  # type: ignore[no-untyped-def]
-    texels, offsets, sizes, width, height, rows, face, weights, corners, uv, gsd, rgb
+    texels, offsets, sizes, width, height, rows, face, weights, view, faces, uv, gsd, rgb
 ):
     """Colours of the pixels `rows`, averaged over the texels that each pixel covers.
 
@@ -50,21 +50,22 @@ def sample(  # type: ignore[no-untyped-def]
 
     texels, offsets, sizes : the pyramid, row by row, RGB; level k has sizes[k] = (w, h) texels of
     2**k by 2**k of the finest, which is width x height
-    corners : (m, 3, >=2) x right, y down in metres. uv : (m, 3, 2), origin lower left
+    view : (n, 3) vertices, x right, y down in metres. uv : (n, 2), origin lower left
     """
     sums = np.zeros(3)
     levels = len(offsets)
     for at in range(len(rows)):
         k = rows[at]
         f = face[k]
-        x0, y0 = uv[f, 0, 0] * width, (1.0 - uv[f, 0, 1]) * height
-        ax, ay = uv[f, 1, 0] * width - x0, (1.0 - uv[f, 1, 1]) * height - y0
-        bx, by = uv[f, 2, 0] * width - x0, (1.0 - uv[f, 2, 1]) * height - y0
+        p0, p1, p2 = faces[f, 0], faces[f, 1], faces[f, 2]
+        x0, y0 = uv[p0, 0] * width, (1.0 - uv[p0, 1]) * height
+        ax, ay = uv[p1, 0] * width - x0, (1.0 - uv[p1, 1]) * height - y0
+        bx, by = uv[p2, 0] * width - x0, (1.0 - uv[p2, 1]) * height - y0
         u, v = weights[k, 0], weights[k, 1]
         x, y = x0 + u * ax + v * bx, y0 + u * ay + v * by
         # Texels per pixel: [[a, b], [c, d]] (column, row) of the picture to (x, y) of the texture.
-        ex, ey = corners[f, 1, 0] - corners[f, 0, 0], corners[f, 1, 1] - corners[f, 0, 1]
-        fx, fy = corners[f, 2, 0] - corners[f, 0, 0], corners[f, 2, 1] - corners[f, 0, 1]
+        ex, ey = view[p1, 0] - view[p0, 0], view[p1, 1] - view[p0, 1]
+        fx, fy = view[p2, 0] - view[p0, 0], view[p2, 1] - view[p0, 1]
         det = ex * fy - ey * fx
         size = math.sqrt((ex * ex + ey * ey) * (fx * fx + fy * fy))
         major, minor, sx, sy = 0.0, 0.0, 0.0, 0.0
@@ -93,7 +94,7 @@ def sample(  # type: ignore[no-untyped-def]
         repeat = False
         for corner in range(3):
             for axis in range(2):
-                t = uv[f, corner, axis]
+                t = uv[faces[f, corner], axis]
                 beyond = _OUTSIDE_TEXELS / (height if axis else width)
                 repeat |= t < -beyond or t > 1.0 + beyond
         sums[0] = sums[1] = sums[2] = 0.0

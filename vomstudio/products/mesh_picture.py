@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.raycast import RayCaster
+from vomstudio.geometry.raycast import GridHits, cast_grid, cast_quarters
 from vomstudio.products.textures import TextureStore, picture_size
 from vomstudio.products.tiles import TILE, Grid, Tile, TilePicture, empty
 
@@ -17,9 +18,6 @@ Array = npt.NDArray[np.float64]
 
 PLAIN = (200.0, 200.0, 200.0)
 """Colour of a surface that has none."""
-
-_INWARD = np.array([[0.0, 0.0, 1.0]])
-_QUARTERS = np.array([(-0.25, -0.25), (0.25, -0.25), (-0.25, 0.25), (0.25, 0.25)])
 
 
 class MeshSource:
@@ -48,6 +46,12 @@ class MeshSource:
             bin_faces(*where, grid.columns, grid.rows, starts[:-1].copy(), self._members)
         self._starts = starts
         self._store = TextureStore(self._coarser())
+        self._uv = np.zeros((0, 2), np.float32)
+        self._mapped = np.zeros(len(self._faces), bool)
+        if mesh.uv is not None:
+            self._uv = np.ascontiguousarray(mesh.uv, np.float32)
+            whole = np.asarray(np.isfinite(self._uv).all(axis=1))
+            self._mapped = np.asarray(whole[self._faces].all(axis=1))
 
     def draw(self, tile: Tile) -> TilePicture:
         from vomstudio.products._mesh_kernels import find_edges
@@ -56,38 +60,27 @@ class MeshSource:
         if not len(chosen):
             return empty(tile)
         g = self._grid.gsd
-        corners = self._view[self._faces[chosen]]
-        # In the tile's own metres, so that float32 rays keep their digits.
-        x0 = self._grid.left + tile.column * g
-        y0 = self._grid.top + tile.row * g
-        corners[..., 0] -= x0
-        corners[..., 1] -= y0
-        caster = RayCaster(corners)
-        front = float(corners[..., 2].min()) - g
+        view, faces = self._view, self._faces
+        left = self._grid.left + tile.column * g
+        top = self._grid.top + tile.row * g
         # One pixel more all round, for the edges between tiles.
         h, w = tile.height + 2, tile.width + 2
-        columns, rows = np.meshgrid(np.arange(w) - 0.5, np.arange(h) - 0.5)
-        hits = caster.cast(_starts(columns.ravel() * g, rows.ravel() * g, front), _INWARD)
-        face = hits.face.reshape(h, w)
-        depth = hits.distance.reshape(h, w) + front
+        hits = cast_grid(view, faces, chosen, left=left - g, top=top - g, step=g, width=w, height=h)
         edge = np.zeros((h, w), bool)
-        find_edges(corners, face, depth, g, edge)
+        find_edges(view, faces, hits.face, hits.depth, g, edge)
         inner = (slice(1, -1), slice(1, -1))
-        met = (face >= 0)[inner].ravel()
-        rgb = self._shade(
-            chosen,
-            corners,
-            np.ascontiguousarray(face[inner]).ravel(),
-            np.ascontiguousarray(hits.weights.reshape(h, w, 2)[inner]).reshape(-1, 2),
-        )
-        alpha = np.where(met, 255, 0).astype(np.uint8)
-        out_depth = np.where(met, depth[inner].ravel(), np.nan)
-        at = np.flatnonzero(edge[inner])
-        if len(at):
-            self._refine(tile, chosen, corners, caster, front, at, rgb, alpha, out_depth)
-        rgba = np.concatenate([rgb, alpha[:, None]], axis=1)
+        face = hits.face[inner].ravel()
+        met = face >= 0
+        rgba = np.zeros((len(face), 4), np.uint8)
+        rgba[:, :3] = self._shade(face, np.ascontiguousarray(hits.weights[inner]).reshape(-1, 2))
+        rgba[:, 3] = np.where(met, 255, 0)
+        depth = np.where(met, hits.depth[inner].ravel(), np.nan).astype(np.float32)
+        edge = np.ascontiguousarray(edge[inner])
+        if edge.any():
+            quarters = cast_quarters(view, faces, chosen, edge, left=left, top=top, step=g)
+            self._smooth(quarters, np.flatnonzero(edge), rgba, depth)
         shape = (tile.height, tile.width)
-        return TilePicture(rgba.reshape(*shape, 4), out_depth.astype(np.float32).reshape(shape))
+        return TilePicture(rgba.reshape(*shape, 4), depth.reshape(shape))
 
     def warnings(self) -> list[str]:
         return [
@@ -95,87 +88,74 @@ class MeshSource:
             for path in sorted(self._store.unreadable)
         ]
 
-    def _refine(
+    def _smooth(
         self,
-        tile: Tile,
-        chosen: npt.NDArray[np.int32],
-        corners: Array,
-        caster: RayCaster,
-        front: float,
+        hits: GridHits,
         at: npt.NDArray[np.intp],
-        rgb: npt.NDArray[np.uint8],
-        alpha: npt.NDArray[np.uint8],
-        depth: Array,
+        rgba: npt.NDArray[np.uint8],
+        depth: npt.NDArray[np.float32],
     ) -> None:
-        """Colour and opacity of edge pixels from four rays. The depth stays that of the centre,
-        and where only the others meet something it is the nearest of theirs."""
-        g = self._grid.gsd
-        row, column = np.divmod(at, tile.width)
-        x = (column[:, None] + 0.5 + _QUARTERS[:, 0]) * g
-        y = (row[:, None] + 0.5 + _QUARTERS[:, 1]) * g
-        hits = caster.cast(_starts(x.ravel(), y.ravel(), front), _INWARD)
-        colors = self._shade(chosen, corners, hits.face, hits.weights, 0.5).reshape(-1, 4, 3)
-        met = (hits.face >= 0).reshape(-1, 4)
+        """Colour and opacity of the edge pixels `at` from four rays each. The depth stays that of
+        the centre, and where only the others meet something it is the nearest of theirs."""
+        colors = self._shade(hits.face.ravel(), hits.weights.reshape(-1, 2), 0.5).reshape(-1, 4, 3)
+        met = hits.face >= 0
         count = met.sum(axis=1)
         some = count > 0
-        at, met, count, colors = at[some], met[some], count[some], colors[some].astype(np.float64)
-        mean = (colors * met[:, :, None]).sum(axis=1) / count[:, None]
-        rgb[at] = np.rint(mean).astype(np.uint8)
-        alpha[at] = np.rint(count * 63.75).astype(np.uint8)
-        nearest = np.where(met, hits.distance.reshape(-1, 4)[some] + front, np.inf).min(axis=1)
+        at, met, count = at[some], met[some], count[some]
+        mean = (colors[some].astype(np.float64) * met[:, :, None]).sum(axis=1) / count[:, None]
+        rgba[at, :3] = np.rint(mean)
+        rgba[at, 3] = np.rint(count * 63.75)
+        nearest = hits.depth[some].min(axis=1)
         depth[at] = np.where(np.isnan(depth[at]), nearest, depth[at])
 
     def _shade(
-        self,
-        chosen: npt.NDArray[np.int32],
-        corners: Array,
-        face: npt.NDArray[np.int32],
-        weights: Array,
-        footprint: float = 1.0,
+        self, face: npt.NDArray[np.int32], weights: Array, footprint: float = 1.0
     ) -> npt.NDArray[np.uint8]:
-        """(n, 3) colours of hits on `chosen` faces; black where nothing was met."""
+        """(n, 3) colours of hits, face (n,), weights (n, 2); black where nothing was met."""
         from vomstudio.products._mesh_kernels import blend_corners
         from vomstudio.products._texture_kernels import sample
 
         mesh = self._mesh
         rgb = np.zeros((len(face), 3), np.uint8)
-        pixels = np.flatnonzero(face >= 0)
-        if not len(pixels):
-            return rgb
-        if mesh.materials:
-            wears = np.searchsorted(mesh.material_offsets, chosen, side="right") - 1
-        else:
-            wears = np.full(len(chosen), -1)
-        uv = None if mesh.uv is None else mesh.uv[self._faces[chosen]]
-        mapped = np.zeros(len(chosen), bool)
-        if uv is not None:
-            mapped = np.asarray(np.isfinite(uv).all(axis=(1, 2)))
-        of_pixel = wears[face[pixels]]
-        for number in np.unique(of_pixel):
-            rows = pixels[of_pixel == number]
-            material = mesh.materials[number] if 0 <= number < len(mesh.materials) else None
-            if material is not None and material.texture is not None and uv is not None:
+        for number, rows in self._by_material(face):
+            material = None if number is None else mesh.materials[number]
+            if material is not None and material.texture is not None and mesh.uv is not None:
                 pyramid = self._store.get(material.texture)
-                textured = mapped[face[rows]]
-                if pyramid is not None and textured.any():
+                mapped = self._mapped[face[rows]]
+                if pyramid is not None and mapped.any():
                     sample(
                         pyramid.texels, pyramid.offsets, pyramid.sizes, *pyramid.size,
-                        rows[textured], face, weights, corners, uv,
+                        rows[mapped], face, weights, self._view, self._faces, self._uv,
                         self._grid.gsd * footprint, rgb,
                     )  # fmt: skip
-                    rows = rows[~textured]
+                    rows = rows[~mapped]
             if not len(rows):
                 continue
             if mesh.colors is not None:
-                values = mesh.colors[self._faces[chosen]].astype(np.float32)
-                blend_corners(rows, face, weights, values, rgb)
+                colors = np.ascontiguousarray(mesh.colors, np.uint8)
+                blend_corners(rows, face, weights, self._faces, colors, rgb)
             else:
                 color = PLAIN if material is None or material.diffuse is None else [
                     255.0 * c for c in material.diffuse
                 ]  # fmt: skip
-                light = _facing(corners[face[rows]])
+                light = _facing(self._view[self._faces[face[rows]]])
                 rgb[rows] = np.clip(np.rint(light[:, None] * np.array(color)), 0, 255)
         return rgb
+
+    def _by_material(
+        self, face: npt.NDArray[np.int32]
+    ) -> Iterator[tuple[int | None, npt.NDArray[np.int64]]]:
+        """Rows of `face` that met something, by the material that is worn there."""
+        pixels = np.flatnonzero(face >= 0)
+        offsets, count = self._mesh.material_offsets, len(self._mesh.materials)
+        if not count:
+            yield None, pixels
+        elif count == 1 and offsets[0] == 0 and offsets[1] == len(self._faces):
+            yield 0, pixels
+        else:
+            wears = np.searchsorted(offsets, face[pixels], side="right") - 1
+            for number in np.unique(wears).tolist():
+                yield number if 0 <= number < count else None, pixels[wears == number]
 
     def _coarser(self) -> dict[Path, int]:
         """How many of the finest levels of each texture no pixel will need."""
@@ -221,23 +201,20 @@ def texel_sizes(mesh: Mesh, vertices: Array) -> dict[Path, tuple[float, float, f
 def share_facing_away(view: Array, faces: npt.NDArray[np.int32], rays: int = 256) -> float:
     """Of what parallel rays along +z meet first, the share that turns its back to the viewer, by
     the order of its corners (counter-clockwise from outside). NaN where nothing is met."""
-    corners = view[faces]
-    low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+    low, high = view.min(axis=0), view.max(axis=0)
     step = max(float((high - low)[:2].max()), 1e-12) / rays
-    x = np.arange(low[0] + step / 2, high[0], step)
-    y = np.arange(low[1] + step / 2, high[1], step)
-    columns, rows = np.meshgrid(x, y)
-    starts = _starts(columns.ravel(), rows.ravel(), float(low[2]) - 1.0)
-    face = RayCaster(corners).cast(starts, _INWARD).face
-    face = face[face >= 0]
-    if not len(face):
+    width, height = (max(1, math.ceil(v / step)) for v in (high - low)[:2].tolist())
+    faces = np.ascontiguousarray(faces, np.int32)
+    everything = np.arange(len(faces), dtype=np.int32)
+    face = cast_grid(
+        np.ascontiguousarray(view), faces, everything,
+        left=float(low[0]), top=float(low[1]), step=step, width=width, height=height,
+    ).face  # fmt: skip
+    corners = view[faces[face[face >= 0]]]
+    if not len(corners):
         return float("nan")
-    a, b, c = (corners[face, k] for k in range(3))
+    a, b, c = (corners[:, k] for k in range(3))
     return float((np.cross(b - a, c - a)[:, 2] > 0).mean())
-
-
-def _starts(x: Array, y: Array, z: float) -> Array:
-    return np.stack([x, y, np.full(len(x), z)], axis=1)
 
 
 def _facing(corners: Array) -> Array:
