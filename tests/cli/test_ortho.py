@@ -92,6 +92,7 @@ def test_a_fold_is_looked_along_and_its_verdict_said(run, write, model, tmp_path
     found = run("ortho", model, "--fold", path, "-o", out, "--gsd", 0.05, "--json").json
     assert found["fold"]["beta"] == fold["beta"]
     assert found["fold"]["left_out"] == fold["left_out"]
+    assert "deep" in found["fold"]["cost"]
     assert found["sense"] in ("down-plunge", "up-plunge")
     sign = 1 if found["sense"] == "down-plunge" else -1
     assert found["plunge_deg"] == pytest.approx(sign * fold["beta"]["plunge_deg"], abs=1e-9)

@@ -16,8 +16,13 @@ from vomstudio.cli.output import Output
 from vomstudio.errors import InputError, UsageError
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from vomstudio.io.models import LoadedModel
     from vomstudio.products.orthophoto import View
+
+    Floats = NDArray[np.float64]
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -93,6 +98,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
         force=args.force,
         progress=progress,
     )
+    if fold is not None:
+        fold["cost"] = _cost(fold["beta"]["max_confidence95_deg"], plan.points[:, 2])
+        warnings.append(fold["cost"])
     warnings = [*loaded.warnings, *warnings, *made.warnings]
     facts = made.facts
     result = {
@@ -158,11 +166,8 @@ def _fold(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
     } | {"used": int(choice.use.sum()), "left_out": choice.left_out}  # fmt: skip
     warnings = list(choice.table.warnings)
     if axis.valid != "yes":
-        warnings.append(
-            f"viewing along this axis is {axis.valid if axis.valid != 'no' else 'not valid'} "
-            f"({axis.verdict}): an axis wrong by 5 degrees shifts beds by 9 % of their distance "
-            "along it; see vomstudio fold."
-        )
+        judged = "only conditionally valid" if axis.valid == "conditional" else "not valid"
+        warnings.append(f"a view along this axis is {judged}: {axis.verdict}; see vomstudio fold.")
     return fold, warnings
 
 
@@ -172,6 +177,21 @@ def _fold_view(fold: dict[str, Any] | None, loaded: LoadedModel, to_world: Any) 
     assert fold is not None
     beta = fold["beta"]
     return view_along_axis(beta["trend_deg"], beta["plunge_deg"], loaded.data, to_world)
+
+
+def _cost(error_deg: float | None, depths: Floats) -> str:
+    """What an axis that is off costs in this picture (CONVENTIONS: cos d across, h sin d along)."""
+    import math
+
+    off = 5.0 if error_deg is None else error_deg
+    known = "" if error_deg is None else ", the semi-axis of its 95 % confidence,"
+    extent = float(depths.max() - depths.min())
+    return (
+        f"an axis wrong by {off:.1f} deg{known} shortens lengths in the direction of tilt by "
+        f"{1 - math.cos(math.radians(off)):.1%} and displaces points against each other by up to "
+        f"{extent * math.sin(math.radians(off)):.3g} m over the {extent:.3g} m that this view is "
+        "deep."
+    )
 
 
 def _in_words(result: dict[str, Any]) -> str:
