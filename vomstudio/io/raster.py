@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -76,16 +77,39 @@ def open_geotiff(path: Path, raster: Raster, shown: str | Path | None = None) ->
     else:
         profile |= {"count": 1, "dtype": "float32", "nodata": math.nan, "predictor": 3}
     try:
-        # Env: what GDAL has to say goes to the log and not to stderr.
-        with rasterio.Env(), rasterio.open(path, "w", **profile) as dataset:
-            dataset.update_tags(**raster.tags)
-            yield dataset
+        with rasterio.Env():
+            dataset = rasterio.open(path, "w", **profile)
+            try:
+                dataset.update_tags(**raster.tags)
+                yield dataset
+            finally:
+                with _libtiff_silent():
+                    dataset.close()
         with rasterio.Env(), rasterio.open(path) as written:
             whole = _is_whole(written, path.stat().st_size)
     except RasterioError as error:
         raise _not_whole(shown or path) from error
     if not whole:
         raise _not_whole(shown or path)
+
+
+@contextlib.contextmanager
+def _libtiff_silent() -> Iterator[None]:
+    """Of a full disk libtiff prints a line per block to descriptor 2 itself, past GDAL's handlers;
+    the user is told in one sentence instead."""
+    try:
+        saved = os.dup(2)
+    except OSError:  # closed by the caller
+        yield
+        return
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, 2)
+        yield
+    finally:
+        os.dup2(saved, 2)
+        os.close(saved)
+        os.close(nowhere)
 
 
 def _is_whole(dataset: Any, size: int) -> bool:
@@ -111,10 +135,11 @@ def write_tile(dataset: Any, column: int, row: int, values: np.ndarray[Any, Any]
 
     height, width = values.shape[:2]
     window = Window(column, row, width, height)  # type: ignore[call-arg, unused-ignore]
-    if values.ndim == 3:
-        dataset.write(np.ascontiguousarray(np.moveaxis(values, 2, 0)), window=window)
-    else:
-        dataset.write(values, 1, window=window)
+    with _libtiff_silent():
+        if values.ndim == 3:
+            dataset.write(np.ascontiguousarray(np.moveaxis(values, 2, 0)), window=window)
+        else:
+            dataset.write(values, 1, window=window)
 
 
 def world_file(transform: Affine) -> str:
