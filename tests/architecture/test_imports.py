@@ -27,7 +27,7 @@ UNDER_THE_WINDOW = (
 )
 QT_AND_VTK = ("PySide6", "shiboken6", "qtpy", "qtawesome", "vtk", "vtkmodules", "pyvista")
 SLOW_TO_IMPORT = ("scipy", "pandas", "matplotlib", "mplstereonet", "numba", "laspy", "pyproj")
-SLOW_TO_IMPORT += ("shapely", "pyogrio", "PIL")
+SLOW_TO_IMPORT += ("shapely", "pyogrio", "PIL", "rasterio", "embreex")
 
 
 def loaded_after(statements: str) -> set[str]:

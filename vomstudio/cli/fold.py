@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections import Counter
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from vomstudio.cli import words
 from vomstudio.cli.arguments import Subparsers, add_azimuth, add_command
@@ -38,19 +38,8 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.io.orientation_reading import read_orientations
-
-    table = read_orientations(args.table, args.azimuth)
-    choice = _Choice(table)
-    choice.planes_only()
-    # A column of kinds that says nothing, as `fit` writes it, is no table with kinds.
-    has_kinds = table.kinds is not None and any(table.kinds)
-    if args.kind is not None or (args.sets is None and has_kinds):
-        choice.one_kind(args.kind)
-    try:
-        axis = choice.axis() if args.sets is None else choice.common_axis(_names(args.sets))
-    except GeometryError as error:
-        raise GeometryError(error.message, file=args.table, field=error.field) from error
+    axis, choice = axis_of(args.table, args.azimuth, args.kind, args.sets)
+    table = choice.table
     used = int(choice.use.sum())
     result = {
         "n": len(table),
@@ -67,7 +56,31 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.text(_in_words(result))
 
 
-class _Choice:
+def axis_of(
+    path: str,
+    azimuth: Literal["strike", "dipdir"] | None = None,
+    kind: str | None = None,
+    sets: str | None = None,
+) -> tuple[FoldAxis, Choice]:
+    """The axis of a table's planes, and which of them were used; for every command that takes a
+    table for a fold."""
+    from vomstudio.io.orientation_reading import read_orientations
+
+    table = read_orientations(path, azimuth)
+    choice = Choice(table)
+    choice.planes_only()
+    # A column of kinds that says nothing, as `fit` writes it, is no table with kinds.
+    has_kinds = table.kinds is not None and any(table.kinds)
+    if kind is not None or (sets is None and has_kinds):
+        choice.one_kind(kind)
+    try:
+        axis = choice.axis() if sets is None else choice.common_axis(_names(sets))
+    except GeometryError as error:
+        raise GeometryError(error.message, file=path, field=error.field) from error
+    return axis, choice
+
+
+class Choice:
     """Which planes of a table are used, and what was left out and why."""
 
     def __init__(self, table: OrientationTable) -> None:

@@ -1,0 +1,93 @@
+"""How fast orthophotos are made: a textured mesh of 1 M triangles, and a cloud of 5 M points.
+
+    python -m tests.benchmarks.bench_ortho [--gsd 0.01] [--runs 2] [--threads N]
+
+Timed is `write_orthophoto` as a whole: trees for the rays, rays, filtering, GeoTIFF and depth
+raster on the disk and read back. Processor seconds stand beside wall seconds, for machines that are
+busy with other work too.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Material, Mesh
+from vomstudio.products.orthophoto import plan, view_along_line, write_orthophoto
+
+UTM = np.array([576_700.0, 5_188_150.0, 160.0])
+
+
+def cliff(folder: Path, n: int = 708) -> Mesh:
+    """2 (n - 1)^2 triangles over 60 x 60 m with one texture of 8192 x 8192."""
+    g = np.linspace(0, 60, n)
+    x, y = np.meshgrid(g, g)
+    z = 2 * np.sin(0.7 * x) + 1.5 * np.cos(0.9 * y) + 0.05 * np.sin(13 * x + 7 * y)
+    i = np.arange(n * n).reshape(n, n)
+    a, b, c, d = (k.ravel() for k in (i[:-1, :-1], i[:-1, 1:], i[1:, :-1], i[1:, 1:]))
+    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([b, d, c], 1)]).astype(np.int32)
+    noise = np.random.default_rng(0).integers(0, 255, (1024, 1024, 3), np.uint8)
+    path = folder / "rock.jpg"
+    Image.fromarray(noise).resize((8192, 8192), Image.Resampling.BICUBIC).save(path, quality=90)
+    vertices = np.stack([x, y, z], -1).reshape(-1, 3)
+    uv = (vertices[:, :2] / 60).astype(np.float32)
+    offsets = np.array([0, len(faces)], np.int64)
+    return Mesh(vertices + UTM, faces, (Material("rock", path),), offsets, uv)
+
+
+def clock(work: Callable[[], object]) -> tuple[float, float]:
+    wall, cpu = time.perf_counter(), time.process_time()
+    work()
+    return time.perf_counter() - wall, time.process_time() - cpu
+
+
+def say(name: str, pixels: float, times: list[tuple[float, float]]) -> None:
+    wall, cpu = min(times)
+    print(
+        f"{name:<28} {pixels / 1e6:6.1f} MP  {wall:6.2f} s wall  {cpu:6.2f} s cpu  "
+        f"{pixels / 1e6 / wall:5.1f} MP/s wall  {pixels / 1e6 / cpu:5.1f} MP/s per core",
+        flush=True,
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--gsd", type=float, default=0.01)
+    parser.add_argument("--runs", type=int, default=2)
+    parser.add_argument("--threads", type=int)
+    args = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        mesh = cliff(folder)
+        rng = np.random.default_rng(1)
+        points = mesh.vertices[rng.integers(0, len(mesh.vertices), 5_000_000)]
+        points = points + rng.normal(0, 0.03, points.shape)
+        cloud = PointCloud(points, rng.integers(0, 255, points.shape, np.uint8))
+        for data, kind in ((mesh, f"mesh {len(mesh.faces) / 1e6:.1f} M"), (cloud, "cloud 5.0 M")):
+            for trend, plunge in ((0, 90), (40, 50)):
+                planned = plan(
+                    data, view_along_line(trend, plunge), to_world=np.eye(4), gsd=args.gsd
+                )
+                pixels = planned.grid.width * planned.grid.height
+                work = partial(
+                    write_orthophoto,
+                    data,
+                    planned,
+                    folder / "o.tif",
+                    force=True,
+                    threads=args.threads,
+                )
+                times = [clock(work) for _ in range(args.runs)]
+                say(f"{kind}, {trend}/{plunge}", pixels, times)
+
+
+if __name__ == "__main__":
+    main()

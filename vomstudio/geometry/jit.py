@@ -1,0 +1,30 @@
+"""Compiled kernels that are kept between runs where the disk allows it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numba
+
+
+def kernel(signature: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """numba.njit, without the GIL, compiled for one signature and cached on disk.
+
+    numba refuses to decorate when neither the package nor the user's cache folder can be written;
+    then the kernel is compiled anew in each process.
+    """
+
+    def wrap(function: Callable[..., Any]) -> Callable[..., Any]:
+        try:
+            return numba.njit(signature, nogil=True, cache=True)(function)
+        except RuntimeError:
+            return numba.njit(signature, nogil=True)(function)
+
+    return wrap
+
+
+def part(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A piece of kernels. Compiled with the first one that calls it, and not loaded afterwards,
+    since it lies within the cached kernels."""
+    return numba.njit(nogil=True)(function)

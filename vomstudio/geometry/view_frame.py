@@ -1,0 +1,78 @@
+"""Pictures made by parallel rays: which way is right, down and into the picture.
+
+d is the way the viewer looks, right = d x U, down = d x right; U is World up, or North where the
+view is within 0.1 degree of vertical. Image columns run along right, rows along down, and depth
+grows along d, away from the viewer. All in float64: a UTM northing leaves no digits to spare.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError
+
+Array = npt.NDArray[np.float64]
+
+STEEP_DEG = 89.9
+"""From this plunge on, up or down, image up is North."""
+
+_ROUNDING_DEG = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class ViewFrame:
+    """Three unit vectors (3,) in World: `right` and `down` in the picture, `direction` into it."""
+
+    right: Array
+    down: Array
+    direction: Array
+
+    @classmethod
+    def looking(cls, direction: npt.ArrayLike) -> ViewFrame:
+        """The frame of a viewer who looks along `direction` (3,), of any length but zero."""
+        d = np.asarray(direction, np.float64).reshape(3)
+        length = float(np.linalg.norm(d))
+        if not np.isfinite(length) or length == 0.0:
+            raise GeometryError("A view direction must be a vector with a length.")
+        d = d / length + 0.0
+        plunge = np.degrees(np.arctan2(-d[2], np.hypot(d[0], d[1])))
+        steep = abs(plunge) >= STEEP_DEG - _ROUNDING_DEG
+        up = np.array([0.0, 1.0, 0.0] if steep else [0.0, 0.0, 1.0])
+        right = np.cross(d, up)
+        right = right / np.linalg.norm(right) + 0.0
+        down = np.cross(d, right)
+        return cls(right, down / np.linalg.norm(down) + 0.0, d)
+
+    @property
+    def axes(self) -> Array:
+        """(3, 3), columns right, down, direction."""
+        return np.stack([self.right, self.down, self.direction], axis=1)
+
+    @property
+    def is_vertical(self) -> bool:
+        """Straight down or up: every pixel has one place on the map, whatever its depth."""
+        return bool(np.hypot(self.direction[0], self.direction[1]) < 1e-12)
+
+    def to_view(self, points: npt.ArrayLike, reference: npt.ArrayLike) -> Array:
+        """(n, 3) metres right of, below and behind `reference` (3,) of World points (n, 3)."""
+        p = np.asarray(points, np.float64).reshape(-1, 3)
+        return (p - np.asarray(reference, np.float64)) @ self.axes
+
+    def pixel_to_world(
+        self, gsd: float, reference: npt.ArrayLike, left: float, top: float
+    ) -> Array:
+        """(4, 4) matrix that takes (column, row, depth, 1) to World.
+
+        gsd : metres per pixel. left, top : metres to the right of and below `reference` of the
+        outer corner of the top left pixel. Depth is 0 on the plane through `reference`.
+        """
+        matrix = np.eye(4)
+        matrix[:3, 0] = self.right * gsd
+        matrix[:3, 1] = self.down * gsd
+        matrix[:3, 2] = self.direction
+        corner = self.right * left + self.down * top
+        matrix[:3, 3] = np.asarray(reference, np.float64) + corner
+        return matrix

@@ -1,0 +1,149 @@
+"""GeoTIFF out: pictures and grids with their place, written tile by tile through rasterio.
+
+GDAL reports a full disk late, or only in its log, so a finished file is looked over once.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from vomstudio.errors import TargetError
+
+BLOCK = 512
+"""Side of the blocks inside the files, pixels."""
+
+VIEW_PLANE_CRS = 'LOCAL_CS["VOM Studio view plane",UNIT["metre",1]]'
+"""Metres of a picture's own plane: x right, y up. Engineering, so that no GIS puts it on a map."""
+
+Affine = tuple[float, float, float, float, float, float]
+"""(a, b, c, d, e, f): x = a column + b row + c, y = d column + e row + f; the outer corner of the
+top left pixel is (c, f)."""
+
+
+@dataclass(frozen=True)
+class Raster:
+    """What a GeoTIFF shall be.
+
+    kind : "rgba", four bands of uint8, the last one opacity; or "float", one float32 band, NaN
+        where there is nothing
+    crs : "EPSG:n", WKT, or None where it is not known
+    tags : texts that go into the file
+    """
+
+    width: int
+    height: int
+    kind: Literal["rgba", "float"]
+    transform: Affine
+    crs: str | None = None
+    tags: Mapping[str, str] = field(default_factory=dict)
+
+
+@contextlib.contextmanager
+def open_geotiff(path: Path, raster: Raster, shown: str | Path | None = None) -> Iterator[Any]:
+    """Yield a rasterio dataset to write windows into; use `write_tile`.
+
+    `path` is where it is written (a temporary name); `shown` is the name that errors give. Raises
+    TargetError where the file cannot be written whole.
+    """
+    import rasterio
+    from rasterio.crs import CRS
+    from rasterio.errors import RasterioError
+
+    profile: dict[str, Any] = {
+        "driver": "GTiff",
+        "width": raster.width,
+        "height": raster.height,
+        "transform": rasterio.Affine(*raster.transform),
+        "crs": None if raster.crs is None else CRS.from_user_input(raster.crs),
+        "tiled": True,
+        "blockxsize": BLOCK,
+        "blockysize": BLOCK,
+        "compress": "deflate",
+        "zlevel": 3,
+        "num_threads": "all_cpus",
+        "bigtiff": "IF_SAFER",
+    }
+    if raster.kind == "rgba":
+        profile |= {"count": 4, "dtype": "uint8", "photometric": "RGB", "alpha": "YES"}
+        profile |= {"interleave": "pixel", "predictor": 2}
+    else:
+        profile |= {"count": 1, "dtype": "float32", "nodata": math.nan, "predictor": 3}
+    try:
+        with rasterio.Env():
+            dataset = rasterio.open(path, "w", **profile)
+            try:
+                dataset.update_tags(**raster.tags)
+                yield dataset
+            finally:
+                with _libtiff_silent():
+                    dataset.close()
+        with rasterio.Env(), rasterio.open(path) as written:
+            whole = _is_whole(written, path.stat().st_size)
+    except RasterioError as error:
+        raise _not_whole(shown or path) from error
+    if not whole:
+        raise _not_whole(shown or path)
+
+
+@contextlib.contextmanager
+def _libtiff_silent() -> Iterator[None]:
+    """Of a full disk libtiff prints a line per block to descriptor 2 itself, past GDAL's handlers;
+    the user is told in one sentence instead."""
+    try:
+        saved = os.dup(2)
+    except OSError:  # closed by the caller
+        yield
+        return
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, 2)
+        yield
+    finally:
+        os.dup2(saved, 2)
+        os.close(saved)
+        os.close(nowhere)
+
+
+def _is_whole(dataset: Any, size: int) -> bool:
+    """Whether all blocks lie within the file."""
+    for row in range(-(-dataset.height // BLOCK)):
+        for column in range(-(-dataset.width // BLOCK)):
+            place = [
+                dataset.get_tag_item(f"BLOCK_{what}_{column}_{row}", "TIFF", bidx=1)
+                for what in ("OFFSET", "SIZE")
+            ]
+            if None in place or sum(map(int, place)) > size:
+                return False
+    return True
+
+
+def _not_whole(path: str | Path) -> TargetError:
+    return TargetError("it cannot be written whole; see whether the disk is full.", file=path)
+
+
+def write_tile(dataset: Any, column: int, row: int, values: np.ndarray[Any, Any]) -> None:
+    """Put (h, w, 4) or (h, w) values with their top left pixel at (column, row)."""
+    from rasterio.windows import Window
+
+    height, width = values.shape[:2]
+    window = Window(column, row, width, height)  # type: ignore[call-arg, unused-ignore]
+    with _libtiff_silent():
+        if values.ndim == 3:
+            dataset.write(np.ascontiguousarray(np.moveaxis(values, 2, 0)), window=window)
+        else:
+            dataset.write(values, 1, window=window)
+
+
+def world_file(transform: Affine) -> str:
+    """The text of a world file: six lines, the last two the centre of the top left pixel."""
+    a, b, c, d, e, f = transform
+    x, y = a * 0.5 + b * 0.5 + c, d * 0.5 + e * 0.5 + f
+    return "".join(f"{value:.10f}\n" for value in (a, d, b, e, x, y))

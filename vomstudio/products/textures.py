@@ -1,0 +1,99 @@
+"""Textures at every scale, for pictures that are made once and must be right."""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+MEMORY_BYTES = 1_500_000_000
+"""What decoded textures may take together before the longest unused are dropped."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pyramid:
+    """A texture and its halvings, packed row by row from the top, RGB.
+
+    offsets : (levels,) int64 into `texels`. sizes : (levels, 2) int64 width, height.
+    size : of the finest level in texels of this pyramid
+    """
+
+    texels: npt.NDArray[np.uint8]
+    offsets: npt.NDArray[np.int64]
+    sizes: npt.NDArray[np.int64]
+    size: tuple[float, float]
+
+
+def picture_size(path: Path) -> tuple[int, int] | None:
+    """(width, height) of an image file, None where it cannot be read."""
+    from PIL import Image
+
+    Image.MAX_IMAGE_PIXELS = None
+    try:
+        with Image.open(path) as picture:
+            return picture.size
+    except (OSError, ValueError, SyntaxError):
+        return None
+
+
+def load_pyramid(path: Path, coarser: int = 0) -> Pyramid | None:
+    """All levels of an image file from 1 / 2**coarser of its resolution down; None where it cannot
+    be read."""
+    from PIL import Image
+
+    # Large textures are what orthophotos are made of.
+    Image.MAX_IMAGE_PIXELS = None
+    try:
+        with Image.open(path) as picture:
+            image = picture.convert("RGB")
+    except (OSError, ValueError, SyntaxError):
+        return None
+    size = (image.width / 2**coarser, image.height / 2**coarser)
+    if coarser:
+        image = image.reduce(2**coarser)
+    levels: list[npt.NDArray[np.uint8]] = []
+    while True:
+        levels.append(np.asarray(image))
+        if max(image.size) == 1:
+            break
+        # Of an odd side the last texel is averaged from what there is: texel i of a level always
+        # covers 2i and 2i + 1 of the one before.
+        image = image.reduce(2)
+    lengths = np.array([level.size for level in levels], np.int64)
+    return Pyramid(
+        np.concatenate([level.reshape(-1) for level in levels]),
+        np.concatenate([np.zeros(1, np.int64), np.cumsum(lengths)[:-1]]),
+        np.array([(level.shape[1], level.shape[0]) for level in levels], np.int64),
+        size,
+    )
+
+
+class TextureStore:
+    """Pyramids by path, kept while there is room. For several threads."""
+
+    def __init__(self, coarser: dict[Path, int]) -> None:
+        """coarser : per path, how many of the finest levels no pixel will need."""
+        self._coarser = coarser
+        self._held: OrderedDict[Path, Pyramid | None] = OrderedDict()
+        self._lock = threading.Lock()
+        self.unreadable: set[Path] = set()
+
+    def get(self, path: Path) -> Pyramid | None:
+        with self._lock:
+            if path in self._held:
+                self._held.move_to_end(path)
+                return self._held[path]
+            pyramid = load_pyramid(path, self._coarser.get(path, 0))
+            if pyramid is None:
+                self.unreadable.add(path)
+            self._held[path] = pyramid
+            while len(self._held) > 1 and self._bytes() > MEMORY_BYTES:
+                self._held.popitem(last=False)
+            return pyramid
+
+    def _bytes(self) -> int:
+        return sum(p.texels.nbytes for p in self._held.values() if p is not None)
