@@ -29,8 +29,8 @@ CELL = WIDTH / (TILE * TILES_ACROSS)
 IMAGE = 896  # pixels along each side of a tile
 JPEG_QUALITY = 68
 # How far the mesh may be off, m.
-ON_ROCK, ON_COVER = 0.04, 0.10
-FINE = 2  # cells: the spacing of the mesh along picks
+ON_ROCK, ON_COVER = 0.055, 0.22
+LONG_PICK = 4.6  # m: shorter ones get a finer mesh
 SPARE = 5  # away from picks triangles are halved this often less than along them
 
 
@@ -104,11 +104,12 @@ def _picked(face: cover.Face, drawn: list[picks.Pick]) -> npt.NDArray[np.bool_]:
     picked = np.zeros(face.s.shape, bool)
     for pick in drawn:
         s, h = pick.points @ geology.ALONG, pick.points @ geology.UP
-        fine = FINE
         along = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(s), np.diff(h)))])
         at = np.arange(0.0, along[-1], CELL)
-        j = fine * np.round(np.interp(at, along, s) / (fine * CELL)).astype(int)
-        i = fine * np.round((np.interp(at, along, h) - LOWEST) / (fine * CELL)).astype(int)
+        # Corners of squares of two cells; of short picks their middles, 1.4 cells from the corners.
+        middle = int(np.linalg.norm(np.ptp(pick.points, axis=0)) < LONG_PICK)
+        j = 2 * np.floor(np.interp(at, along, s) / (2 * CELL)).astype(int) + middle
+        i = 2 * np.floor((np.interp(at, along, h) - LOWEST) / (2 * CELL)).astype(int) + middle
         picked[i, j] = True
     return picked
 

@@ -20,6 +20,7 @@ from .relief import LOWEST, ROUGHNESS_SD, STOREY_BLEND, WIDTH, Cliff, crossing
 PICK_SD = 0.003
 SPACING = 0.09  # between picked points, m, about
 LONGEST, SHORTEST = 6.0, 3.6  # of a trace, m
+KEPT = 0.45  # of the points of a bed, at least, must be found on the rock
 TALLEST_STEP = 1.7  # a facet lower than this is not measured, m
 BEDS_PER_DOMAIN = 4
 HANGING, FOOT = 2, 3  # of DOMAINS, on the two sides of the fault
@@ -66,6 +67,8 @@ def draw(cliff: Cliff, chosen: list[Course], rng: np.random.Generator) -> list[P
     for course, (s, h) in zip(chosen, _onto(cliff, chosen), strict=True):
         points = geology.place(s, h, cliff.bare(s, h))
         points = points + rng.normal(scale=PICK_SD, size=points.shape)
+        if course.kind == "bedding" and len(points) < KEPT * len(course.s):
+            continue  # much of it runs along edges, where the surface is not sharp
         prefix = course.set_name + "-" if course.kind == "joint" else course.kind[0].upper()
         count[prefix] = count.get(prefix, 0) + 1
         name = f"{prefix}{count[prefix]:02d}"
