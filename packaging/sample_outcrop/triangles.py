@@ -35,8 +35,8 @@ def triangulate(
     corner = np.array([(r * tile) * columns + c * tile for r in range(up) for c in range(across)])
     right, above = tile, tile * columns
     # a, b: ends of the longest side; c: the right angle. Counter-clockwise.
-    a = np.concatenate([corner + right + above, corner])
-    b = np.concatenate([corner, corner + right + above])
+    a = np.concatenate([corner, corner + right + above])
+    b = np.concatenate([corner + right + above, corner])
     c = np.concatenate([corner + above, corner + right])
     owner = np.tile(np.arange(len(corner)), 2)
     levels = []

@@ -85,6 +85,7 @@ def test_picks_lie_on_the_surface_of_the_model() -> None:
     corners = mesh.data.vertices[mesh.data.faces]
     centres = corners.mean(axis=1)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert np.mean(normals @ maker("geology").OUT > 0) > 0.9  # faces look out of the rock
     normals /= np.linalg.norm(normals, axis=1, keepdims=True) + 1e-12
     points = read_picks().points
     _, near = cKDTree(centres).query(points, k=6)
