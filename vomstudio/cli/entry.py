@@ -10,12 +10,13 @@ import warnings
 from collections.abc import Sequence
 
 from vomstudio import __version__
-from vomstudio.cli import convert, export, fit, fold, info, ortho, stats, stereonet
+from vomstudio.cli import convert, demo, export, fit, fold, info, ortho, stats, stereonet
 from vomstudio.cli.arguments import HelpWanted, Parser
 from vomstudio.cli.output import Channel, Output, stdout_kept, to_json
 from vomstudio.errors import Cancelled, InputError, UsageError, VomError
 
 _COMMAND_MODULES = {
+    "demo": demo,
     "info": info,
     "convert": convert,
     "fit": fit,

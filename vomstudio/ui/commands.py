@@ -49,7 +49,7 @@ def _files(w: MainWindow) -> list[Command]:
         Command("new", "&New project", w.new_project, "file-outline", "Ctrl+N"),
         Command("open", "&Open model…", w.choose_model, "folder-open-outline", "Ctrl+O",
                 "OBJ, PLY, LAS/LAZ; or drop a file onto the window"),
-        Command("open_sample", "Try the small outcrop", lambda: _open_sample(w),
+        Command("open_sample", "Try the sample outcrop", lambda: _open_sample(w),
                 "image-filter-hdr", (), "A generated cliff whose bedding is known exactly"),
         Command("open_project", "Open &project…", w.choose_project, "folder-outline",
                 "Ctrl+Shift+O"),
@@ -327,9 +327,9 @@ def _help(w: MainWindow) -> list[Command]:
 
 
 def _open_sample(w: MainWindow) -> None:
-    from vomstudio.paths import resource
+    from vomstudio.io.sample import sample_model
 
-    w.open_path(resource("outcrop", "outcrop.obj"))
+    w.open_path(sample_model())
 
 
 def _rename(w: MainWindow) -> None:

@@ -1,0 +1,224 @@
+"""`vomstudio demo`: the whole chain on the embedded sample outcrop, beside its truth."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import importlib.util
+import shutil
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vomstudio.cli.arguments import Parser, Subparsers, add_command, progress_of
+from vomstudio.cli.output import Output
+from vomstudio.errors import TargetError
+from vomstudio.progress import Progress
+
+if TYPE_CHECKING:
+    from vomstudio.io.project import Project
+    from vomstudio.io.sample import SamplePicks
+    from vomstudio.products.sample_check import SampleResult
+
+DEFAULT_FOLDER = "vomstudio-demo"
+MARK = ".vomstudio-demo"
+"""Tells a folder of this command's own making."""
+PROJECT = "sample.vom"
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = add_command(
+        subparsers, "demo", run, help_="Measure the embedded sample outcrop, whose truth is known"
+    )
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="DIR",
+        default=DEFAULT_FOLDER,
+        help=f"folder for everything that is written (default {DEFAULT_FOLDER})",
+    )
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.io.atomic import write_bytes
+    from vomstudio.io.sample import read_picks, read_truth
+    from vomstudio.products.sample_check import check_sample
+    from vomstudio.products.sample_report import as_html, as_text, tally
+
+    folder = Path(args.output)
+    _prepare(folder)
+    progress = progress_of(args)
+    watch = _Watch()
+    files: list[Path] = []
+    notes: list[str] = []
+    with watch.step("measure", progress):
+        picks = read_picks()
+        result = check_sample(picks, read_truth())
+    with watch.step("project", progress):
+        files += _project(folder, picks)
+    with watch.step("net", progress):
+        files += _nets(folder, picks, result)
+    images = {"net.svg": "Poles of beds, fault and joints, with the fold axis"}
+    with watch.step("orthophoto", progress):
+        made = _orthophoto(folder)
+    if made:
+        files += made
+        images["ortho_sheet.png"] = "Orthophoto along the fold axis"
+    else:
+        notes.append("No orthophoto: this version cannot make one yet.")
+    checks = result.checks
+    text = as_text(checks, notes)
+    page = as_html(checks, notes, images, sum(watch.seconds.values()))
+    for name, content in (("summary.txt", text + "\n"), ("summary.html", page)):
+        write_bytes(folder / name, content.encode(), force=True)
+        files.append(folder / name)
+    out.result(
+        {
+            "checks": [check.as_dict() for check in checks],
+            "files": [str(file) for file in files],
+            "seconds": watch.seconds,
+            "summary": tally(checks),
+            "warnings": notes,
+        }
+    )
+    out.text(text)
+    out.text(f"Written to {folder}; open {folder / PROJECT} in the window.")
+
+
+class _Watch:
+    """Seconds of every step."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+
+    @contextlib.contextmanager
+    def step(self, name: str, progress: Progress) -> Iterator[None]:
+        progress.stage(name)
+        begin = time.perf_counter()
+        yield
+        self.seconds[name] = round(time.perf_counter() - begin, 3)
+
+
+def _prepare(folder: Path) -> None:
+    """An empty folder, or one that an earlier demo made, from which its project is taken away."""
+    from vomstudio.io.project import is_free
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if any(folder.iterdir()) and not (folder / MARK).is_file():
+            raise TargetError("this folder holds other files; name a new one.", file=folder)
+        (folder / MARK).write_text("made by vomstudio demo\n", "utf-8")
+        project = folder / PROJECT
+        if project.exists():
+            if (project / "journal.sqlite").is_file() and not is_free(project):
+                raise TargetError("this project is open in a window; close it.", file=project)
+            shutil.rmtree(project)
+    except OSError as error:
+        raise TargetError(f"the folder cannot be used ({error.strerror})", file=folder) from error
+
+
+def _project(folder: Path, picks: SamplePicks) -> list[Path]:
+    """A project like one made in the window, its table and its GIS layers."""
+    from vomstudio.document.edits import add_model, new_id
+    from vomstudio.document.records import Frame, Model
+    from vomstudio.io.export import export_records
+    from vomstudio.io.model_copy import copy_model
+    from vomstudio.io.models import read_model
+    from vomstudio.io.project import Project
+    from vomstudio.io.sample import sample_model
+
+    project = Project.create(folder / PROJECT)
+    try:
+        path = copy_model(sample_model(), project.folder / "models")
+        loaded = read_model(path)
+        frame = Frame("crs", loaded.crs)
+        model = Model(
+            new_id("model"),
+            "sample",
+            project.model_path(path),
+            "mesh",
+            loaded.content_hash,
+            frame,
+            frame.to_world(),
+        )
+        project.session.apply(add_model(project.session.records, model))
+        _add_traces(project, model, loaded.data.vertices, picks)  # type: ignore[union-attr]
+        project.session.save()
+        records = dict(project.session.records)
+        table, layers = folder / "planes.csv", folder / "layers.gpkg"
+        export_records(records, "csv", table, force=True)
+        export_records(records, "gpkg", layers, force=True)
+    finally:
+        project.close()
+    return [table, layers, project.folder]
+
+
+def _add_traces(project: Project, model: object, vertices: object, picks: SamplePicks) -> None:
+    """Every pick as a trace, as the trace tool would have kept it."""
+    import numpy as np
+
+    from vomstudio.document.edit import change
+    from vomstudio.document.edits import new_id
+    from vomstudio.document.records import Model, Trace
+    from vomstudio.geometry.surface import VertexSurface
+
+    assert isinstance(model, Model)
+    surface = VertexSurface(np.asarray(vertices))
+    surface.build()
+    traces = {}
+    for i, (name, kind) in enumerate(zip(picks.names, picks.kinds, strict=True)):
+        points = picks.of(i)
+        # A joint's facet is the face itself.
+        face = None if kind == "joint" else surface.outcrop_normal(points)
+        trace = Trace(
+            new_id("trace"),
+            name,
+            kind,
+            model.id,
+            model.content_hash,
+            tuple((float(x), float(y), float(z)) for x, y, z in points),
+            surface.resolution_near(points),
+            None if face is None else (float(face[0]), float(face[1]), float(face[2])),
+            set_name=picks.sets[i],
+            notes=f"horizon {picks.horizons[i]}" if picks.horizons[i] else "",
+        )
+        traces[trace.id] = trace
+    edit = change(project.session.records, f"Add the {len(traces)} picks of the sample", traces)
+    project.session.apply(edit)
+
+
+def _nets(folder: Path, picks: SamplePicks, result: SampleResult) -> list[Path]:
+    from vomstudio.io.atomic import atomic_write
+    from vomstudio.products.stereonet import NetContents, make_sets, write_stereonet
+
+    groups = {}
+    labels = [s if k == "joint" else k for k, s in zip(picks.kinds, picks.sets, strict=True)]
+    for label in dict.fromkeys(labels):
+        rows = [i for i, other in enumerate(labels) if other == label]
+        fits = result.fits
+        groups[label] = ("plane", fits.dip_direction_deg[rows], fits.dip_deg[rows])
+    net = NetContents(sets=make_sets(groups), fold=result.beta, circles=False)
+    files = [folder / f"net.{format_}" for format_ in ("svg", "png")]
+    for file in files:
+        with atomic_write(file, True) as temporary:
+            write_stereonet(temporary, net, format=file.suffix[1:])
+    return files
+
+
+def _orthophoto(folder: Path) -> list[Path]:
+    """Along beta, by the command `ortho`; nothing in a version without it."""
+    if importlib.util.find_spec("vomstudio.cli.ortho") is None:
+        return []
+    ortho = importlib.import_module("vomstudio.cli.ortho")
+    from vomstudio.io.sample import sample_model
+
+    parser = Parser(prog="vomstudio")
+    ortho.add_parser(parser.add_subparsers(parser_class=Parser))
+    image, sheet = folder / "ortho.tif", folder / "ortho_sheet.png"
+    words = ["ortho", str(sample_model()), "--fold", str(folder / "planes.csv")]
+    words += ["--gsd", "0.02", "-o", str(image), "--sheet", str(sheet), "--force"]
+    said = Output(as_json=True)
+    args = parser.parse_args(words)
+    args.run(args, said)
+    return [image, folder / "ortho.json", folder / "ortho_depth.tif", sheet]
