@@ -28,7 +28,8 @@ def degrees(value: float | None) -> str:
     """An error: two digits that mean something."""
     if value is None:
         return "–"
-    return f"{value:.1f}°" if value < 10 else f"{value:.0f}°"
+    decimals = 2 if value < 0.995 else 1 if value < 9.95 else 0
+    return f"{value:.{decimals}f}°"
 
 
 def number(value: float | None, digits: int = 3) -> str:
