@@ -185,8 +185,8 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
     assert window.windowTitle() == "cliff – VOM Studio"
     table = shown_table(window)
     records = {t.id: t for t in traces(window)}
-    window.export_to("csv", tmp_path / "out.csv")
-    window.export_to("gpkg", tmp_path / "out.gpkg")
+    window.files.export_to("csv", tmp_path / "out.csv")
+    window.files.export_to("gpkg", tmp_path / "out.gpkg")
     wait(lambda: (folder / "project.gpkg").is_file(), "the project's GIS layers")
     camera = viewport.camera_state()
     assert window.close()

@@ -217,7 +217,7 @@ def test_saving_under_a_taken_name_is_refused_and_the_project_stays_what_it_was(
     (tmp_path / "full.vom" / "x").write_text("something")
     before = window.studio.project.folder
     for name in ("file.vom", "full.vom"):
-        assert not window._try(lambda name=name: window.studio.save_as(tmp_path / name))
+        assert not window.files.attempt(lambda name=name: window.studio.save_as(tmp_path / name))
         assert "choose another name" in window.message_bar.text
         assert window.studio.project.folder == before
     assert bed_on_model(window) is not None
@@ -459,7 +459,7 @@ def test_the_layers_say_what_is_saved_when_the_window_is_closed_right_after_an_e
     bed_on_model(window)
     window.studio.save_as(folder)
     bed_on_model(window, 1.0)
-    window.save()
+    window.files.save()
     assert window.close()
     assert beds() == 2
     assert [p.name for p in folder.iterdir() if "gpkg" in p.name] == ["project.gpkg"]
@@ -473,7 +473,7 @@ def test_the_layers_say_what_is_saved_when_the_window_is_closed_right_after_an_e
     window = driver.make_window([folder])
     window.actions_table.run("select_all")
     window.actions_table.run("delete")
-    window.save()
+    window.files.save()
     assert not (folder / "project.gpkg").exists()
     driver.dismiss(window)
 

@@ -344,7 +344,7 @@ def test_no_view_changes_where_the_journal_cannot_be_written(window, studio, mon
         lambda: window.tree._items["t1"].setText(0, "other"),
         lambda: window.actions_table.run("delete"),
         studio.undo,
-        lambda: window.save() if not studio.project.untitled else studio.session,
+        lambda: window.files.save() if not studio.project.untitled else studio.session,
     ):
         studio.notices.clear()
         do()

@@ -46,20 +46,20 @@ def _files(w: MainWindow) -> list[Command]:
         return None if studio.session.of(Trace) else "there are no planes yet; pick a trace first"
 
     return [
-        Command("new", "&New project", w.new_project, "file-outline", "Ctrl+N"),
-        Command("open", "&Open model…", w.choose_model, "folder-open-outline", "Ctrl+O",
+        Command("new", "&New project", w.files.new_project, "file-outline", "Ctrl+N"),
+        Command("open", "&Open model…", w.files.choose_model, "folder-open-outline", "Ctrl+O",
                 "OBJ, PLY, LAS/LAZ; or drop a file onto the window"),
         Command("open_sample", "Try the sample outcrop", lambda: _open_sample(w),
                 "image-filter-hdr", (), "A generated cliff whose bedding is known exactly"),
-        Command("open_project", "Open &project…", w.choose_project, "folder-outline",
+        Command("open_project", "Open &project…", w.files.choose_project, "folder-outline",
                 "Ctrl+Shift+O"),
-        Command("save", "&Save", w.save, "content-save-outline", "Ctrl+S",
+        Command("save", "&Save", w.files.save, "content-save-outline", "Ctrl+S",
                 "Work is in the journal already; saving marks it and writes the GIS layers"),
-        Command("save_as", "Save &as…", w.save_as, None, "Ctrl+Shift+S"),
-        Command("export_csv", "Export &table…", lambda: w.export("csv"), "table-arrow-right",
+        Command("save_as", "Save &as…", w.files.save_as, None, "Ctrl+Shift+S"),
+        Command("export_csv", "Export &table…", lambda: w.files.export("csv"), "table-arrow-right",
                 "Ctrl+E", "The orientation table as CSV, with every error and its reason",
                 no_traces),
-        Command("export_gpkg", "Export &GIS layers…", lambda: w.export("gpkg"),
+        Command("export_gpkg", "Export &GIS layers…", lambda: w.files.export("gpkg"),
                 "layers-outline", (), "Planes and traces as GeoPackage", no_traces),
         Command("quit", "&Quit", w.close, None, "Ctrl+Q"),
     ]  # fmt: skip
@@ -197,7 +197,7 @@ def _models(w: MainWindow) -> list[Command]:
         return None if studio.session.of(Model) else "open a model first"
 
     def cannot_copy() -> str | None:
-        model = w.current_model()
+        model = w.files.current_model()
         if model is None:
             return "open a model first"
         if studio.project.untitled:
@@ -207,25 +207,25 @@ def _models(w: MainWindow) -> list[Command]:
         return None if Path(model.path).is_absolute() else "the model is in the project already"
 
     def copy() -> None:
-        model = w.current_model()
+        model = w.files.current_model()
         if model is not None:
             studio.copy_model(model.id)
 
     def not_missing() -> str | None:
-        model = w.current_model()
+        model = w.files.current_model()
         if model is None:
             return "open a model first"
         return "the model's file is where it should be" if model.id in studio.models else None
 
     return [
-        Command("declare_frame", "&Declare frame…", lambda: w.declare_frame(), "axis-arrow", (),
-                "Up axis, unit, and CRS or local: what makes angles geographic", no_model),
-        Command("locate", "&Locate file…", w.locate_model, "file-search-outline", (),
+        Command("declare_frame", "&Declare frame…", lambda: w.files.declare_frame(), "axis-arrow",
+                (), "Up axis, unit, and CRS or local: what makes angles geographic", no_model),
+        Command("locate", "&Locate file…", w.files.locate_model, "file-search-outline", (),
                 "Say where the file of a model is now", not_missing),
         Command("copy_model", "&Copy into the project", copy, "content-copy", (),
                 "The model, its materials and images, so that the folder can be moved and zipped",
                 cannot_copy),
-        Command("remove_model", "&Remove model", w.remove_model, "close", (), "", no_model),
+        Command("remove_model", "&Remove model", w.files.remove_model, "close", (), "", no_model),
     ]  # fmt: skip
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import threading
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,7 +20,6 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import (
     QDockWidget,
-    QFileDialog,
     QLabel,
     QMainWindow,
     QMenu,
@@ -35,7 +33,6 @@ from PySide6.QtWidgets import (
 
 from vomstudio import __version__
 from vomstudio.document.records import Model, Record, Trace
-from vomstudio.errors import VomError
 from vomstudio.io.settings import Settings
 from vomstudio.ui import theme
 from vomstudio.ui.actions import Actions
@@ -85,9 +82,11 @@ class MainWindow(QMainWindow):
     def _fill(self) -> None:
         """Everything but the viewport and the net. What is imported here is not light."""
         from vomstudio.ui.commands import commands
+        from vomstudio.ui.files import Files
         from vomstudio.ui.studio import Studio
 
         self.studio = Studio(self._settings)
+        self.files = Files(self, self.studio)
         self.actions_table = Actions(self)
         for command in commands(self):
             self.actions_table.add(command)
@@ -196,10 +195,10 @@ class MainWindow(QMainWindow):
     def _submenu(self, menu: QMenu, name: str) -> None:
         if name == "recent":
             recent = menu.addMenu(self.tr("Open &recent"))
-            recent.aboutToShow.connect(lambda: self._fill_recent(recent))
+            recent.aboutToShow.connect(lambda: self.files.fill_recent(recent))
         elif name == "discarded":
             discarded = menu.addMenu(self.tr("&Bring back discarded work"))
-            discarded.aboutToShow.connect(lambda: self._fill_discarded(discarded))
+            discarded.aboutToShow.connect(lambda: self.files.fill_discarded(discarded))
         elif name == "display":
             display = menu.addMenu(self.tr("&Display"))
             for each in ("textured", "colors", "plain", "wireframe", "points"):
@@ -212,26 +211,6 @@ class MainWindow(QMainWindow):
             docks = menu.addMenu(self.tr("&Panels"))
             for dock in self.docks.values():
                 docks.addAction(dock.toggleViewAction())
-
-    def _fill_recent(self, menu: QMenu) -> None:
-        menu.clear()
-        for text in self.studio.settings.recent:
-            action = menu.addAction(text)
-            action.setEnabled(Path(text).exists())
-            action.triggered.connect(lambda _=False, p=text: self.open_path(Path(p)))
-        if menu.isEmpty():
-            menu.addAction(self.tr("Nothing yet")).setEnabled(False)
-
-    def _fill_discarded(self, menu: QMenu) -> None:
-        from vomstudio.io.project import untitled_projects
-
-        menu.clear()
-        for folder in untitled_projects(finished=True)[:20]:
-            action = menu.addAction(folder.stem)
-            action.setToolTip(self.tr("Opens as it was left; Undo brings the discarded work back"))
-            action.triggered.connect(lambda _=False, p=folder: self.open_path(p))
-        if menu.isEmpty():
-            menu.addAction(self.tr("Nothing was discarded")).setEnabled(False)
 
     def _make_toolbar(self) -> None:
         bar = QToolBar(self.tr("Tools"))
@@ -286,8 +265,8 @@ class MainWindow(QMainWindow):
         studio.active_tool_changed.connect(self._tool_changed)
         studio.tool_changed_signal.connect(self._refresh)
         studio.tool_changed_signal.connect(self.message_bar.end_hint)
-        studio.frame_wanted.connect(self.declare_frame)
-        studio.recovery_found.connect(self._offer_recovery)
+        studio.frame_wanted.connect(self.files.declare_frame)
+        studio.recovery_found.connect(self.files.offer_recovery)
         studio.jobs.changed.connect(self._show_start_page)
 
     # --- birth -------------------------------------------------------------------------------
@@ -357,124 +336,7 @@ class MainWindow(QMainWindow):
 
     # --- files -------------------------------------------------------------------------------
     def open_path(self, path: Path) -> None:
-        from vomstudio.io.project import is_project
-
-        if is_project(path) and not self.ask_to_keep():
-            return
-        self.studio.open_path(path)
-
-    def choose_model(self) -> None:
-        from vomstudio.io.registry import extensions
-
-        patterns = " ".join(f"*{e} *{e.upper()}" for e in extensions())
-        names, _ = QFileDialog.getOpenFileNames(
-            self, self.tr("Open a model"), self._folder(), f"Models ({patterns});;All files (*)"
-        )
-        for name in names:
-            self.open_path(Path(name))
-
-    def choose_project(self) -> None:
-        name = QFileDialog.getExistingDirectory(
-            self, self.tr("Open a project (a folder NAME.vom)"), self._folder()
-        )
-        if name:
-            self.open_path(Path(name))
-
-    def _folder(self) -> str:
-        recent = self.studio.settings.recent
-        return str(Path(recent[0]).parent) if recent else str(Path.home())
-
-    def new_project(self) -> None:
-        if self.ask_to_keep():
-            self._try(self.studio.new_project)
-
-    def save(self) -> bool:
-        if self.studio.project.untitled:
-            return self.save_as()
-        return self._try(self.studio.save)
-
-    def save_as(self) -> bool:
-        from vomstudio.io.project import SUFFIX
-
-        name, _ = QFileDialog.getSaveFileName(
-            self,
-            self.tr("Save the project as"),
-            str(Path(self._folder()) / f"outcrop{SUFFIX}"),
-            f"VOM Studio project (*{SUFFIX})",
-        )
-        if not name:
-            return False
-        folder = Path(name if name.endswith(SUFFIX) else name + SUFFIX)
-        return self._try(lambda: self.studio.save_as(folder))
-
-    def export(self, format_: str) -> None:
-        pattern = {"csv": "Orientation table (*.csv)", "gpkg": "GeoPackage (*.gpkg)"}[format_]
-        stem = "orientations" if self.studio.project.untitled else self.studio.project.name
-        name, _ = QFileDialog.getSaveFileName(
-            self, self.tr("Export"), str(Path(self._folder()) / f"{stem}.{format_}"), pattern
-        )
-        if name:
-            path = Path(name if name.endswith(f".{format_}") else f"{name}.{format_}")
-            self.export_to(format_, path)
-
-    def export_to(self, format_: str, path: Path) -> None:
-        from vomstudio.io.export import export_records
-
-        def write() -> None:
-            export_records(self.studio.records, format_, path, force=True,
-                           thresholds=self.studio.settings.thresholds)  # fmt: skip
-            self.studio.info(f"Written: {path}")
-
-        self._try(write)
-
-    def _try(self, do: Callable[[], None]) -> bool:
-        try:
-            do()
-        except VomError as error:
-            self.studio.fail(error)
-            return False
-        return True
-
-    def ask_to_keep(self) -> bool:
-        """Before the project is left: save, leave without saving, or stay (False)."""
-        studio = self.studio
-        if studio.worth_asking:
-            box = QMessageBox(self)
-            box.setIcon(QMessageBox.Icon.Question)
-            box.setText(self.tr("Save the changes to {0}?").format(self._project_name()))
-            box.setInformativeText(
-                self.tr("What is not saved now is kept in the project's history and can be "
-                        "brought back with Undo.")
-            )  # fmt: skip
-            box.setStandardButtons(
-                QMessageBox.StandardButton.Save
-                | QMessageBox.StandardButton.Discard
-                | QMessageBox.StandardButton.Cancel
-            )
-            answer = box.exec()
-            if answer == QMessageBox.StandardButton.Cancel:
-                return False
-            if answer == QMessageBox.StandardButton.Save:
-                return self.save()
-        # Where even this cannot be written the work stays in the journal; a full disk must not
-        # hold the window open.
-        self._try(studio.discard)
-        return True
-
-    def _offer_recovery(self, folders: list[Path]) -> None:
-        from vomstudio.io.project import untitled_folder
-        from vomstudio.ui.studio import Notice
-
-        newest = folders[0]
-        whose = "" if newest.parent == untitled_folder() else f" of {newest.stem}"
-        more = f", and {len(folders) - 1} older" if len(folders) > 1 else ""
-        self.message_bar.say(
-            Notice(
-                f"Work{whose} that was open when the program ended last time was found{more}.",
-                "warning",
-            ),
-            (self.tr("Bring it back"), lambda: self.open_path(newest)),
-        )
+        self.files.open_path(path)
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:  # noqa: N802
         if any(url.isLocalFile() for url in event.mimeData().urls()):
@@ -485,52 +347,6 @@ class MainWindow(QMainWindow):
             if url.isLocalFile() and self._filled:
                 self.open_path(Path(url.toLocalFile()))
         event.acceptProposedAction()
-
-    # --- models ------------------------------------------------------------------------------
-    def current_model(self) -> Model | None:
-        """The selected model, or the only one, or the one of the selected feature."""
-        records, models = self.studio.records, self.studio.session.of(Model)
-        for id_ in reversed(self.studio.selection.ids):
-            record = records.get(id_)
-            if isinstance(record, Trace):
-                record = records.get(record.model_id)
-            if isinstance(record, Model):
-                return record
-        undeclared = [m for m in models if m.frame.kind == "undeclared"]
-        if len(undeclared) == 1:
-            return undeclared[0]
-        return models[-1] if models else None
-
-    def declare_frame(self, model_id: str | None = None) -> None:
-        from vomstudio.document import edits
-        from vomstudio.ui.frame_dialog import FrameDialog
-
-        model = self.studio.records.get(model_id) if model_id else self.current_model()
-        if not isinstance(model, Model):
-            return
-        dialog = FrameDialog(self, model, self.studio.models.get(model.id))
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.accepted.connect(
-            lambda: self.studio.attempt(edits.declare_frame, model.id, dialog.frame)
-        )
-        dialog.open()
-
-    def locate_model(self) -> None:
-        model = self.current_model()
-        if model is None:
-            return
-        name, _ = QFileDialog.getOpenFileName(
-            self, self.tr("Where is {0}?").format(model.name), self._folder()
-        )
-        if name:
-            self.studio.locate_model(model.id, Path(name))
-
-    def remove_model(self) -> None:
-        from vomstudio.document import edits
-
-        model = self.current_model()
-        if model is not None:
-            self.studio.attempt(edits.remove_model, model.id)
 
     def _record_actions(self, record: Record) -> list[QAction]:
         table = self.actions_table
@@ -591,10 +407,6 @@ class MainWindow(QMainWindow):
         else:
             self.message_bar.say(notice)
 
-    def _project_name(self) -> str:
-        project = self.studio.project
-        return self.tr("untitled") if project.untitled else project.name
-
     def _tool_changed(self, name: str) -> None:
         if name == "trace":
             self.docks["trace"].show()
@@ -608,7 +420,7 @@ class MainWindow(QMainWindow):
         studio = self.studio
         self.actions_table.refresh()
         star = "*" if studio.session.dirty else ""
-        self.setWindowTitle(f"{self._project_name()}{star} – VOM Studio")
+        self.setWindowTitle(f"{self.files.project_name()}{star} – VOM Studio")
         self._show_start_page()
 
     def _show_start_page(self) -> None:
@@ -637,7 +449,7 @@ class MainWindow(QMainWindow):
         if not self._filled:
             event.accept()
             return
-        if not self.ask_to_keep():
+        if not self.files.ask_to_keep():
             event.ignore()
             return
         if self._put_away:
