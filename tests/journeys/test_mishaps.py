@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QPushButton
 
 from tests import driver
 from tests.driver import key, wait
@@ -298,6 +299,7 @@ def test_a_model_that_is_gone_is_said_its_features_stay_and_it_can_be_located(pr
     window = reopened(folder)
     assert "outcrop" in window.message_bar.text
     assert "Locate" in window.message_bar.text
+    assert [b.text() for b in window.message_bar.findChildren(QPushButton)] == ["Locate file…"]
     shows_the_bed(window)
     (trace,) = driver.traces(window)
     points = window.studio.measured([trace.id])[trace.id].points

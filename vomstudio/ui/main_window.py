@@ -404,6 +404,9 @@ class MainWindow(QMainWindow):
         self.messages.add(notice)
         if notice.level == "info":
             self.status_line.showMessage(notice.text, 6000)
+        elif notice.action:
+            action = self.actions_table.all[notice.action]
+            self.message_bar.say(notice, (action.text().replace("&", ""), action.trigger))
         else:
             self.message_bar.say(notice)
 

@@ -34,10 +34,11 @@ _LAYERS_PATIENCE_S = 10.0
 @dataclass(frozen=True)
 class Notice:
     """What happened to the user's thing. level: "info", "hint" (goes by itself), "warning" or
-    "error"."""
+    "error". action: the name of the action that mends it, offered beside the sentence."""
 
     text: str
     level: str = "info"
+    action: str = ""
 
 
 class Studio(QObject):
@@ -288,10 +289,11 @@ class Studio(QObject):
         """Read the data of a model of the project."""
         path = self.project.find_model(model)
         if path is None:
-            self.warn(
+            text = (
                 f"The model {model.name} is not where it was ({model.path}). Its features are "
                 "here; use Model > Locate to say where the file is now."
             )
+            self.notice.emit(Notice(text, "warning", "locate"))
             return
 
         def arrived(opened: OpenModel) -> None:
