@@ -788,6 +788,10 @@ class Scene:
     def _upload_one_texture(self) -> bool:
         if self.mode != "textured":
             return False
+        if any(s.drawn is None for m in self.models.values() for s in m.skins.values()):
+            # A texture that has just come would go up in full, which holds the window up, only to
+            # be replaced by the level that this view needs.
+            self._choose_levels()
         for model in self.models.values():
             if not model.visible:
                 continue
