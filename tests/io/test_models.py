@@ -12,7 +12,6 @@ import pytest
 
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.frames import model_origin
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models import describe, read_model, resolution
 
@@ -107,12 +106,3 @@ def test_the_survey_model_is_described(data_dir: Path) -> None:
     assert told["faces"] == 133_830
     assert len(told["textures"]) == 9  # type: ignore[arg-type]
     assert told["bounds"][1][1] == 5188208.903  # type: ignore[index]
-
-
-def test_an_origin_is_whole_and_keeps_float32_exact() -> None:
-    bounds = [[576665.72, 5188117.06, 156.2], [576765.32, 5188208.90, 168.9]]
-    origin = model_origin(bounds)
-    assert (origin == np.rint(origin)).all()
-    local = (np.array(bounds) - origin).astype(np.float32)
-    assert np.abs(local + origin - bounds).max() < 1e-5
-    assert model_origin([[-50, -50, 0], [50, 60, 9]]).tolist() == [0, 0, 0]

@@ -77,7 +77,6 @@ class Replay:
     undone: list[tuple[int, Edit]] = field(default_factory=list)
     saved: dict[str, Record] = field(default_factory=dict)
     saved_top: int = 0
-    ever_saved: bool = False
     draft: Draft | None = None
     settings: Plain = field(default_factory=dict)
     problems: list[str] = field(default_factory=list)
@@ -118,7 +117,6 @@ def _play(result: Replay, row: Row) -> None:
     elif row.kind == "save":
         result.saved = dict(result.records)
         result.saved_top = result.top
-        result.ever_saved = True
     elif row.kind == "draft":
         result.draft = None if row.after is None else Draft(row.seq, row.after)
     else:

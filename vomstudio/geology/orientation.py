@@ -13,7 +13,6 @@ that a vertical plane has a normal whose z is exactly 0.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import overload
 
@@ -383,15 +382,3 @@ def _in_plane(line: Line, plane: Plane) -> tuple[float, float]:
     if math.hypot(along, down) < math.radians(ANGLE_TOLERANCE_DEG):
         raise GeometryError("The line is perpendicular to the plane: it has no rake there.")
     return along, down
-
-
-def as_lines(trend_deg: Sequence[float] | Array, plunge_deg: Sequence[float] | Array) -> list[Line]:
-    """Line objects of two arrays (n,)."""
-    return [Line(float(t), float(p)) for t, p in zip(trend_deg, plunge_deg, strict=True)]
-
-
-def as_planes(
-    dip_direction_deg: Sequence[float] | Array, dip_deg: Sequence[float] | Array
-) -> list[Plane]:
-    """Plane objects of two arrays (n,)."""
-    return [Plane(float(a), float(d)) for a, d in zip(dip_direction_deg, dip_deg, strict=True)]

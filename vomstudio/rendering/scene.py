@@ -115,7 +115,6 @@ class ModelScene:
     locators: list[vtkStaticCellLocator] = field(default_factory=list)
     chunks_done: bool = False
     textures_done: bool = False
-    pickable: bool = False
     _boxes: tuple[Array, Array] | None = None
 
     def chunk_boxes(self) -> tuple[Array, Array]:
@@ -385,7 +384,6 @@ class Scene:
             model.textures_done = True
         elif isinstance(event, LocatorReady):
             model.locators = event.locators
-            model.pickable = True
         if isinstance(event, (ProxyReady, MeshChunkReady, CloudChunkReady, TextureReady)):
             self.full_seconds = None
             self.complete = False

@@ -180,7 +180,6 @@ class MainWindow(QMainWindow):
         self.resizeDocks([docks["table"]], [190], high)
 
     def _make_menus(self) -> None:
-        self._menus: dict[str, QMenu] = {}
         for title, names in _MENUS:
             menu = self.menuBar().addMenu(self.tr(title))
             menu.setToolTipsVisible(True)
