@@ -212,7 +212,7 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
     assert [r["id"] for r in rows] == list(records)
     for row in rows:
         cells = table[row["name"]]
-        assert cells["Plane"] in (
+        assert cells["Orientation"] in (
             f"{float(row['dip_direction_deg']):03.0f}/{float(row['dip_deg']):02.0f}",
             f"{float(row['dip_direction_deg']):05.1f}/{float(row['dip_deg']):04.1f}",
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vomstudio.document.measurements import measure
+from vomstudio.document.measurements import measure_all
 from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent
 
 
@@ -20,8 +20,8 @@ class Context:
     def surface(self, model_id):
         return None
 
-    def measure(self, trace):
-        return measure([(trace, self.session.records.get(trace.model_id))])[0]
+    def measure(self, feature):
+        return measure_all(self.session.records, [feature])[0]
 
     def format_plane(self, measurement):
         fit = measurement.fit

@@ -87,7 +87,7 @@ def test_the_filter_takes_words_of_any_column_and_leaves_the_selection_alone(win
         window.table._filter.setText(words)
         assert sorted(shown(window)) == expected
         assert studio.selection.ids == ("t1", "t2"), words
-    assert "planes" in window.table._count.text()
+    assert "features" in window.table._count.text()
     assert sorted(rows_chosen(window)) == ["t1", "t2"]
 
 
@@ -259,7 +259,7 @@ def test_notation_is_chosen_once_and_holds_everywhere(window, studio):
 
     def places() -> set[str]:
         return {
-            shown(window, "Plane")[0],
+            shown(window, "Orientation")[0],
             window.tree._items["t1"].text(1),
             window.properties._fit._plane.text(),
         }
@@ -411,5 +411,5 @@ def test_a_draft_that_cannot_be_read_is_said(window, studio, tmp_path):
     studio.save_as(tmp_path / "p.vom")
     studio.new_project()
     studio.open_project(tmp_path / "p.vom")
-    assert any("unfinished trace could not be read" in n.text for n in studio.notices)
+    assert any("unfinished feature could not be read" in n.text for n in studio.notices)
     assert not studio.trace_tool.open

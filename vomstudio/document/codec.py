@@ -6,10 +6,32 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
-from vomstudio.document.records import FeatureType, Frame, Model, Record, Trace
+from vomstudio.document.records import (
+    Dimension,
+    FeatureType,
+    Frame,
+    Group,
+    Intersection,
+    Lineation,
+    Model,
+    Patch,
+    Reading,
+    Record,
+    Trace,
+)
 from vomstudio.errors import DocumentError
 
-_KINDS: dict[str, type] = {"model": Model, "feature_type": FeatureType, "trace": Trace}
+_KINDS: dict[str, type] = {
+    "model": Model,
+    "feature_type": FeatureType,
+    "trace": Trace,
+    "patch": Patch,
+    "lineation": Lineation,
+    "reading": Reading,
+    "dimension": Dimension,
+    "intersection": Intersection,
+}
+_PARTS: dict[str, type] = {"frame": Frame, "first": Group, "second": Group}
 _NAMES = {cls: name for name, cls in _KINDS.items()}
 
 Plain = dict[str, Any]
@@ -31,9 +53,10 @@ def decode(plain: Mapping[str, Any]) -> Record:
     unknown = set(values) - names
     if unknown:
         raise DocumentError(f"a {kind} has an unknown field", field=sorted(unknown)[0])
-    if "frame" in values:
-        values["frame"] = Frame(**values["frame"])
     try:
+        for name, part in _PARTS.items():
+            if name in values:
+                values[name] = part(**values[name])
         record: Record = cls(**{name: _tuples(value) for name, value in values.items()})
     except TypeError as error:
         raise DocumentError(f"a {kind} lacks a field: {error}") from error

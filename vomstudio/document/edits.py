@@ -11,7 +11,19 @@ from typing import Any
 
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.measurements import measure_one
-from vomstudio.document.records import FeatureType, Frame, Model, Point, Record, Trace
+from vomstudio.document.records import (
+    FEATURES,
+    ON_A_MODEL,
+    TYPED,
+    Dimension,
+    Feature,
+    FeatureType,
+    Frame,
+    Model,
+    Point,
+    Record,
+    Trace,
+)
 from vomstudio.errors import DocumentError
 
 Records = Mapping[str, Record]
@@ -52,7 +64,7 @@ def remove_model(records: Records, model_id: str) -> Edit:
     """Take a model out of the project. Its features stay and keep their last frame only as long as
     the model is there, so a model with features is refused."""
     model = _get(records, model_id, Model)
-    count = sum(isinstance(r, Trace) and r.model_id == model_id for r in records.values())
+    count = sum(isinstance(r, ON_A_MODEL) and r.model_id == model_id for r in records.values())
     if count:
         raise DocumentError(
             f"{model.name} carries {count} feature{'s' if count > 1 else ''}; "
@@ -94,16 +106,53 @@ def set_vertices(
     return change(records, f"Change trace {trace.name}", {trace_id: after})
 
 
+def add_features(records: Records, features: Sequence[Feature]) -> Edit:
+    """Add patches, lineations, readings, dimensions, intersections; those without a name get one.
+    A trace comes by `add_trace`, which insists on a plane."""
+    after: dict[str, Record | None] = {}
+    for feature in features:
+        if feature.id in records or feature.id in after:
+            raise DocumentError(f"{feature.name} is there already")
+        if isinstance(feature, ON_A_MODEL):
+            _get(records, feature.model_id, Model)
+        kind: FeatureType | str
+        if isinstance(feature, Dimension):
+            kind = feature.kind
+        else:
+            kind = _get(records, feature.type_id, FeatureType)
+        if not feature.name:
+            others = [r for r in after.values() if r is not None]
+            name = next_name({**records, **{r.id: r for r in others}}, kind)
+            feature = replace(feature, name=name)
+        after[feature.id] = feature
+    if not after:
+        raise DocumentError("there is nothing to add")
+    first = next(iter(after.values()))
+    who = first.name if len(after) == 1 else f"{len(after)} features"  # type: ignore[union-attr]
+    return change(records, f"Add {who}", after)
+
+
+def change_feature(records: Records, feature: Feature, what: str = "Change") -> Edit:
+    """Put `feature` in the place of the one of the same id and kind (a brush stroke, other vertices
+    of a line); `what` is the verb of the label."""
+    _get(records, feature.id, type(feature))
+    return change(records, f"{what} {feature.name}", {feature.id: feature})
+
+
 def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
-    """Change `name`, `type_id`, `set_name`, `overturned`, `notes` or `method` of traces."""
+    """Change fields that all the features have: `name`, `type_id`, `set_name`, `overturned`,
+    `notes`, `method`, `plane_id`, `slip`."""
     after: dict[str, Record | None] = {}
     for id_ in ids:
-        trace = _get(records, id_, Trace)
+        feature = _get(records, id_, FEATURES)
         if "type_id" in values:
             _get(records, values["type_id"], FeatureType)
         if "name" in values and not str(values["name"]).strip():
             raise DocumentError("a feature needs a name", field="name")
-        after[id_] = replace(trace, **values)
+        for field in values:
+            if not hasattr(feature, field):
+                raise DocumentError(f"{feature.name} has no {field.replace('_', ' ')}")
+        after[id_] = replace(feature, **values)
     if not after:
         raise DocumentError("nothing is selected")
     what = " and ".join(key.removesuffix("_id").removesuffix("_name") for key in values)
@@ -112,27 +161,68 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
 
 
 def delete(records: Records, ids: Iterable[str]) -> Edit:
-    """Delete features."""
-    traces = [_get(records, id_, Trace) for id_ in ids]
-    if not traces:
+    """Delete features. What rests on one of them (a rake, an intersection) stays, and says so."""
+    features: list[Feature] = [_get(records, id_, FEATURES) for id_ in ids]
+    if not features:
         raise DocumentError("nothing is selected")
-    who = traces[0].name if len(traces) == 1 else f"{len(traces)} features"
-    return change(records, f"Delete {who}", {trace.id: None for trace in traces})
+    who = features[0].name if len(features) == 1 else f"{len(features)} features"
+    return change(records, f"Delete {who}", {feature.id: None for feature in features})
 
 
-def next_name(records: Records, kind: FeatureType) -> str:
+def add_type(records: Records, kind: FeatureType) -> Edit:
+    """A feature type of the user's own. Raises DocumentError where its name is taken or empty."""
+    _check_type(records, kind)
+    if kind.id in records:
+        raise DocumentError(f"{kind.name} is there already")
+    return change(records, f"Add feature type {kind.name}", {kind.id: kind})
+
+
+def change_type(records: Records, kind: FeatureType) -> Edit:
+    """Give a type another name, colour or symbol."""
+    _get(records, kind.id, FeatureType)
+    _check_type(records, kind)
+    return change(records, f"Change feature type {kind.name}", {kind.id: kind})
+
+
+def remove_type(records: Records, type_id: str) -> Edit:
+    """Take a type out that no feature has."""
+    kind = _get(records, type_id, FeatureType)
+    count = sum(isinstance(r, TYPED) and r.type_id == type_id for r in records.values())
+    if count:
+        raise DocumentError(
+            f"{count} feature{'s are' if count > 1 else ' is'} of the type {kind.name}; "
+            "give them another type first"
+        )
+    if sum(isinstance(r, FeatureType) for r in records.values()) == 1:
+        raise DocumentError("the last feature type cannot be removed")
+    return change(records, f"Remove feature type {kind.name}", {type_id: None})
+
+
+def _check_type(records: Records, kind: FeatureType) -> None:
+    if not kind.name.strip():
+        raise DocumentError("a feature type needs a name", field="name")
+    if not re.fullmatch(r"#[0-9a-fA-F]{6}", kind.color):
+        raise DocumentError("a colour is written #rrggbb", field="color")
+    same = kind.name.strip().casefold()
+    for other in records.values():
+        if isinstance(other, FeatureType) and other.id != kind.id and other.name.casefold() == same:
+            raise DocumentError(f"there is a feature type {other.name} already", field="name")
+
+
+def next_name(records: Records, kind: FeatureType | str) -> str:
     """B01, B02 ... for Bedding: the first letter and the next free number."""
-    prefix = kind.name[:1].upper()
+    prefix = (kind if isinstance(kind, str) else kind.name)[:1].upper()
     used = {
         int(match[1])
         for r in records.values()
-        if isinstance(r, Trace) and (match := re.fullmatch(rf"{re.escape(prefix)}(\d+)", r.name))
+        if isinstance(r, FEATURES) and (match := re.fullmatch(rf"{re.escape(prefix)}(\d+)", r.name))
     }
     return f"{prefix}{max(used, default=0) + 1:02d}"
 
 
-def _get(records: Records, id_: str, cls: type[Any]) -> Any:
+def _get(records: Records, id_: str, cls: type[Any] | tuple[type[Any], ...]) -> Any:
     record = records.get(id_)
     if not isinstance(record, cls):
-        raise DocumentError(f"there is no {cls.__name__.lower()} {id_!r} in the project")
+        what = "feature" if isinstance(cls, tuple) else cls.__name__.lower()
+        raise DocumentError(f"there is no {what} {id_!r} in the project")
     return record

@@ -9,7 +9,7 @@ from typing import Any, Generic, TypeVar
 from vomstudio.document.codec import encode_changes
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.journal import Draft, Journal, replay
-from vomstudio.document.records import DEFAULT_TYPES, FeatureType, Record
+from vomstudio.document.records import DEFAULT_TYPES, FEATURES, Feature, FeatureType, Record
 
 T = TypeVar("T")
 
@@ -69,14 +69,18 @@ class Session:
     def records(self) -> Mapping[str, Record]:
         return MappingProxyType(self._records)
 
+    def features(self) -> list[Feature]:
+        """Everything measured, in the order in which it came."""
+        return [record for record in self._records.values() if isinstance(record, FEATURES)]
+
     def of(self, cls: type[T]) -> list[T]:
         """The records of one class, in the order in which they came."""
         return [record for record in self._records.values() if isinstance(record, cls)]
 
-    def ever_held(self, cls: type[Any]) -> bool:
-        """A record of this class is or was in the project, as far as the history reaches."""
+    def ever_held(self, *classes: type[Any]) -> bool:
+        """A record of these classes is or was in the project, as far as the history reaches."""
         return any(
-            isinstance(record, cls)
+            isinstance(record, classes)
             for _, edit in (*self._done, *self._undone)
             for record in (*edit.before.values(), *edit.after.values())
         )

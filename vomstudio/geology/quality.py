@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.geometry.lines import LineFit
 from vomstudio.geometry.planes import PlaneFit
 
 Quality = Literal["good", "doubtful", "poor"]
@@ -155,6 +156,48 @@ def judge(
     if poor:
         return Verdict("poor", tuple(reasons))
     return Verdict("doubtful" if reasons else "good", tuple(reasons))
+
+
+OFF_PLANE_DEG = 10.0
+"""Ours: a lineation this far from the plane it is said to lie on was picked elsewhere."""
+
+
+def judge_line(
+    fit: LineFit | None,
+    *,
+    confidence95_deg: float | None = None,
+    off_plane_deg: float | None = None,
+    plane_is_gone: bool = False,
+    thresholds: Thresholds = DEFAULTS,
+) -> Verdict:
+    """The verdict on a line: a lineation's fit, or, where it follows from planes (fit None), the
+    larger semi-axis of its 95 % region."""
+    t = thresholds
+    poor = False
+    reasons: list[str] = []
+    angle = confidence95_deg if fit is None else fit.confidence95_deg
+    if angle is None:
+        reasons.append(
+            "the error of one of its planes is unknown, so that of the line is"
+            if fit is None
+            else "two points only: no error can be stated; pick more points along the line"
+        )
+    elif angle > t.good_confidence95_deg:
+        poor = angle > t.poor_confidence95_deg
+        limit = (
+            f"({_deg(t.poor_confidence95_deg)} is the limit)"
+            if poor
+            else f"({_deg(t.good_confidence95_deg)} wanted)"
+        )
+        what = "measure its planes better" if fit is None else "pick a longer or straighter line"
+        reasons.append(f"direction uncertain by {_deg(angle)} {limit}; {what}")
+    if off_plane_deg is not None and off_plane_deg > OFF_PLANE_DEG:
+        reasons.append(
+            f"{_deg(off_plane_deg)} off the plane it is said to lie on; pick it on that plane"
+        )
+    if plane_is_gone:
+        reasons.append("the plane it lay on is gone or has no fit: its rake is not known")
+    return Verdict("poor" if poor else "doubtful" if reasons else "good", tuple(reasons))
 
 
 def _axial_angle_deg(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> float | None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.document.measurements import Measurements
-from vomstudio.document.records import Record, Trace
+from vomstudio.document.records import FEATURES, Record
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.quality import Thresholds
 from vomstudio.io.atomic import check_target
@@ -29,9 +29,9 @@ def export_project(folder: Path, format_: str, out: Path, *, force: bool = False
     check_target(out, force=force, inputs=own_files(folder))
     kept = read_replay(folder)
     records = kept.records
-    if not any(isinstance(r, Trace) for r in records.values()):
+    if not any(isinstance(r, FEATURES) for r in records.values()):
         raise InputError(
-            "has no features yet, so there is nothing to export; trace some first.", file=folder
+            "has no features yet, so there is nothing to export; measure some first.", file=folder
         )
     return export_records(records, format_, out, force=force, thresholds=_thresholds(kept.settings))
 

@@ -1,4 +1,5 @@
-"""The project's GIS layers: planes as points with their figures, traces as lines in 3-D."""
+"""The project's GIS layers: planes and lines as points with their figures, traces, lineations and
+dimensions as lines in 3-D, patches as polygons."""
 
 from __future__ import annotations
 
@@ -10,13 +11,24 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.document.measurements import Measurements
-from vomstudio.document.records import FeatureType, Record, Trace
+from vomstudio.document.records import (
+    FEATURES,
+    IDENTITY,
+    Dimension,
+    FeatureType,
+    Lineation,
+    Model,
+    Patch,
+    Record,
+    Trace,
+)
 from vomstudio.errors import TargetError
+from vomstudio.geometry import transform
 from vomstudio.io.atomic import atomic_write
-from vomstudio.io.orientation_table import COLUMNS
+from vomstudio.io.orientation_table import COLUMNS, Row
 from vomstudio.io.project_table import ProjectTable
 
-_TEXT = {"id", "name", "kind", "geometry", "set", "quality", "quality_reason", "method", "model",
+_WORDS = {"id", "name", "kind", "geometry", "set", "quality", "quality_reason", "method", "model",
          "frame", "notes"}  # fmt: skip
 _FLAGS = {"overturned", "undefined"}
 
@@ -29,29 +41,61 @@ def write_layers(
     *,
     force: bool = False,
 ) -> None:
-    """Layers `planes` and `traces` in World coordinates. Raises TargetError."""
+    """Layers in World coordinates; those that would be empty are left out, but for `planes` and
+    `traces`. A compass reading without a place is in the table only. Raises TargetError."""
     import shapely
 
-    centres = shapely.points(
-        np.array([[row["x"], row["y"], row["z"]] for row in table.rows]).reshape(-1, 3)
-    )
-    traces = [r for r in records.values() if isinstance(r, Trace)]
-    measured = measurements.of(records, [trace.id for trace in traces])
-    drawn = [trace for trace in traces if len(trace.vertices) > 1]
-    lines = [shapely.linestrings(measured[trace.id].points) for trace in drawn]
+    placed = [row for row in table.rows if row["x"] is not None]
     rows = {row["id"]: row for row in table.rows}
+    features = [r for r in records.values() if isinstance(r, FEATURES)]
+    measured = measurements.of(records, [f.id for f in features])
+
+    def points(geometry: str) -> tuple[list[Row], npt.NDArray[Any]]:
+        chosen = [row for row in placed if row["geometry"] == geometry]
+        places = np.array([[row[c] for c in "xyz"] for row in chosen], float).reshape(-1, 3)
+        return chosen, shapely.points(places)
+
+    def drawn(cls: type[Any]) -> list[Any]:
+        return [f for f in features if isinstance(f, cls) and len(measured[f.id].points) > 1]
+
+    def lines(chosen: list[Any]) -> npt.NDArray[Any]:
+        return np.array([shapely.linestrings(measured[f.id].points) for f in chosen], dtype=object)
+
+    planes, centres = points("plane")
+    axes, places = points("line")
+    traces, lineations, dimensions = drawn(Trace), drawn(Lineation), drawn(Dimension)
+    patches = [f for f in features if isinstance(f, Patch) and len(f.outline) > 2]
+    rings = [shapely.polygons(_outline(patch, records)) for patch in patches]
+
+    def figures(chosen: list[Any]) -> dict[str, npt.NDArray[Any]]:
+        return _feature_columns(records, chosen, [rows.get(f.id) for f in chosen])
+
+    layers = [
+        ("planes", "Point Z", centres, _columns(planes)),
+        ("traces", "LineString Z", lines(traces), figures(traces)),
+        ("lines", "Point Z", places, _columns(axes)),
+        ("lineations", "LineString Z", lines(lineations), figures(lineations)),
+        ("patches", "Polygon Z", np.array(rings, dtype=object), figures(patches)),
+        (
+            "dimensions",
+            "LineString Z",
+            lines(dimensions),
+            _dimension_columns(dimensions, [measured[f.id].dimension or {} for f in dimensions]),
+        ),
+    ]
     with atomic_write(out, force=force) as part:
         part.unlink(missing_ok=True)
-        _write(part, "planes", "Point Z", centres, _columns(table.rows), table.crs, append=False)
-        _write(
-            part,
-            "traces",
-            "LineString Z",
-            np.array(lines, dtype=object),
-            _trace_columns(records, drawn, [rows.get(trace.id) for trace in drawn]),
-            table.crs,
-            append=True,
-        )
+        append = False
+        for name, geometry_type, geometry, columns in layers:
+            if len(geometry) or name in ("planes", "traces"):
+                _write(part, name, geometry_type, geometry, columns, table.crs, append=append)
+                append = True
+
+
+def _outline(patch: Patch, records: Mapping[str, Record]) -> npt.NDArray[np.float64]:
+    model = records.get(patch.model_id)
+    rows = model.to_world if isinstance(model, Model) else IDENTITY
+    return transform.apply(rows, patch.outline)
 
 
 def _write(
@@ -89,7 +133,7 @@ def _columns(rows: Sequence[Mapping[str, Any]]) -> dict[str, npt.NDArray[Any]]:
     columns: dict[str, npt.NDArray[Any]] = {}
     for name in COLUMNS:
         values = [row[name] for row in rows]
-        if name in _TEXT:
+        if name in _WORDS:
             columns[name] = np.array(values, dtype=object)
         elif name in _FLAGS:
             columns[name] = np.array([bool(v) for v in values], dtype=bool)
@@ -98,27 +142,42 @@ def _columns(rows: Sequence[Mapping[str, Any]]) -> dict[str, npt.NDArray[Any]]:
     return columns
 
 
-def _trace_columns(
+def _feature_columns(
     records: Mapping[str, Record],
-    traces: Sequence[Trace],
+    features: Sequence[Trace | Lineation | Patch],
     rows: Sequence[Mapping[str, Any] | None],
 ) -> dict[str, npt.NDArray[Any]]:
-    def text(values: list[str]) -> npt.NDArray[Any]:
-        return np.array(values, dtype=object)
-
     def figure(name: str) -> npt.NDArray[np.float64]:
         return np.array([np.nan if r is None or r[name] is None else r[name] for r in rows], float)
 
-    kinds = [records.get(trace.type_id) for trace in traces]
+    kinds = [records.get(feature.type_id) for feature in features]
+    counts = [f.n if isinstance(f, Patch) else len(f.vertices) for f in features]
+    line = bool(features) and isinstance(features[0], Lineation)
+    angles = ("trend_deg", "plunge_deg", "rake_deg") if line else ("dip_direction_deg", "dip_deg")
     return {
-        "id": text([trace.id for trace in traces]),
-        "name": text([trace.name for trace in traces]),
-        "kind": text([k.name.lower() if isinstance(k, FeatureType) else "" for k in kinds]),
-        "set": text([trace.set_name for trace in traces]),
-        "n_points": np.array([len(trace.vertices) for trace in traces], dtype=np.int32),
-        "dip_direction_deg": figure("dip_direction_deg"),
-        "dip_deg": figure("dip_deg"),
-        "max_confidence95_deg": figure("max_confidence95_deg"),
-        "quality": text([row["quality"] if row else "" for row in rows]),
-        "notes": text([trace.notes for trace in traces]),
+        "id": _text([feature.id for feature in features]),
+        "name": _text([feature.name for feature in features]),
+        "kind": _text([k.name.casefold() if isinstance(k, FeatureType) else "" for k in kinds]),
+        "set": _text([feature.set_name for feature in features]),
+        "n_points": np.array(counts, dtype=np.int32),
+        **{name: figure(name) for name in (*angles, "max_confidence95_deg")},
+        "quality": _text([row["quality"] if row else "" for row in rows]),
+        "notes": _text([feature.notes for feature in features]),
     }
+
+
+def _dimension_columns(
+    dimensions: Sequence[Dimension], figures: Sequence[Mapping[str, float]]
+) -> dict[str, npt.NDArray[Any]]:
+    names = sorted({name for each in figures for name in each})
+    return {
+        "id": _text([d.id for d in dimensions]),
+        "name": _text([d.name for d in dimensions]),
+        "kind": _text([d.kind for d in dimensions]),
+        **{name: np.array([f.get(name, np.nan) for f in figures], float) for name in names},
+        "notes": _text([d.notes for d in dimensions]),
+    }
+
+
+def _text(values: list[str]) -> npt.NDArray[Any]:
+    return np.array(values, dtype=object)

@@ -27,6 +27,7 @@ __all__ = [
     "OrientationTable",
     "Row",
     "line_row",
+    "orientation_row",
     "plane_row",
     "read_orientations",
     "write_orientation_csv",
@@ -71,21 +72,12 @@ def plane_row(
     metadata: any other of `COLUMNS` (id, name, kind, set, overturned, area_m2, model, frame,
     notes). Raises TypeError for a name that is no column.
     """
-    row = _empty_row()
-    normal = [float(c) for c in fit.normal]
-    plane = Plane.from_normal(fit.normal)
-    pole = plane.pole()
+    row = orientation_row(Plane.from_normal(fit.normal))
     extent = _number(fit.extent)
     total = None
     if registration_error_deg is not None and fit.max_confidence95_deg is not None:
         total = min(math.hypot(fit.max_confidence95_deg, registration_error_deg), 90.0)
     row.update(
-        geometry="plane",
-        dip_direction_deg=plane.dip_direction_deg,
-        dip_deg=plane.dip_deg,
-        strike_rhr_deg=plane.strike_rhr_deg,
-        pole_trend_deg=pole.trend_deg,
-        pole_plunge_deg=pole.plunge_deg,
         undefined=bool(fit.undefined),
         n_points=int(fit.n),
         extent_m=extent,
@@ -110,9 +102,29 @@ def plane_row(
         method=fit.method,
     )
     row.update(zip("xyz", (_number(c) for c in fit.centroid), strict=True))
+    normal = [float(c) for c in fit.normal]
     row.update(zip(("normal_x", "normal_y", "normal_z"), normal, strict=True))
     lambdas = (_number(value) for value in fit.eigenvalues)
     row.update(zip(("lambda1", "lambda2", "lambda3"), lambdas, strict=True))
+    return _with_metadata(row, metadata)
+
+
+def orientation_row(plane: Plane, **metadata: Any) -> Row:
+    """The row of a plane known by its attitude alone (a compass reading); metadata as in
+    `plane_row`, x, y, z among them."""
+    row = _empty_row()
+    pole = plane.pole()
+    row.update(
+        geometry="plane",
+        dip_direction_deg=plane.dip_direction_deg,
+        dip_deg=plane.dip_deg,
+        strike_rhr_deg=plane.strike_rhr_deg,
+        pole_trend_deg=pole.trend_deg,
+        pole_plunge_deg=pole.plunge_deg,
+        undefined=plane.undefined,
+    )
+    normal = [float(c) for c in plane.normal()]
+    row.update(zip(("normal_x", "normal_y", "normal_z"), normal, strict=True))
     return _with_metadata(row, metadata)
 
 

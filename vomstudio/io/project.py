@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from vomstudio.document.records import Model, Trace
+from vomstudio.document.records import FEATURES, Model
 from vomstudio.document.session import Session
 from vomstudio.errors import InputError, TargetError, VomError
 from vomstudio.io.journal import SqliteJournal, read_replay
@@ -118,7 +118,8 @@ class Project:
     def close(self) -> None:
         """An untitled project that never held a feature leaves nothing behind; another one keeps
         its history, from which discarded work can be brought back."""
-        worthless = self.untitled and not self.session.ever_held(Trace) and not self.session.draft
+        session = self.session
+        worthless = self.untitled and not session.ever_held(*FEATURES) and not session.draft
         self.session.close()
         self._lock.release()
         if worthless:

@@ -4,17 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from vomstudio.document.measurements import Measurement, Measurements
-from vomstudio.document.records import FeatureType, Model, Record, Trace
-from vomstudio.io.orientation_table import Row, plane_row
+from vomstudio.document.records import (
+    ON_A_MODEL,
+    TYPED,
+    FeatureType,
+    Model,
+    Patch,
+    Reading,
+    Record,
+    Typed,
+)
+from vomstudio.io.orientation_table import Row, line_row, orientation_row, plane_row
 
 NO_MODEL = "local frame: its model is missing"
+IN_WORLD = "grid north, as entered"
 
 
 @dataclass(frozen=True)
 class ProjectTable:
-    """Rows in the order of the records, and the features that have no plane."""
+    """Rows in the order of the records, and the features that have no orientation."""
 
     rows: list[Row]
     skipped: list[dict[str, str]]
@@ -27,48 +38,80 @@ class ProjectTable:
 def project_table(
     records: Mapping[str, Record], measurements: Measurements | None = None
 ) -> ProjectTable:
-    """All features of a document as rows, in World."""
-    traces = [record for record in records.values() if isinstance(record, Trace)]
-    measured = (measurements or Measurements()).of(records, [trace.id for trace in traces])
+    """All planes and lines of a document as rows, in World."""
+    features = [record for record in records.values() if isinstance(record, TYPED)]
+    measured = (measurements or Measurements()).of(records, [feature.id for feature in features])
     rows: list[Row] = []
     skipped: list[dict[str, str]] = []
-    for trace in traces:
-        measurement = measured[trace.id]
-        row = trace_row(trace, measurement, records)
+    for feature in features:
+        measurement = measured[feature.id]
+        row = feature_row(feature, measurement, records)
         if row is None:
             reason = measurement.problem or "no plane"
-            skipped.append({"id": trace.id, "name": trace.name, "reason": reason})
+            skipped.append({"id": feature.id, "name": feature.name, "reason": reason})
         else:
             rows.append(row)
-    crs, north = _frame(records, traces)
+    crs, north = _frame(records, features)
     return ProjectTable(rows, skipped, crs, north)
 
 
-def trace_row(trace: Trace, measurement: Measurement, records: Mapping[str, Record]) -> Row | None:
-    """The row of one trace, None where it has no plane."""
-    if measurement.fit is None or measurement.verdict is None:
+def feature_row(
+    feature: Typed, measurement: Measurement, records: Mapping[str, Record]
+) -> Row | None:
+    """The row of one feature, None where it has no orientation."""
+    kind = records.get(feature.type_id)
+    values: dict[str, Any] = {
+        "id": feature.id,
+        "name": feature.name,
+        "kind": kind.name.casefold() if isinstance(kind, FeatureType) else feature.type_id,
+        "set": feature.set_name or None,
+        "notes": feature.notes or None,
+    }
+    model = records.get(feature.model_id) if isinstance(feature, ON_A_MODEL) else None
+    if isinstance(model, Model):
+        values |= {"model": model.name, "frame": model.frame.name()}
+    else:
+        values["frame"] = NO_MODEL if isinstance(feature, ON_A_MODEL) else IN_WORLD
+    if hasattr(feature, "overturned"):
+        values["overturned"] = feature.overturned
+    if measurement.fit is not None and measurement.verdict is not None:
+        if isinstance(feature, Patch):
+            values["area_m2"] = measurement.area_m2
+        return plane_row(
+            measurement.fit, measurement.verdict, resolution_m=measurement.resolution_m, **values
+        )
+    if len(measurement.points):
+        values |= dict(zip("xyz", measurement.points.mean(axis=0).tolist(), strict=True))
+    if isinstance(feature, Reading):
+        values["method"] = "compass"
+    if measurement.plane is not None:
+        return orientation_row(measurement.plane, **values)
+    if measurement.line is None:
         return None
-    kind, model = records.get(trace.type_id), records.get(trace.model_id)
-    found = model if isinstance(model, Model) else None
-    return plane_row(
-        measurement.fit,
-        measurement.verdict,
-        resolution_m=measurement.resolution_m,
-        id=trace.id,
-        name=trace.name,
-        kind=kind.name.casefold() if isinstance(kind, FeatureType) else trace.type_id,
-        set=trace.set_name or None,
-        overturned=trace.overturned,
-        model=found.name if found else None,
-        frame=found.frame.name() if found else NO_MODEL,
-        notes=trace.notes or None,
+    verdict, fit = measurement.verdict, measurement.line_fit
+    slip = measurement.slip_rake_deg
+    return line_row(
+        measurement.line,
+        **values,
+        rake_deg=measurement.rake_deg if slip is None else slip,
+        max_confidence95_deg=measurement.max_confidence95_deg,
+        min_confidence95_deg=measurement.min_confidence95_deg,
+        quality=verdict.quality if verdict else None,
+        quality_reason="; ".join(verdict.reasons) if verdict else None,
+        **(
+            {"n_points": fit.n, "extent_m": fit.length, "rms_m": fit.rms, "method": "line"}
+            if fit
+            else {}
+        ),
     )
 
 
-def _frame(records: Mapping[str, Record], traces: list[Trace]) -> tuple[str | None, str]:
-    """CRS and north of all rows together."""
-    models = [records.get(trace.model_id) for trace in traces]
+def _frame(records: Mapping[str, Record], features: list[Typed]) -> tuple[str | None, str]:
+    """CRS and north of all rows together; compass readings and intersections go by the others."""
+    models = [records.get(f.model_id) for f in features if isinstance(f, ON_A_MODEL)]
     frames = {m.frame if isinstance(m, Model) else None for m in models}
+    if not models and features:
+        return None, IN_WORLD
     if len(frames) != 1:
         return None, "see the column frame"
     frame = frames.pop()

@@ -1,14 +1,52 @@
-"""What a tool is given to work with."""
+"""What a tool is, and what it is given to work with."""
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Mapping
+from typing import Any, Protocol
 
 from vomstudio.document.measurements import Measurement
-from vomstudio.document.records import Trace
+from vomstudio.document.records import Feature
 from vomstudio.document.session import Session
 from vomstudio.geometry.surface import Surface
-from vomstudio.tools.types import Preview
+from vomstudio.tools.types import PointerEvent, Preview
+
+
+class Tool(Protocol):
+    """A state machine for gestures in the viewport. One tool at most is open at a time: it has
+    something unfinished, which `finish` or `cancel` ends, and which its draft brings back."""
+
+    @property
+    def open(self) -> bool: ...
+
+    @property
+    def can_undo(self) -> bool:
+        """`undo` would take a step of the unfinished thing back."""
+
+    def hint(self) -> str:
+        """What the next click does, for the status line."""
+
+    def why_not_finish(self) -> str | None:
+        """None where `finish` can be called now, else the reason."""
+
+    def pointer(self, event: PointerEvent) -> None: ...
+
+    def undo(self) -> bool:
+        """Take the last step of the unfinished thing back; False where there is none."""
+
+    def finish(self) -> str | None:
+        """Keep it; the id of what was made, or None with the reason said."""
+
+    def cancel(self) -> None: ...
+
+    def forget(self) -> None:
+        """Leave it to its draft: the project is being closed."""
+
+    def restore(self, state: Mapping[str, Any]) -> bool:
+        """Go on with a draft; False where it is not one of this tool or cannot be read."""
+
+    def set_type(self, type_id: str, set_name: str) -> None:
+        """Feature type and set of what is made next have been chosen anew."""
 
 
 class ToolContext(Protocol):
@@ -28,8 +66,8 @@ class ToolContext(Protocol):
     def surface(self, model_id: str) -> Surface | None:
         """The surface of an open model; None while it is not loaded."""
 
-    def measure(self, trace: Trace) -> Measurement:
-        """The live fit of a trace that is not in the document."""
+    def measure(self, feature: Feature) -> Measurement:
+        """The live figures of a feature that is not in the document."""
 
     def format_plane(self, measurement: Measurement) -> str:
         """The plane in the notation the user has chosen, with digits that follow its error."""

@@ -78,6 +78,12 @@ class TraceTool:
             "Ctrl+click inserts one; Delete removes the marked one; Esc cancels"
         )
 
+    def why_not_finish(self) -> str | None:
+        if self._trace is None:
+            return "no trace is being picked"
+        missing = 3 - len(self.vertices)
+        return None if missing <= 0 else f"a plane needs 3 points; pick {missing} more"
+
     # --- gestures ----------------------------------------------------------------------------
     def pointer(self, event: PointerEvent) -> None:
         if event.kind is Pointer.MOVE:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtWidgets import QInputDialog, QMessageBox
 
 from vomstudio.document import edits
-from vomstudio.document.records import Model, Trace
+from vomstudio.document.records import FEATURES, Model, Trace
 from vomstudio.errors import VomError
 from vomstudio.ui.actions import Command
 
@@ -25,6 +25,8 @@ _VIEWS = (
     ("west", "Looking West", "4"),
     ("bottom", "From below", "8"),
 )
+
+NOTHING_OPEN = "nothing is being picked"
 
 _DISPLAYS = (
     ("display_textured", "Textured", "textured"),
@@ -42,8 +44,8 @@ def commands(w: MainWindow) -> list[Command]:
 def _files(w: MainWindow) -> list[Command]:
     studio = w.studio
 
-    def no_traces() -> str | None:
-        return None if studio.session.of(Trace) else "there are no planes yet; pick a trace first"
+    def no_features() -> str | None:
+        return None if studio.session.features() else "there is nothing yet; pick a trace first"
 
     return [
         Command("new", "&New project", w.files.new_project, "file-outline", "Ctrl+N"),
@@ -58,9 +60,9 @@ def _files(w: MainWindow) -> list[Command]:
         Command("save_as", "Save &as…", w.files.save_as, None, "Ctrl+Shift+S"),
         Command("export_csv", "Export &table…", lambda: w.files.export("csv"), "table-arrow-right",
                 "Ctrl+E", "The orientation table as CSV, with every error and its reason",
-                no_traces),
+                no_features),
         Command("export_gpkg", "Export &GIS layers…", lambda: w.files.export("gpkg"),
-                "layers-outline", (), "Planes and traces as GeoPackage", no_traces),
+                "layers-outline", (), "Planes and traces as GeoPackage", no_features),
         Command("quit", "&Quit", w.close, None, "Ctrl+Q"),
     ]  # fmt: skip
 
@@ -69,19 +71,23 @@ def _edits(w: MainWindow) -> list[Command]:
     studio = w.studio
 
     def chosen() -> list[str]:
-        return [i for i in studio.selection.ids if isinstance(studio.records.get(i), Trace)]
+        return [i for i in studio.selection.ids if isinstance(studio.records.get(i), FEATURES)]
 
     def none_chosen() -> str | None:
-        return None if chosen() else "select a plane first"
+        return None if chosen() else "select a feature first"
+
+    def can_undo() -> bool:
+        tool = studio.open_tool
+        return tool is not None and tool.can_undo
 
     def nothing_to_undo() -> str | None:
-        if studio.trace_tool.can_undo or studio.session.undo_label:
+        if can_undo() or studio.session.undo_label:
             return None
         return "there is nothing to undo"
 
     def to_undo() -> str | None:
-        if studio.trace_tool.can_undo:
-            return "The last step of the open trace"
+        if can_undo():
+            return "The last step of what is being picked"
         return studio.session.undo_label
 
     def nothing_to_redo() -> str | None:
@@ -92,11 +98,11 @@ def _edits(w: MainWindow) -> list[Command]:
                 what=to_undo),
         Command("redo", "&Redo", studio.redo, "redo", ("Ctrl+Shift+Z", "Ctrl+Y"), "",
                 nothing_to_redo, what=lambda: studio.session.redo_label),
-        Command("delete", "&Delete planes", studio.delete_selected, "delete-outline", (), "",
+        Command("delete", "&Delete features", studio.delete_selected, "delete-outline", (), "",
                 none_chosen),
         Command("rename", "&Rename…", lambda: _rename(w), None, "F2", "", none_chosen),
-        Command("select_all", "Select &all planes",
-                lambda: studio.selection.set(t.id for t in studio.session.of(Trace)),
+        Command("select_all", "Select &all features",
+                lambda: studio.selection.set(f.id for f in studio.session.features()),
                 None, "Ctrl+A"),
         Command("find_command", "&Find a command…", lambda: _palette(w), "magnify", "Ctrl+K"),
     ]  # fmt: skip
@@ -111,7 +117,7 @@ def _views(w: MainWindow) -> list[Command]:
     def none_chosen() -> str | None:
         if studio.measured(studio.selection.ids):
             return no_viewport()
-        return "select a plane first"
+        return "select a feature first"
 
     def toggle_orthographic() -> None:
         if w.viewport is not None:
@@ -159,7 +165,7 @@ def _views(w: MainWindow) -> list[Command]:
         Command("home", "&Whole model", home, "home-outline", "Home", "",
                 no_viewport, in_viewport=True),
         Command("frame_selection", "&Frame selection", w.frame_selection,
-                "image-filter-center-focus", "F", "Bring the selected planes into view",
+                "image-filter-center-focus", "F", "Bring the selected features into view",
                 none_chosen, in_viewport=True),
         Command("orthographic", "&Orthographic", toggle_orthographic, "cube-outline", "O",
                 "Without perspective: lengths across the view are true", no_viewport,
@@ -236,14 +242,12 @@ def _tools(w: MainWindow) -> list[Command]:
     def not_loaded() -> str | None:
         return None if studio.models else "open a model first"
 
-    def not_open() -> str | None:
-        return None if tool.open else "no trace is being picked"
+    def cannot_finish() -> str | None:
+        unfinished = studio.open_tool
+        return NOTHING_OPEN if unfinished is None else unfinished.why_not_finish()
 
-    def not_enough() -> str | None:
-        if not tool.open:
-            return "no trace is being picked"
-        missing = 3 - len(tool.vertices)
-        return None if missing <= 0 else f"a plane needs 3 points; pick {missing} more"
+    def nothing_open() -> str | None:
+        return NOTHING_OPEN if studio.open_tool is None else None
 
     def no_vertex() -> str | None:
         if not tool.open:
@@ -252,18 +256,19 @@ def _tools(w: MainWindow) -> list[Command]:
             return "click a vertex of the open trace first"
         return None
 
-    def none_chosen() -> str | None:
+    def cannot_continue() -> str | None:
+        if studio.open_tool is not None:
+            return "something is being picked: finish or cancel it first"
         if any(isinstance(studio.records.get(i), Trace) for i in studio.selection.ids):
             return None
         return "select a trace first"
 
-    def cannot_continue() -> str | None:
-        if tool.open:
-            return "a trace is being picked"
-        return none_chosen()
-
     def nothing_to_delete() -> str | None:
-        return no_vertex() if tool.open else none_chosen()
+        if tool.open:
+            return no_vertex()
+        if any(isinstance(studio.records.get(i), FEATURES) for i in studio.selection.ids):
+            return None
+        return "select a feature first"
 
     def delete() -> None:
         if tool.open:
@@ -272,7 +277,8 @@ def _tools(w: MainWindow) -> list[Command]:
             studio.delete_selected()
 
     def back() -> None:
-        tool.undo()
+        if (unfinished := studio.open_tool) is not None:
+            unfinished.undo()
 
     def continue_trace() -> None:
         current = [i for i in studio.selection.ids if isinstance(studio.records.get(i), Trace)][-1]
@@ -295,10 +301,10 @@ def _tools(w: MainWindow) -> list[Command]:
         Command("trace", "&Trace", lambda: studio.activate("trace"), "vector-polyline", "T",
                 "Click along a bed, fault or fracture; its plane is fitted as you go",
                 not_loaded, in_viewport=True, checked=lambda: studio.tool_name == "trace"),
-        Command("finish_trace", "Finish", tool.finish, "check", ("Return", "Enter"),
-                "Keep the trace and its plane", not_enough, in_viewport=True),
-        Command("cancel_trace", "Cancel", tool.cancel, "close", "Esc",
-                "Give the open trace up; a continued one stays as it was", not_open,
+        Command("finish", "Finish", studio.finish_tool, "check", ("Return", "Enter"),
+                "Keep what is being picked", cannot_finish, in_viewport=True),
+        Command("cancel", "Cancel", studio.cancel_tool, "close", "Esc",
+                "Give up what is being picked; a continued trace stays as it was", nothing_open,
                 in_viewport=True),
         Command("continue_trace", "Continue", continue_trace, "vector-polyline-plus", (),
                 "Take the selected trace up again: add, move, insert or delete vertices",
@@ -306,9 +312,9 @@ def _tools(w: MainWindow) -> list[Command]:
         Command("delete_vertex", "Delete vertex", tool.delete_vertex, "vector-polyline-remove", (),
                 "The marked vertex of the open trace (Del in the viewport)", no_vertex),
         Command("delete_here", "Delete what is marked or selected", delete, None, "Del",
-                "The marked vertex of the open trace, else the selected planes", nothing_to_delete,
-                in_viewport=True),
-        Command("undo_click", "Take back the last click", back, None, "Backspace", "", not_open,
+                "The marked vertex of the open trace, else the selected features",
+                nothing_to_delete, in_viewport=True),
+        Command("undo_click", "Take back the last click", back, None, "Backspace", "", nothing_open,
                 in_viewport=True),
         Command("along_beta", "Look along &beta", lambda: w.view_panel.along_beta(), None, "B",
                 "Orthographic view down the fold axis of the bedding", no_beta, in_viewport=True),
@@ -333,10 +339,11 @@ def _open_sample(w: MainWindow) -> None:
 
 
 def _rename(w: MainWindow) -> None:
-    current = [i for i in w.studio.selection.ids if isinstance(w.studio.records.get(i), Trace)][-1]
-    trace = w.studio.records[current]
-    name, accepted = QInputDialog.getText(w, "Rename", "Name", text=trace.name)
-    if accepted and name.strip() != trace.name:
+    chosen = [i for i in w.studio.selection.ids if isinstance(w.studio.records.get(i), FEATURES)]
+    current = chosen[-1]
+    before = w.studio.records[current].name
+    name, accepted = QInputDialog.getText(w, "Rename", "Name", text=before)
+    if accepted and name.strip() != before:
         w.studio.attempt(edits.set_attributes, [current], name=name.strip())
 
 

@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Qt
 from PySide6.QtWidgets import QFileDialog, QMenu, QMessageBox
 
 from vomstudio.document import edits
-from vomstudio.document.records import Model, Trace
+from vomstudio.document.records import ON_A_MODEL, Model
 from vomstudio.errors import VomError
 from vomstudio.io.export import export_records
 from vomstudio.io.project import SUFFIX, is_project, untitled_folder, untitled_projects
@@ -155,7 +155,7 @@ class Files(QObject):
         records, models = self.studio.records, self.studio.session.of(Model)
         for id_ in reversed(self.studio.selection.ids):
             record = records.get(id_)
-            if isinstance(record, Trace):
+            if isinstance(record, ON_A_MODEL):
                 record = records.get(record.model_id)
             if isinstance(record, Model):
                 return record

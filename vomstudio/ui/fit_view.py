@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QVB
 
 from vomstudio.document.measurements import Measurement
 from vomstudio.ui import theme
-from vomstudio.ui.wording import degrees, length, number, plane_text
+from vomstudio.ui.wording import area, degrees, length, number, orientation_text
 
 _FIELDS = (
     ("confidence", "95 % conf.", "Half-angles of the joint 95 % confidence region of the plane, "
@@ -47,6 +47,7 @@ class FitView(QWidget):
         grid.setVerticalSpacing(1)
         grid.setColumnStretch(1, 1)
         self._values: dict[str, QLabel] = {}
+        self._titles: dict[str, QLabel] = {}
         for row, (name, title, tip) in enumerate(_FIELDS):
             label, value = QLabel(title), QLabel("–")
             label.setToolTip(tip)
@@ -56,6 +57,10 @@ class FitView(QWidget):
             grid.addWidget(label, row, 0)
             grid.addWidget(value, row, 1)
             self._values[name] = value
+            self._titles[name] = label
+        self._more = QLabel()
+        self._more.setWordWrap(True)
+        self._more.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._reasons = QLabel()
         self._reasons.setWordWrap(True)
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
@@ -64,12 +69,13 @@ class FitView(QWidget):
         layout.setSpacing(3)
         layout.addLayout(head)
         layout.addLayout(grid)
+        layout.addWidget(self._more)
         layout.addWidget(self._reasons)
 
     def show_measurement(self, measured: Measurement | None, notation: str, *, local: bool) -> None:
         fit = measured.fit if measured else None
         verdict = measured.verdict if measured else None
-        self._plane.setText(plane_text(fit, notation))
+        self._plane.setText(orientation_text(measured, notation, None) if measured else "–")
         self._plane.setToolTip("Local frame: the model is not registered" if local else "")
         quality = verdict.quality if verdict else None
         self._badge.setPixmap(theme.verdict_icon(quality).pixmap(18, 18))
@@ -86,10 +92,17 @@ class FitView(QWidget):
                 "textbook": f"{number(fit.coplanarity)} / {number(fit.collinearity)}",
                 "size": f"{length(fit.extent)} / {length(fit.rms)}   (n {fit.n})",
             }
+        elif measured is not None:
+            values |= _line_values(measured)
         for name, text in values.items():
             self._values[name].setText(text)
+            # What has no fit has no indices; an unfinished trace keeps its rows: nothing jumps.
+            for widget in (self._values[name], self._titles[name]):
+                widget.setVisible(measured is None or fit is not None or text != "–")
+        self._more.setText("\n".join(_more(measured)) if measured else "")
+        self._more.setVisible(bool(self._more.text()))
         reasons = verdict.reasons if verdict else ()
-        if not reasons and measured is not None and measured.problem and len(measured.points) > 2:
+        if not reasons and measured is not None and measured.problem:
             reasons = (measured.problem,)
         lines = [f"• {reason}" for reason in reasons]
         shown = lines[: self._reasons_shown]
@@ -98,3 +111,43 @@ class FitView(QWidget):
         self._reasons.setText("\n".join(shown))
         self._reasons.setToolTip("\n".join(lines))
         self._reasons.setVisible(bool(reasons))
+
+
+def _line_values(measured: Measurement) -> dict[str, str]:
+    values = {}
+    if measured.max_confidence95_deg is not None:
+        values["confidence"] = (
+            f"{degrees(measured.max_confidence95_deg)} × {degrees(measured.min_confidence95_deg)}"
+        )
+    if (fit := measured.line_fit) is not None:
+        values["size"] = f"{length(fit.length)} / {length(fit.rms)}   (n {fit.n})"
+    return values
+
+
+_DIMENSIONS = {
+    "thickness_m": "across the plane",
+    "length_m": "along the line",
+    "distance_m": "distance",
+    "horizontal_m": "horizontal",
+    "vertical_m": "vertical",
+    "perimeter_m": "perimeter",
+}
+
+
+def _more(measured: Measurement) -> list[str]:
+    """What only lines, patches, intersections and dimensions have."""
+    lines = []
+    if measured.area_m2 is not None:
+        lines.append(f"Area {area(measured.area_m2)}")
+    if measured.rake_deg is not None:
+        lines.append(
+            f"Rake {measured.rake_deg:.0f}°, {degrees(measured.off_plane_deg)} off its plane"
+        )
+    if measured.slip_rake_deg is not None:
+        lines.append(f"Slip of the hanging wall: rake {measured.slip_rake_deg:.0f}°")
+    if measured.angle_deg is not None:
+        lines.append(f"Angle between the planes {degrees(measured.angle_deg)}")
+    for name, text in _DIMENSIONS.items():
+        if measured.dimension and name in measured.dimension:
+            lines.append(f"{length(measured.dimension[name])} {text}")
+    return lines

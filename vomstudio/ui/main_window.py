@@ -32,10 +32,11 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio import __version__
-from vomstudio.document.records import Model, Record, Trace
+from vomstudio.document.records import FEATURES, Model, Record, Trace
 from vomstudio.io.settings import Settings
 from vomstudio.ui import theme
 from vomstudio.ui.actions import Actions
+from vomstudio.ui.wording import drawn_points
 
 if TYPE_CHECKING:
     from vomstudio.rendering.viewport import Viewport
@@ -50,7 +51,7 @@ _MENUS = (
                "view_east", "view_south", "view_west", "view_bottom", "|", "*notation",
                "*display", "trackball", "|", "only_outcrop", "*docks")),
     ("&Model", ("declare_frame", "locate", "copy_model", "remove_model")),
-    ("&Interpret", ("navigate", "trace", "|", "finish_trace", "cancel_trace", "continue_trace",
+    ("&Interpret", ("navigate", "trace", "|", "finish", "cancel", "continue_trace",
                     "delete_vertex")),
     ("&Analyse", ("along_beta", "face_plane", "|", "show_stereonet")),
     ("&Help", ("shortcuts", "about")),
@@ -355,6 +356,8 @@ class MainWindow(QMainWindow):
             if isinstance(record, Model)
             else ("frame_selection", "continue_trace", "face_plane", "rename", "delete")
             if isinstance(record, Trace)
+            else ("frame_selection", "face_plane", "rename", "delete")
+            if isinstance(record, FEATURES)
             else ()
         )
         return [table.all[name] for name in names]
@@ -371,7 +374,9 @@ class MainWindow(QMainWindow):
     def frame_selection(self) -> None:
         import numpy as np
 
-        points = [m.points for m in self.studio.measured(self.studio.selection.ids).values()]
+        measured = self.studio.measured(self.studio.selection.ids).values()
+        points = [drawn_points(m) for m in measured]
+        points = [p for p in points if len(p)]
         if self.viewport is not None and points:
             self.viewport.frame(np.concatenate(points))
 
@@ -410,11 +415,12 @@ class MainWindow(QMainWindow):
             self.message_bar.say(notice)
 
     def _tool_changed(self, name: str) -> None:
-        if name == "trace":
-            self.docks["trace"].show()
-            self.docks["trace"].raise_()
+        if name in self.docks:
+            self.docks[name].show()
+            self.docks[name].raise_()
         if self.viewport is not None:
-            cursor = Qt.CursorShape.CrossCursor if name == "trace" else Qt.CursorShape.ArrowCursor
+            picking = name in self.studio.tools
+            cursor = Qt.CursorShape.CrossCursor if picking else Qt.CursorShape.ArrowCursor
             self.viewport.setCursor(cursor)
         self._refresh()
 
@@ -431,8 +437,8 @@ class MainWindow(QMainWindow):
 
     # --- keys, layout, end -------------------------------------------------------------------
     def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802
-        if event.key() == Qt.Key.Key_Escape and self._filled and self.studio.trace_tool.open:
-            self.studio.trace_tool.cancel()
+        if event.key() == Qt.Key.Key_Escape and self._filled and self.studio.open_tool is not None:
+            self.studio.cancel_tool()
             return
         super().keyPressEvent(event)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from PySide6.QtCore import QPoint, QSignalBlocker, Qt
-from PySide6.QtGui import QAction, QPalette
+from PySide6.QtGui import QAction, QIcon, QPalette
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
@@ -19,13 +19,21 @@ from PySide6.QtWidgets import (
 
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
-from vomstudio.document.records import FeatureType, Model, Record, Trace
+from vomstudio.document.records import (
+    FEATURES,
+    Dimension,
+    Feature,
+    FeatureType,
+    Model,
+    Record,
+)
 from vomstudio.ui import theme
 from vomstudio.ui.studio import Studio
-from vomstudio.ui.wording import natural, plane_text
+from vomstudio.ui.wording import natural, orientation_text
 
 _ID = Qt.ItemDataRole.UserRole
 _SORT = Qt.ItemDataRole.UserRole + 1
+DIMENSIONS = "dimensions"
 
 
 class _Item(QTreeWidgetItem):
@@ -81,12 +89,14 @@ class ProjectTree(QWidget):
             for kind in self._studio.session.of(FeatureType):
                 item = self._group(kind.id, kind.name, "1")
                 item.setIcon(0, theme.swatch(kind.color))
+            dimensions = self._group(DIMENSIONS, self.tr("Measurements"), "2")
+            dimensions.setIcon(0, theme.icon("ruler"))
             for record in self._studio.session.of(Model):
                 self._put(record)
-            traces = self._studio.session.of(Trace)
-            self._studio.measured(trace.id for trace in traces)
-            for trace in traces:
-                self._put(trace)
+            features = self._studio.session.features()
+            self._studio.measured(feature.id for feature in features)
+            for feature in features:
+                self._put(feature)
             self._finish()
             self.tree.sortItems(0, Qt.SortOrder.AscendingOrder)
         self._show_selection(self._studio.selection.ids)
@@ -101,9 +111,15 @@ class ProjectTree(QWidget):
         self._items[id_] = item
         return item
 
-    def _put(self, record: Model | Trace) -> None:
+    def _put(self, record: Model | Feature) -> None:
         item = self._items.get(record.id)
-        group = "models" if isinstance(record, Model) else record.type_id
+        group = (
+            "models"
+            if isinstance(record, Model)
+            else DIMENSIONS
+            if isinstance(record, Dimension)
+            else record.type_id
+        )
         # A damaged journal may have lost the type; its features are here all the same.
         parent = self._items.get(group) or self._group(group, group.capitalize(), "1")
         if item is not None and item.parent() is not parent:
@@ -119,15 +135,18 @@ class ProjectTree(QWidget):
             Qt.ItemFlag.ItemIsEnabled
             | Qt.ItemFlag.ItemIsSelectable
             | Qt.ItemFlag.ItemIsUserCheckable
-            | (Qt.ItemFlag.ItemIsEditable if isinstance(record, Trace) else Qt.ItemFlag.NoItemFlags)
+            | (Qt.ItemFlag.NoItemFlags if isinstance(record, Model) else Qt.ItemFlag.ItemIsEditable)
         )
         item.setCheckState(0, _check(self._studio.visible(record.id)))
-        if isinstance(record, Trace):
+        if not isinstance(record, Model):
             measured = self._studio.measured([record.id])[record.id]
-            item.setText(1, plane_text(measured.fit, self._studio.settings.notation, decimals=0))
+            item.setIcon(0, theme.icon(theme.FEATURE_ICONS[type(record).__name__]))
+            item.setText(1, orientation_text(measured, self._studio.settings.notation))
             quality = measured.verdict.quality if measured.verdict else None
-            item.setIcon(1, theme.verdict_icon(quality))
-            item.setToolTip(1, "\n".join(measured.verdict.reasons) if measured.verdict else "")
+            judged = measured.verdict is not None or measured.problem is not None
+            item.setIcon(1, theme.verdict_icon(quality) if judged else QIcon())
+            reasons = measured.verdict.reasons if measured.verdict else (measured.problem or "",)
+            item.setToolTip(1, "\n".join(reasons))
         else:
             item.setText(1, "" if record.frame.has_north else self.tr("no frame"))
             item.setToolTip(0, record.path)
@@ -139,8 +158,10 @@ class ProjectTree(QWidget):
                 count = item.childCount()
                 item.setText(0, f"{record.name} ({count})" if count else record.name)
                 item.setHidden(count == 0)
-        self._items["models"].setHidden(self._items["models"].childCount() == 0)
-        empty = not self._studio.session.of(Model) and not self._studio.session.of(Trace)
+        for group in ("models", DIMENSIONS):
+            self._items[group].setHidden(self._items[group].childCount() == 0)
+        session = self._studio.session
+        empty = not session.of(Model) and not session.features()
         self._stack.setCurrentIndex(0 if empty else 1)
 
     def _edited(self, edit: Edit) -> None:
@@ -150,7 +171,7 @@ class ProjectTree(QWidget):
         with QSignalBlocker(self.tree):
             for id_ in {*edit.ids, *self._studio.affected(edit)}:
                 record = self._studio.records.get(id_)
-                if isinstance(record, Model | Trace):
+                if isinstance(record, (Model, *FEATURES)):
                     self._put(record)
                 elif (item := self._items.pop(id_, None)) is not None:
                     _take_out(item)
@@ -185,7 +206,7 @@ class ProjectTree(QWidget):
             self._studio.set_visible([id_], visible)
             return
         record = self._studio.records.get(id_)
-        if isinstance(record, Trace) and item.text(0) != record.name:
+        if isinstance(record, FEATURES) and item.text(0) != record.name:
             name = item.text(0).strip()
             if not self._studio.attempt(edits.set_attributes, [id_], name=name):
                 with QSignalBlocker(self.tree):

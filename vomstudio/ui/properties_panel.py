@@ -1,4 +1,4 @@
-"""What is selected: its name, type and set to be changed, its plane and the reasons to be read."""
+"""What is selected: what can be changed, and the figures and reasons to be read."""
 
 from __future__ import annotations
 
@@ -17,7 +17,15 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.document import edits
-from vomstudio.document.records import FeatureType, Model, Trace
+from vomstudio.document.records import (
+    FEATURES,
+    TYPED,
+    Feature,
+    FeatureType,
+    Lineation,
+    Model,
+    Trace,
+)
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.ui import theme
 from vomstudio.ui.fit_view import FitView
@@ -37,7 +45,7 @@ class PropertiesPanel(QWidget):
         self._nothing.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self._nothing)
-        self._stack.addWidget(_scrolled(self._make_trace()))
+        self._stack.addWidget(_scrolled(self._make_feature()))
         self._stack.addWidget(_scrolled(self._make_model(declare)))
         studio.selection_changed.connect(self.refresh)
         studio.edited.connect(self.refresh)
@@ -45,7 +53,7 @@ class PropertiesPanel(QWidget):
         studio.settings_changed.connect(self.refresh)
         studio.model_loaded.connect(self.refresh)
 
-    def _make_trace(self) -> QWidget:
+    def _make_feature(self) -> QWidget:
         page = QWidget()
         self._name = QLineEdit()
         self._name.editingFinished.connect(self._typed)
@@ -63,7 +71,17 @@ class PropertiesPanel(QWidget):
         self._notes.editingFinished.connect(self._typed)
         self._fields = {"name": self._name, "set_name": self._set, "notes": self._notes}
         self._fit = FitView()
-        form = QFormLayout()
+        self._slip = ComboBox()
+        for text, value in (
+            (self.tr("none"), ""),
+            (self.tr("normal"), "normal"),
+            (self.tr("reverse"), "reverse"),
+            (self.tr("sinistral (left-lateral)"), "sinistral"),
+            (self.tr("dextral (right-lateral)"), "dextral"),
+        ):
+            self._slip.addItem(text, value)
+        self._slip.activated.connect(lambda _: self._change(slip=self._slip.currentData()))
+        self._form = form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
         form.setVerticalSpacing(3)
         form.addRow(self.tr("Name"), self._name)
@@ -71,6 +89,7 @@ class PropertiesPanel(QWidget):
         form.addRow(self.tr("Set"), self._set)
         form.addRow(self.tr("Bed"), self._overturned)
         form.addRow(self.tr("Fit"), self._method)
+        form.addRow(self.tr("Slip"), self._slip)
         form.addRow(self.tr("Notes"), self._notes)
         layout = QVBoxLayout(page)
         layout.setContentsMargins(6, 4, 6, 4)
@@ -95,7 +114,9 @@ class PropertiesPanel(QWidget):
 
     def _chosen(self) -> list[str]:
         return [
-            i for i in self._studio.selection.ids if isinstance(self._studio.records.get(i), Trace)
+            i
+            for i in self._studio.selection.ids
+            if isinstance(self._studio.records.get(i), FEATURES)
         ]
 
     def _typed(self) -> None:
@@ -110,8 +131,8 @@ class PropertiesPanel(QWidget):
         ids = [
             i
             for i in ids
-            if isinstance(trace := self._studio.records.get(i), Trace)
-            and any(getattr(trace, k) != v for k, v in values.items())
+            if isinstance(feature := self._studio.records.get(i), FEATURES)
+            and any(hasattr(feature, k) and getattr(feature, k) != v for k, v in values.items())
         ]
         if not ids or not self._studio.attempt(edits.set_attributes, ids, **values):
             self.refresh()
@@ -123,8 +144,8 @@ class PropertiesPanel(QWidget):
         self._shown = self._chosen()
         current = self._studio.selection.current
         record = self._studio.records.get(current) if current else None
-        if isinstance(record, Trace):
-            self._show_trace(record)
+        if isinstance(record, FEATURES):
+            self._show_feature(record)
             self._stack.setCurrentIndex(1)
         elif isinstance(record, Model):
             self._show_model(record)
@@ -132,20 +153,33 @@ class PropertiesPanel(QWidget):
         else:
             self._stack.setCurrentIndex(0)
 
-    def _show_trace(self, trace: Trace) -> None:
-        measured = self._studio.measured([trace.id])[trace.id]
+    def _show_feature(self, feature: Feature) -> None:
+        measured = self._studio.measured([feature.id])[feature.id]
         self._fit.show_measurement(
             measured, self._studio.settings.notation, local=not self._studio.north_known()
         )
+        for name, widget in (
+            ("type_id", self._type),
+            ("set_name", self._set),
+            ("overturned", self._overturned),
+            ("method", self._method),
+            ("slip", self._slip),
+        ):
+            self._form.setRowVisible(widget, hasattr(feature, name))
+        if isinstance(feature, Lineation):
+            self._form.setRowVisible(self._slip, bool(feature.plane_id))
+            self._slip.setCurrentIndex(self._slip.findData(feature.slip))
         with QSignalBlocker(self._type):
             self._type.clear()
             for kind in self._studio.session.of(FeatureType):
                 self._type.addItem(theme.swatch(kind.color), kind.name, kind.id)
-            self._type.setCurrentIndex(self._type.findData(trace.type_id))
+            if isinstance(feature, TYPED):
+                self._type.setCurrentIndex(self._type.findData(feature.type_id))
         for name, field in self._fields.items():
-            field.setText(getattr(trace, name))
-        self._overturned.setChecked(trace.overturned)
-        self._method.setCurrentIndex(self._method.findData(trace.method))
+            field.setText(getattr(feature, name, ""))
+        self._overturned.setChecked(getattr(feature, "overturned", False))
+        if isinstance(feature, Trace):
+            self._method.setCurrentIndex(self._method.findData(feature.method))
 
     def _show_model(self, model: Model) -> None:
         lines = [f"<b>{model.name}</b>", model.path]

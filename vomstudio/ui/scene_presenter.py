@@ -9,15 +9,25 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.document.edit import Edit
-from vomstudio.document.records import FeatureType, Model, Trace
+from vomstudio.document.measurements import Measurement
+from vomstudio.document.records import (
+    FEATURES,
+    IDENTITY,
+    Dimension,
+    Feature,
+    FeatureType,
+    Model,
+    Patch,
+)
 from vomstudio.geometry import transform
 from vomstudio.geometry.discs import disc
 from vomstudio.rendering.drawing import FeatureDrawing
 from vomstudio.rendering.viewport import Viewport
 from vomstudio.tools.types import Button, Pointer, PointerEvent, Preview
 from vomstudio.ui.first_view import first_view
+from vomstudio.ui.project_tree import DIMENSIONS
 from vomstudio.ui.studio import Studio
-from vomstudio.ui.wording import length, plane_text
+from vomstudio.ui.wording import drawn_points, length, orientation_text
 
 
 class ScenePresenter:
@@ -58,9 +68,10 @@ class ScenePresenter:
                 return True
         except (ValueError, KeyError, TypeError):
             pass
-        traces = self._studio.measured(t.id for t in self._studio.session.of(Trace))
-        if traces:
-            self._viewport.frame(np.concatenate([m.points for m in traces.values()]))
+        measured = self._studio.measured(f.id for f in self._studio.session.features())
+        points = [p for m in measured.values() if len(p := drawn_points(m))]
+        if points:
+            self._viewport.frame(np.concatenate(points))
         return False
 
     # --- models ------------------------------------------------------------------------------
@@ -147,46 +158,66 @@ class ScenePresenter:
         self._draw(self._studio.affected(edit))
 
     def _all_features(self) -> None:
-        self._draw(trace.id for trace in self._studio.session.of(Trace))
+        self._draw(feature.id for feature in self._studio.session.features())
 
     def _draw(self, ids: Iterable[str]) -> None:
         ids = list(ids)
         measured = self._studio.measured(ids)
         changes: dict[str, FeatureDrawing | None] = {}
         for id_ in ids:
-            trace = self._studio.records.get(id_)
-            if not isinstance(trace, Trace):
-                changes[id_] = None
-                self._features.discard(id_)
-                continue
-            kind = self._studio.records.get(trace.type_id)
-            fit = measured[id_].fit
-            points = measured[id_].points
-            label = trace.name
-            if fit is not None:
-                label += f"  {plane_text(fit, self._studio.settings.notation, decimals=0)}"
-            changes[id_] = FeatureDrawing(
-                id=id_,
-                line=points,
-                disc=None
-                if fit is None or fit.extent is None
-                else disc(fit.centroid, fit.normal, 0.5 * fit.extent),
-                color=_rgb(kind.color if isinstance(kind, FeatureType) else "#ffffff"),
-                label=label,
-                anchor=points[len(points) // 2],
-                visible=self._studio.visible(id_) and self._studio.visible(trace.type_id),
+            feature = self._studio.records.get(id_)
+            drawing = (
+                self._drawing(feature, measured[id_]) if isinstance(feature, FEATURES) else None
             )
-            self._features.add(id_)
+            changes[id_] = drawing
+            if drawing is None:
+                self._features.discard(id_)
+            else:
+                self._features.add(id_)
         if changes:
             self._viewport.set_features(changes)
+
+    def _drawing(self, feature: Feature, measured: Measurement) -> FeatureDrawing | None:
+        """None where the feature has no place in the outcrop."""
+        line = self._line(feature, measured)
+        if not len(line):
+            return None
+        group = DIMENSIONS if isinstance(feature, Dimension) else feature.type_id
+        kind = self._studio.records.get(group)
+        fit = measured.fit
+        text = orientation_text(measured, self._studio.settings.notation)
+        ring = None
+        if fit is not None and fit.extent is not None:
+            ring = disc(fit.centroid, fit.normal, 0.5 * fit.extent)
+        return FeatureDrawing(
+            id=feature.id,
+            line=line,
+            disc=ring,
+            color=_rgb(kind.color if isinstance(kind, FeatureType) else "#ffffff"),
+            label=feature.name if text == "–" else f"{feature.name}  {text}",
+            anchor=line[len(line) // 2],
+            visible=self._studio.visible(feature.id) and self._studio.visible(group),
+        )
+
+    def _line(self, feature: Feature, measured: Measurement) -> npt.NDArray[np.float64]:
+        points = measured.points
+        if isinstance(feature, Patch) and len(feature.outline) > 2:
+            model = self._studio.records.get(feature.model_id)
+            rows = model.to_world if isinstance(model, Model) else IDENTITY
+            return transform.apply(rows, (*feature.outline, feature.outline[0]))
+        if isinstance(feature, Dimension) and feature.kind == "area" and len(points) > 2:
+            return np.vstack([points, points[:1]])
+        return points
 
     def _visibility(self, ids: tuple[str, ...]) -> None:
         for model_id in self._shown:
             self._viewport.set_model_visible(model_id, self._model_visible(model_id))
-        if any(isinstance(self._studio.records.get(i), FeatureType) for i in ids):
+        if DIMENSIONS in ids or any(
+            isinstance(self._studio.records.get(i), FeatureType) for i in ids
+        ):
             self._all_features()
         else:
-            self._draw(i for i in ids if isinstance(self._studio.records.get(i), Trace))
+            self._draw(i for i in ids if isinstance(self._studio.records.get(i), FEATURES))
 
     # --- tool and pointer --------------------------------------------------------------------
     def _preview(self, preview: Preview | None) -> None:

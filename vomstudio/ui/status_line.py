@@ -64,8 +64,8 @@ class StatusLine(QStatusBar):
 
     def refresh(self, *_: object) -> None:
         studio = self._studio
-        if studio.tool_name == "trace":
-            self._hint.setText(studio.trace_tool.hint())
+        if (tool := studio.tool) is not None:
+            self._hint.setText(tool.hint())
         else:
             self._hint.setText(
                 self.tr(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 from matplotlib.backend_bases import MouseEvent
 from matplotlib.backends.backend_qtagg import FigureCanvasQTAgg
@@ -11,7 +13,8 @@ from PySide6.QtGui import QPalette, QResizeEvent
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QToolButton, QVBoxLayout, QWidget
 
 from vomstudio.document.edit import Edit
-from vomstudio.document.records import FeatureType, Trace
+from vomstudio.document.measurements import Measurement
+from vomstudio.document.records import FEATURES, TYPED, FeatureType, Reading, Typed
 from vomstudio.errors import VomError
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.notation import format_line
@@ -100,33 +103,22 @@ class StereonetPanel(QWidget):
 
     # --- drawing -----------------------------------------------------------------------------
     def contents(self) -> NetContents:
-        """The visible planes, a set for each feature type."""
+        """The visible planes and lines: a set for each feature type, for its lines, and for its
+        compass readings."""
         studio = self._studio
-        traces = [
-            t
-            for t in studio.session.of(Trace)
-            if studio.visible(t.id) and studio.visible(t.type_id)
+        features = [
+            f
+            for f in studio.session.features()
+            if isinstance(f, TYPED) and studio.visible(f.id) and studio.visible(f.type_id)
         ]
-        measured = studio.measured(t.id for t in traces)
+        measured = studio.measured(f.id for f in features)
         sets = []
         for kind in studio.session.of(FeatureType):
-            own = [
-                (t.id, fit)
-                for t in traces
-                if t.type_id == kind.id and (fit := measured[t.id].fit) is not None
-            ]
-            if own:
-                sets.append(
-                    NetSet(
-                        kind.name,
-                        "plane",
-                        np.array([fit.dip_direction_deg for _, fit in own], dtype=float),
-                        np.array([fit.dip_deg for _, fit in own], dtype=float),
-                        tuple(id_ for id_, _ in own),
-                        kind.color,
-                        _MARKERS.get(kind.symbol, "o"),
-                    )
-                )
+            own = [f for f in features if f.type_id == kind.id]
+            picked = [f for f in own if not isinstance(f, Reading)]
+            readings = [f for f in own if isinstance(f, Reading)]
+            sets += _sets(kind, kind.name, picked, measured, _MARKERS.get(kind.symbol, "o"))
+            sets += _sets(kind, f"{kind.name} (compass)", readings, measured, "P")
         return NetContents(
             sets=tuple(sets),
             projection=str(self._projection.currentData()),
@@ -154,7 +146,7 @@ class StereonetPanel(QWidget):
     def _ellipses(self) -> tuple[NetEllipse, ...]:
         """Of the current plane, where its error is known."""
         current = self._studio.selection.current
-        if current is None or not isinstance(self._studio.records.get(current), Trace):
+        if current is None or not isinstance(self._studio.records.get(current), FEATURES):
             return ()
         fit = self._studio.measured([current])[current].fit
         if fit is None or fit.max_confidence95_deg is None or fit.error_rake_deg is None:
@@ -199,3 +191,33 @@ class StereonetPanel(QWidget):
     def _moved(self, event: MouseEvent) -> None:
         line = self.artists.line_at(event.x, event.y) if self.artists else None
         self._under.setText("" if line is None else format_line(line, 0))
+
+
+def _sets(
+    kind: FeatureType,
+    name: str,
+    features: Sequence[Typed],
+    measured: Mapping[str, Measurement],
+    marker: str,
+) -> list[NetSet]:
+    """The planes and the lines among features, each as a set; those without orientation are left
+    out."""
+    planes = [(f.id, p) for f in features if (p := measured[f.id].plane) is not None]
+    lines = [
+        (f.id, line)
+        for f in features
+        if measured[f.id].plane is None and (line := measured[f.id].line) is not None
+    ]
+    result = []
+    if planes:
+        azimuth = np.array([p.dip_direction_deg for _, p in planes], dtype=float)
+        angle = np.array([p.dip_deg for _, p in planes], dtype=float)
+        ids = tuple(id_ for id_, _ in planes)
+        result.append(NetSet(name, "plane", azimuth, angle, ids, kind.color, marker))
+    if lines:
+        azimuth = np.array([line.trend_deg for _, line in lines], dtype=float)
+        angle = np.array([line.plunge_deg for _, line in lines], dtype=float)
+        ids = tuple(id_ for id_, _ in lines)
+        title = f"{name}, lines" if planes else name
+        result.append(NetSet(title, "line", azimuth, angle, ids, kind.color, marker))
+    return result

@@ -12,8 +12,19 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
-from vomstudio.document.measurements import Measurement, Measurements, measure
-from vomstudio.document.records import Frame, Model, Record, Trace
+from vomstudio.document.measurements import Measurement, Measurements, measure_all, sources_of
+from vomstudio.document.records import (
+    FEATURES,
+    ON_A_MODEL,
+    TYPED,
+    Dimension,
+    Feature,
+    Frame,
+    Intersection,
+    Lineation,
+    Model,
+    Record,
+)
 from vomstudio.document.selection import Selection
 from vomstudio.document.session import Session
 from vomstudio.errors import VomError
@@ -21,6 +32,7 @@ from vomstudio.geometry.surface import Surface
 from vomstudio.io.project import Project, create_untitled, is_free, is_project, untitled_projects
 from vomstudio.io.settings import Settings, write_settings
 from vomstudio.jobs.events import Failed
+from vomstudio.tools.context import Tool
 from vomstudio.tools.trace import TraceTool
 from vomstudio.tools.types import PointerEvent, Preview
 from vomstudio.ui.job_bridge import JobBridge
@@ -80,6 +92,7 @@ class Studio(QObject):
         self._layers_timer.setInterval(_LAYERS_IDLE_MS)
         self._layers_timer.timeout.connect(self.write_layers)
         self.trace_tool = TraceTool(self)
+        self.tools: dict[str, Tool] = {"trace": self.trace_tool}
 
     # --- project -----------------------------------------------------------------------------
     @property
@@ -131,14 +144,21 @@ class Studio(QObject):
             self.warn("Work that had not been saved is back. Save it, or take it back with Undo.")
         draft = self.session.draft
         if draft is not None:
-            self.activate("trace")
-            if not self.trace_tool.restore(draft.state):
-                self.warn("An unfinished trace could not be read and was left out.")
-            elif trace := self.trace_tool.trace:
-                self.next_type_id, self.next_set = trace.type_id, trace.set_name
-                self.tool_changed()
-                count = len(self.trace_tool.vertices)
-                self.info(f"An unfinished trace with {count} points is back: go on picking.")
+            self._restore_draft(draft.state)
+
+    def _restore_draft(self, state: Mapping[str, Any]) -> None:
+        name = str(state.get("tool"))
+        tool = self.tools.get(name)
+        if tool is not None:
+            self.activate(name)
+        if tool is None or not tool.restore(state):
+            self.warn("An unfinished feature could not be read and was left out.")
+            return
+        if trace := self.trace_tool.trace:
+            self.next_type_id, self.next_set = trace.type_id, trace.set_name
+        self.tool_changed()
+        count = len(state.get("vertices", ()))
+        self.info(f"An unfinished {name} with {count} points is back: go on picking.")
 
     def _leave(self) -> None:
         self._mark_open(False)
@@ -146,7 +166,8 @@ class Studio(QObject):
         if self._layers_timer.isActive():
             # An edit of the last moment, a discarded one included; `close` waits for it.
             self.write_layers()
-        self.trace_tool.forget()
+        for tool in self.tools.values():
+            tool.forget()
         self.models.clear()
         self.measurements = Measurements(self.settings.thresholds)
         self.project.close()
@@ -164,7 +185,7 @@ class Studio(QObject):
 
     def discard(self) -> None:
         """Leave what was not saved to the history. Raises VomError."""
-        self.trace_tool.cancel()
+        self.cancel_tool()
         if self.session.dirty:
             self.session.discard_unsaved()
 
@@ -192,9 +213,10 @@ class Studio(QObject):
     @property
     def worth_asking(self) -> bool:
         """Closing now would put work aside that the user may want to keep."""
-        if not self.session.dirty and not self.trace_tool.open:
+        is_open = self.open_tool is not None
+        if not self.session.dirty and not is_open:
             return False
-        return bool(self.session.of(Trace)) or self.trace_tool.open or not self.project.untitled
+        return bool(self.session.features()) or is_open or not self.project.untitled
 
     def remember(self, path: Path) -> None:
         self.settings.add_recent(path.resolve())
@@ -226,7 +248,8 @@ class Studio(QObject):
             return False
 
     def undo(self) -> None:
-        if not self.trace_tool.undo():
+        tool = self.open_tool
+        if tool is None or not tool.undo():
             self._step(self.session.undo)
 
     def redo(self) -> None:
@@ -249,19 +272,27 @@ class Studio(QObject):
             self._layers_timer.start()
 
     def affected(self, edit: Edit) -> list[str]:
-        """The traces that look different after an edit: its own, and those of its models and
-        feature types. Deleted ones are among them."""
+        """The features that look different after an edit: its own, those of its models and feature
+        types, and what rests on them. Deleted ones are among them."""
         ids = set(edit.ids)
-        own = [i for i in edit.ids if isinstance(edit.before[i] or edit.after[i], Trace)]
-        others = [
-            trace.id
-            for trace in self.session.of(Trace)
-            if trace.id not in ids and (trace.model_id in ids or trace.type_id in ids)
-        ]
+        own = [i for i in edit.ids if isinstance(edit.before[i] or edit.after[i], FEATURES)]
+        others = [f.id for f in self.session.features() if f.id not in ids and self._rests(f, ids)]
         return own + others
 
+    def _rests(self, feature: Feature, ids: set[str]) -> bool:
+        if isinstance(feature, ON_A_MODEL) and feature.model_id in ids:
+            return True
+        if isinstance(feature, TYPED) and feature.type_id in ids:
+            return True
+        if isinstance(feature, Lineation | Dimension) and feature.plane_id in ids:
+            return True
+        if isinstance(feature, Lineation | Dimension) and feature.plane_id:
+            return any(r.id in ids for r in sources_of(self.records, feature) if r is not None)
+        # Members of its groups may have come or gone: they are few, and looked at again.
+        return isinstance(feature, Intersection)
+
     def delete_selected(self) -> None:
-        ids = [i for i in self.selection.ids if isinstance(self.records.get(i), Trace)]
+        ids = [i for i in self.selection.ids if isinstance(self.records.get(i), FEATURES)]
         if ids:
             self.attempt(edits.delete, ids)
 
@@ -405,7 +436,7 @@ class Studio(QObject):
         if self.project.untitled:
             return
         folder = self.project.folder
-        if not self.session.of(Trace):
+        if not self.session.features():
             # Layers that show what is not there any more would be worse than none.
             with contextlib.suppress(OSError):
                 (folder / "project.gpkg").unlink(missing_ok=True)
@@ -430,30 +461,52 @@ class Studio(QObject):
     def activate(self, name: str) -> None:
         if name == self.tool_name:
             return
-        if self.tool_name == "trace" and self.trace_tool.open:
-            self.info("The open trace waits: finish it with Enter or cancel it with Esc.")
+        open_tool = self.open_tool
+        if open_tool is not None and self.tools.get(name) is not open_tool:
+            waits = "finish it with Enter or cancel it with Esc"
+            if name in self.tools:
+                self.hint(f"What is being picked comes first: {waits}.")
+                self.active_tool_changed.emit(self.tool_name)
+                return
+            self.info(f"What is being picked waits: {waits}.")
         self.tool_name = name
         self.active_tool_changed.emit(name)
 
+    @property
+    def tool(self) -> Tool | None:
+        """The active tool; None while navigating."""
+        return self.tools.get(self.tool_name)
+
+    @property
+    def open_tool(self) -> Tool | None:
+        """The tool that has something unfinished."""
+        return next((tool for tool in self.tools.values() if tool.open), None)
+
+    def finish_tool(self) -> None:
+        if (tool := self.open_tool) is not None:
+            tool.finish()
+
+    def cancel_tool(self) -> None:
+        if (tool := self.open_tool) is not None:
+            tool.cancel()
+
     def pointer(self, event: PointerEvent) -> None:
-        if self.tool_name == "trace":
-            self.trace_tool.pointer(event)
+        if (tool := self.tool) is not None:
+            tool.pointer(event)
 
     def set_next(self, type_id: str, set_name: str) -> None:
         """Feature type and set for what is made next, the open trace included."""
         self.next_type_id, self.next_set = type_id, set_name
-        self.trace_tool.set_type(type_id, set_name)
+        for tool in self.tools.values():
+            tool.set_type(type_id, set_name)
 
     # --- ToolContext -------------------------------------------------------------------------
     def surface(self, model_id: str) -> Surface | None:
         found = self.models.get(model_id)
         return found.surface if found else None
 
-    def measure(self, trace: Trace) -> Measurement:
-        model = self.records.get(trace.model_id)
-        return measure(
-            [(trace, model if isinstance(model, Model) else None)], self.settings.thresholds
-        )[0]
+    def measure(self, feature: Feature) -> Measurement:
+        return measure_all(self.records, [feature], self.settings.thresholds)[0]
 
     def format_plane(self, measurement: Measurement) -> str:
         return plane_text(measurement.fit, self.settings.notation, local=not self.north_known())

@@ -1,4 +1,4 @@
-"""The orientation table: every plane with its errors and its verdict, sorted and filtered."""
+"""The orientation table: all planes and lines with errors and verdict, sorted and filtered."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ from PySide6.QtWidgets import (
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.measurements import Measurement
-from vomstudio.document.records import FeatureType, Trace
+from vomstudio.document.records import TYPED, FeatureType, Typed
 from vomstudio.ui import theme
 from vomstudio.ui.studio import Studio
-from vomstudio.ui.wording import degrees, length, natural, number, plane_text
+from vomstudio.ui.wording import area, degrees, length, natural, number, orientation_text
 
 _Index = QModelIndex | QPersistentModelIndex
 _SORT = Qt.ItemDataRole.UserRole
@@ -57,10 +57,21 @@ class Column:
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    trace: Trace
+    feature: Typed
     kind: FeatureType | None
     measured: Measurement
     notation: str
+
+    @property
+    def azimuth(self) -> float | None:
+        if self.measured.plane is not None:
+            return self.measured.plane.dip_direction_deg
+        return None if self.measured.line is None else self.measured.line.trend_deg
+
+    @property
+    def rake(self) -> float | None:
+        slip = self.measured.slip_rake_deg
+        return self.measured.rake_deg if slip is None else slip
 
     def fit(self, name: str) -> Any:
         return None if self.measured.fit is None else getattr(self.measured.fit, name)
@@ -85,8 +96,14 @@ def _fit(title: str, name: str, tip: str, words: Callable[[Any], str]) -> Column
     return Column(title, tip, lambda r: words(r.fit(name)), lambda r: r.fit(name))
 
 
+def _measured(title: str, name: str, tip: str, words: Callable[[Any], str]) -> Column:
+    return Column(
+        title, tip, lambda r: words(getattr(r.measured, name)), lambda r: getattr(r.measured, name)
+    )
+
+
 COLUMNS: tuple[Column, ...] = (
-    Column("Name", "Name", lambda r: r.trace.name, lambda r: natural(r.trace.name),
+    Column("Name", "Name", lambda r: r.feature.name, lambda r: natural(r.feature.name),
            "name", True),
     Column(
         "Type",
@@ -96,28 +113,29 @@ COLUMNS: tuple[Column, ...] = (
         None,
         True,
     ),
-    Column("Set", "Set", lambda r: r.trace.set_name, lambda r: r.trace.set_name, "set_name", True),
+    Column("Set", "Set", lambda r: r.feature.set_name, lambda r: r.feature.set_name,
+           "set_name", True),
     Column(
-        "Plane",
-        "Best-fit plane, in the notation chosen under View > Notation",
-        lambda r: plane_text(r.measured.fit, r.notation, decimals=0),
-        lambda r: r.fit("dip_direction_deg"),
+        "Orientation",
+        "Plane in the notation chosen under View > Notation; trend/plunge of a line",
+        lambda r: orientation_text(r.measured, r.notation),
+        lambda r: r.azimuth,
     ),
     Column(
         "Quality",
-        "Verdict on the plane, with its reasons",
-        lambda r: r.quality or "no plane",
+        "Verdict on the plane or line, with its reasons",
+        lambda r: r.quality or ("no plane" if r.measured.problem else "–"),
         lambda r: _QUALITY_ORDER[r.quality],
         None,
         True,
     ),
-    _fit(
+    _measured(
         "95 % max",
         "max_confidence95_deg",
-        "Largest tilt inside the joint 95 % confidence region of the plane",
+        "Largest tilt inside the joint 95 % confidence region of the plane or line",
         degrees,
     ),
-    _fit("95 % min", "min_confidence95_deg", "The same, in the best known direction", degrees),
+    _measured("95 % min", "min_confidence95_deg", "The same, in the best known direction", degrees),
     _fit("± dip", "dip_error_deg", "95 % error of the dip", degrees),
     _fit(
         "± dip dir.",
@@ -130,7 +148,15 @@ COLUMNS: tuple[Column, ...] = (
     _fit("Coplan.", "coplanarity", "Coplanarity index 1/l3 (textbook eq. 20)", number),
     _fit("Collin.", "collinearity", "Collinearity index l1/l2 (textbook eq. 21)", number),
     _fit("n", "n", "Number of points", lambda v: "–" if v is None else str(v)),
-    _fit("Extent", "extent", "Longest axis of the trace", length),
+    _fit("Extent", "extent", "Longest axis of the trace, diameter of the patch", length),
+    _measured("Area", "area_m2", "Area of the patch's faces", area),
+    Column(
+        "Rake",
+        "Of a line in its plane, from the right-hand-rule strike; of a slip -180 to 180, positive "
+        "reverse",
+        lambda r: degrees(r.rake),
+        lambda r: r.rake,
+    ),
     Column(
         "Ext./res.",
         "Extent over the model's resolution: 100 is wanted",
@@ -140,7 +166,7 @@ COLUMNS: tuple[Column, ...] = (
     _fit("RMS", "rms", "Root mean square distance from the plane", length),
     Column("Reasons", "Why the verdict is what it is", lambda r: r.reasons, lambda r: r.reasons,
            None, True),
-    Column("Notes", "Notes", lambda r: r.trace.notes, lambda r: r.trace.notes, "notes", True),
+    Column("Notes", "Notes", lambda r: r.feature.notes, lambda r: r.feature.notes, "notes", True),
 )  # fmt: skip
 
 
@@ -153,22 +179,23 @@ class OrientationModel(QAbstractTableModel):
 
     def reset(self) -> None:
         self.beginResetModel()
-        traces = self._studio.session.of(Trace)
-        measured = self._studio.measured(trace.id for trace in traces)
-        self._rows = [self._row(trace, measured[trace.id]) for trace in traces]
-        self._places = {row.trace.id: i for i, row in enumerate(self._rows)}
+        features = [f for f in self._studio.session.features() if isinstance(f, TYPED)]
+        measured = self._studio.measured(feature.id for feature in features)
+        self._rows = [self._row(feature, measured[feature.id]) for feature in features]
+        self._places = {row.feature.id: i for i, row in enumerate(self._rows)}
         self.endResetModel()
 
     def update(self, ids: list[str]) -> None:
-        """Some traces are new, other, or gone."""
+        """Some features are new, other, or gone."""
         if any(self._studio.records.get(i) is None for i in ids):
             self.reset()
             return
         measured = self._studio.measured(ids)
         for id_ in ids:
-            trace = self._studio.records[id_]
-            assert isinstance(trace, Trace)
-            row = self._row(trace, measured[id_])
+            feature = self._studio.records[id_]
+            if not isinstance(feature, TYPED):
+                continue
+            row = self._row(feature, measured[id_])
             place = self._places.get(id_)
             if place is None:
                 place = len(self._rows)
@@ -180,17 +207,17 @@ class OrientationModel(QAbstractTableModel):
                 self._rows[place] = row
                 self.dataChanged.emit(self.index(place, 0), self.index(place, len(COLUMNS) - 1))
 
-    def _row(self, trace: Trace, measured: Measurement) -> Row:
-        kind = self._studio.records.get(trace.type_id)
+    def _row(self, feature: Typed, measured: Measurement) -> Row:
+        kind = self._studio.records.get(feature.type_id)
         return Row(
-            trace,
+            feature,
             kind if isinstance(kind, FeatureType) else None,
             measured,
             self._studio.settings.notation,
         )
 
     def id_at(self, row: int) -> str:
-        return self._rows[row].trace.id
+        return self._rows[row].feature.id
 
     def place(self, id_: str) -> int | None:
         return self._places.get(id_)
@@ -240,9 +267,11 @@ class OrientationModel(QAbstractTableModel):
     ) -> bool:
         field = COLUMNS[index.column()].field
         row = self._rows[index.row()]
-        if field is None or value == getattr(row.trace, field):
+        if field is None or value == getattr(row.feature, field):
             return False
-        return self._studio.attempt(edits.set_attributes, [row.trace.id], **{field: value.strip()})
+        return self._studio.attempt(
+            edits.set_attributes, [row.feature.id], **{field: value.strip()}
+        )
 
 
 class _Sorted(QSortFilterProxyModel):
@@ -373,9 +402,9 @@ class TablePanel(QWidget):
     def _counted(self) -> None:
         total, shown = self.model.rowCount(), self._sorted.rowCount()
         self._count.setText(
-            f"{total} plane{'s' if total != 1 else ''}"
+            f"{total} feature{'s' if total != 1 else ''}"
             if shown == total
-            else f"{shown} of {total} planes"
+            else f"{shown} of {total} features"
         )
         self._empty.setVisible(total == 0)
         self.view.setVisible(total > 0)

@@ -8,6 +8,16 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFont, QIcon, QPainter, QPalette, QPen, QPixmap, QPixmapCache
 from PySide6.QtWidgets import QApplication
 
+# One icon for each class of feature, in tree and toolbar.
+FEATURE_ICONS = {
+    "Trace": "vector-polyline",
+    "Patch": "texture-box",
+    "Lineation": "arrow-top-right",
+    "Reading": "compass-outline",
+    "Dimension": "ruler",
+    "Intersection": "vector-intersection",
+}
+
 
 def icon(name: str) -> QIcon:
     """A Material Design icon in the palette's text colour."""

@@ -62,7 +62,7 @@ class TracePanel(QWidget):
 
         buttons = QGridLayout()
         buttons.setSpacing(4)
-        names = ("finish_trace", "cancel_trace", "continue_trace", "delete_vertex")
+        names = ("finish", "cancel", "continue_trace", "delete_vertex")
         for i, name in enumerate(names):
             button = QToolButton()
             button.setDefaultAction(actions[name])
@@ -105,7 +105,7 @@ class TracePanel(QWidget):
 
     def refresh(self) -> None:
         tool = self._tool
-        measured = tool.measurement
+        measured = tool.measurement if len(tool.vertices) > 2 else None
         self.fit_view.show_measurement(
             measured, self._studio.settings.notation, local=not self._studio.north_known()
         )

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.document.records import Trace
+from vomstudio.document.records import FEATURES, Patch, Trace
 from vomstudio.errors import VomError
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.notation import format_line, parse_line
@@ -141,18 +141,19 @@ class ViewPanel(QWidget):
     # --- what they are taken from ------------------------------------------------------------
     def _plane(self) -> Plane | None:
         current = self._studio.selection.current
-        if current is None or not isinstance(self._studio.records.get(current), Trace):
+        if current is None or not isinstance(self._studio.records.get(current), FEATURES):
             return None
-        fit = self._studio.measured([current])[current].fit
-        return None if fit is None else Plane.from_normal(fit.normal)
+        return self._studio.measured([current])[current].plane
 
     def bedding(self) -> list[str]:
         """Bedding only: kinds are never pooled silently."""
         chosen = set(self._studio.selection.ids)
         return [
             t.id
-            for t in self._studio.session.of(Trace)
-            if t.type_id == "bedding" and (not self.only_selected.isChecked() or t.id in chosen)
+            for t in self._studio.session.features()
+            if isinstance(t, Trace | Patch)
+            and t.type_id == "bedding"
+            and (not self.only_selected.isChecked() or t.id in chosen)
         ]
 
     def _axis(self) -> FoldAxis | str:

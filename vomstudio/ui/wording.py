@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from math import floor, isfinite, log10
 
-from vomstudio.geology.notation import format_plane
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.document.measurements import Measurement
+from vomstudio.document.records import DimensionKind
+from vomstudio.geology.notation import format_line, format_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.planes import PlaneFit
 
@@ -22,6 +28,63 @@ def plane_text(
         decimals = 1 if error is not None and error < 1.0 else 0
     text = format_plane(Plane.from_normal(fit.normal), notation, decimals)
     return f"{text} (local frame)" if local else text
+
+
+def orientation_text(measured: Measurement, notation: str, decimals: int | None = 0) -> str:
+    """A feature's plane or line in the notation of the house, or the figure of a dimension."""
+    if measured.fit is not None:
+        return plane_text(measured.fit, notation, decimals=decimals)
+    if measured.plane is not None:
+        return format_plane(measured.plane, notation, decimals or 0)
+    if measured.line is not None:
+        error = measured.max_confidence95_deg
+        if decimals is None:
+            decimals = 1 if error is not None and error < 1.0 else 0
+        return format_line(measured.line, decimals)
+    if measured.dimension:
+        return dimension_text(measured.dimension)
+    return "–"
+
+
+# The figure that a dimension is made for, first in this order where it has it.
+_MAIN: tuple[str, ...] = ("thickness_m", "area_m2", "length_m", "distance_m")
+
+
+def dimension_text(figures: Mapping[str, float]) -> str:
+    """The main figure of a dimension, with its error where that is known."""
+    for name in _MAIN:
+        if name in figures:
+            if name == "area_m2":
+                return area(figures[name])
+            error = figures.get(name.replace("_m", "_error95_m"))
+            text = length(figures[name])
+            return text if error is None else f"{text} ± {length(error)}"
+    return "–"
+
+
+DIMENSION_NAMES: dict[DimensionKind, str] = {
+    "distance": "Distance",
+    "polyline": "Polyline",
+    "area": "Area",
+    "thickness": "Thickness",
+}
+
+
+def area(value_m2: float | None) -> str:
+    if value_m2 is None:
+        return "–"
+    if value_m2 < 0.01:
+        return f"{value_m2 * 1e4:.3g} cm²"
+    return f"{value_m2:.3g} m²" if value_m2 < 1e4 else f"{value_m2 / 1e6:.3g} km²"
+
+
+def drawn_points(measured: Measurement) -> npt.NDArray[np.float64]:
+    """(n, 3) World points that show how far a feature reaches."""
+    fit = measured.fit
+    if fit is None or fit.extent is None or len(measured.points) > 1:
+        return measured.points
+    reach = 0.5 * fit.extent * fit.axes[:2]
+    return np.concatenate([measured.points, fit.centroid + reach, fit.centroid - reach])
 
 
 def degrees(value: float | None) -> str:

@@ -1,0 +1,103 @@
+"""The plane of a patch, from the moments of its points alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError
+from vomstudio.geometry import plane_errors
+from vomstudio.geometry.planes import (
+    COLLINEAR,
+    IDENTICAL,
+    LARGEST,
+    NOT_FINITE,
+    ROUNDINGS,
+    TOO_FEW,
+    PlaneFit,
+)
+from vomstudio.geometry.vectors import TILT_FLOOR, dip_of_normals, upward
+
+Floats = npt.NDArray[np.float64]
+
+
+def fit_moments(
+    n: int, mean: npt.ArrayLike, scatter: npt.ArrayLike, n_effective: float | None = None
+) -> PlaneFit:
+    """The moment-of-inertia plane of n distinct points known by their mean (3,) and scatter (3, 3)
+    about it, in World, m and m2.
+
+    n_effective: number of independent points, for the confidence (see geometry/patches.py); n where
+    None. The fit's `extent` is the diameter of the disc with the same spread. The figures are those
+    of `fit_plane(points, ordered=False)` but for the rounding: the thickness of a patch is known to
+    1e-8 of its width. Raises GeometryError where there is no plane.
+    """
+    centroid = np.asarray(mean, dtype=np.float64)
+    matrix = np.asarray(scatter, dtype=np.float64)
+    if n < 3:
+        raise GeometryError(f"A plane through {n} points: {TOO_FEW}.")
+    if not (np.isfinite(matrix).all() and (np.abs(centroid) < LARGEST).all()):
+        raise GeometryError(f"A plane through {n} points: {NOT_FINITE}.")
+    matrix = matrix / n
+    size = float(np.trace(matrix))
+    rounding = ROUNDINGS * float(np.finfo(np.float64).eps) * float(np.abs(centroid).max())
+    if size <= max(rounding**2, np.finfo(np.float64).tiny):
+        raise GeometryError(f"A plane through {n} points: {IDENTICAL}.")
+    values, vectors = np.linalg.eigh(matrix / size)
+    values, axes = np.maximum(values[::-1], 0.0), vectors.T[::-1].copy()
+    thin = 64.0 * float(np.finfo(np.float64).eps)
+    if values[1] <= max(thin, (rounding**2) / size):
+        raise GeometryError(f"A plane through {n} points: {COLLINEAR}.")
+    values = np.where(values <= thin, 0.0, values)
+    values /= values.sum()
+    axes[2] = upward(axes[None, 2])[0]
+    floor = max(TILT_FLOOR, rounding / float(np.sqrt(size * values[1])))
+    azimuth, dip, flat = dip_of_normals(axes[None, 2], np.array([min(floor, 1e-3)]))
+
+    known = n > 3
+    rows = values[None]
+    free = max(min(float(n_effective or n), float(n)) - 3.0, 1.0)
+    q = plane_errors.joint_quantile(np.array([free]))
+    h_max, h_min, overflow = plane_errors.hyperbolic(np.array([max(n, 4)]), rows)
+    largest, smallest = plane_errors.confidence_axes_rad(rows, q, q)
+    dip_error, azimuth_error, rake = plane_errors.split_rad(
+        axes[None, 0], axes[None, 1], azimuth, dip, flat, largest, smallest
+    )
+    l1, l2, l3 = (float(x) for x in values)
+    return PlaneFit(
+        n=n,
+        centroid=centroid,
+        normal=axes[2],
+        eigenvalues=values,
+        axes=axes,
+        trace=size,
+        rms=float(np.sqrt(l3 * size)),
+        residual=float(np.sqrt(l3 * size)),
+        # A uniform disc of radius R has a variance of R^2 / 4 along each diameter.
+        extent=4.0 * float(np.sqrt(size * np.sqrt(l1 * l2))),
+        max_coordinate=float(np.abs(centroid).max()),
+        coplanarity=1.0 / l3 if l3 > 0.0 else None,
+        collinearity=l1 / l2,
+        M=float(np.log(l1 / l3)) if l3 > 0.0 else None,
+        K=float(np.log(l1 / l2) / np.log(l2 / l3)) if l3 > 0.0 and l2 > l3 else None,
+        max_angular_error_deg=_known(h_max, known),
+        min_angular_error_deg=_known(h_min, known),
+        hyperbolic_overflow=bool(overflow[0]) and known,
+        max_confidence95_deg=_known(np.degrees(largest), known),
+        min_confidence95_deg=_known(np.degrees(smallest), known),
+        error_rake_deg=_known(np.degrees(rake), known),
+        dip_error_deg=_known(np.degrees(dip_error), known),
+        dip_direction_error_deg=_known(np.degrees(azimuth_error), known),
+        n_effective=free + 3.0 if known else None,
+        long_roughness=False,
+        dip_direction_deg=float(azimuth[0]),
+        dip_deg=float(dip[0]),
+        undefined=bool(flat[0]),
+        error=None,
+        method="pca",
+        ordered=False,
+    )
+
+
+def _known(value: Floats, known: bool) -> float | None:
+    return float(value[0]) if known and np.isfinite(value[0]) else None
