@@ -476,3 +476,47 @@ def test_the_sheet_says_which_way_is_which_and_how_long_a_metre_is(tmp_path: Pat
     assert (sheets[0][bar, :300] != 255).any()
     assert (sheets[0][bar, :300] == sheets[1][bar, :300]).all()
     assert not (sheets[0][:40] == sheets[1][:40]).all()  # East and West have changed sides
+
+
+# A part of the view ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", ["mesh", "cloud"])
+@pytest.mark.parametrize(("trend", "plunge"), [(0, 90), (305, 62)])
+def test_a_region_shows_what_the_whole_picture_shows_there(tmp_path, kind, trend, plunge) -> None:  # type: ignore[no-untyped-def]
+    """The same dots at the same places of the world, from a part of the grid only."""
+    data, places = marked_mesh(tmp_path) if kind == "mesh" else marked_cloud()
+    view, gsd = view_along_line(trend, plunge), 0.0093
+    middle = places[len(places) // 2]
+    region = orthophoto.Region(tuple(middle.tolist()), 1.2, 0.9)
+    planned = plan(data, view, to_world=SAME, gsd=gsd, region=region)
+    assert planned.grid.width <= 1.2 / gsd + 2
+    assert planned.grid.height <= 0.9 / gsd + 2
+    made = write_orthophoto(data, planned, tmp_path / "part.tif")
+    with rasterio.open(made.image) as file:
+        rgba = np.moveaxis(file.read(), 0, 2)
+    matrix = planned.pixel_to_world
+    at = np.linalg.inv(matrix) @ np.append(middle, 1.0)
+    assert 0 <= at[0] < planned.grid.width
+    assert 0 <= at[1] < planned.grid.height
+    radius = round(0.06 / gsd)
+    inside = np.linalg.inv(matrix) @ np.column_stack([places, np.ones(len(places))]).T
+    room = radius + 3
+    here = (
+        (inside[0] > room)
+        & (inside[0] < planned.grid.width - room)
+        & (inside[1] > room)
+        & (inside[1] < planned.grid.height - room)
+    )
+    assert here.any()
+    expected, measured = found_dots(rgba, matrix, places[here], radius=radius)
+    # A single dot of a cloud is known to the spacing of its points only.
+    limit = 0.1 if kind == "mesh" else 0.5
+    assert np.hypot(*(measured - expected).T).mean() < limit
+
+
+def test_a_region_beside_the_model_is_refused(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    mesh, places = marked_mesh(tmp_path)
+    region = orthophoto.Region(tuple((places[0] + 1000.0).tolist()), 1.0, 1.0)
+    with pytest.raises(InputError, match="nothing of this model"):
+        plan(mesh, view_along_line(0, 90), to_world=SAME, gsd=0.01, region=region)

@@ -16,13 +16,8 @@ from vomstudio.cli.output import Output
 from vomstudio.errors import InputError, UsageError
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from vomstudio.io.models import LoadedModel
     from vomstudio.products.orthophoto import View
-
-    Floats = NDArray[np.float64]
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -99,7 +94,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
         progress=progress,
     )
     if fold is not None:
-        fold["cost"] = _cost(fold["beta"]["max_confidence95_deg"], plan.points[:, 2])
+        deep = float(plan.points[:, 2].max() - plan.points[:, 2].min())
+        fold["cost"] = orthophoto.cost_of_direction(fold["beta"]["max_confidence95_deg"], deep)
         warnings.append(fold["cost"])
     warnings = [*loaded.warnings, *warnings, *made.warnings]
     facts = made.facts
@@ -177,21 +173,6 @@ def _fold_view(fold: dict[str, Any] | None, loaded: LoadedModel, to_world: Any) 
     assert fold is not None
     beta = fold["beta"]
     return view_along_axis(beta["trend_deg"], beta["plunge_deg"], loaded.data, to_world)
-
-
-def _cost(error_deg: float | None, depths: Floats) -> str:
-    """What an axis that is off costs in this picture (CONVENTIONS: cos d across, h sin d along)."""
-    import math
-
-    off = 5.0 if error_deg is None else error_deg
-    known = "" if error_deg is None else ", the semi-axis of its 95 % confidence,"
-    extent = float(depths.max() - depths.min())
-    return (
-        f"an axis wrong by {off:.1f} deg{known} shortens lengths in the direction of tilt by "
-        f"{1 - math.cos(math.radians(off)):.1%} and displaces points against each other by up to "
-        f"{extent * math.sin(math.radians(off)):.3g} m over the {extent:.3g} m that this view is "
-        "deep."
-    )
 
 
 def _in_words(result: dict[str, Any]) -> str:

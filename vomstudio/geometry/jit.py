@@ -6,6 +6,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numba
+import numpy as np
+import numpy.typing as npt
 
 
 def kernel(signature: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
@@ -28,3 +30,9 @@ def part(function: Callable[..., Any]) -> Callable[..., Any]:
     """A piece of kernels. Compiled with the first one that calls it, and not loaded afterwards,
     since it lies within the cached kernels."""
     return numba.njit(nogil=True)(function)
+
+
+def for_kernels(array: npt.ArrayLike, dtype: npt.DTypeLike) -> npt.NDArray[Any]:
+    """The array as a kernel's signature wants it: contiguous, of this type, and writable; copied
+    only where it is not (one mapped from a file is read-only)."""
+    return np.require(array, dtype, ["C_CONTIGUOUS", "WRITEABLE"])

@@ -11,6 +11,7 @@ import json
 import os
 import shutil
 import tempfile
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -142,6 +143,11 @@ def open_cached(folder: Path) -> LoadedModel:
         raise
     except (OSError, EOFError, ValueError, TypeError, LookupError, AttributeError) as error:
         raise _damaged(folder, str(error)) from error
+
+
+def folder_of(path: Path, cache: Path) -> Path:
+    """Where below `cache` the model of `path` is kept."""
+    return cache / f"model-{sha256(str(path).encode()).hexdigest()[:16]}"
 
 
 def load(path: Path, folder: Path, progress: Progress | None = None) -> LoadedModel:

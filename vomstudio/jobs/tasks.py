@@ -21,14 +21,12 @@ def warm(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
 
 def load_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """Read the model `path` into a cache folder under `cache`, from where the window maps it."""
-    from hashlib import sha256
-
     from vomstudio.io import model_cache
     from vomstudio.io.crs import sidecar_crs
     from vomstudio.io.models import resolution
 
     path = Path(args["path"])
-    folder = Path(args["cache"]) / f"model-{sha256(str(path).encode()).hexdigest()[:16]}"
+    folder = model_cache.folder_of(path, Path(args["cache"]))
     loaded = model_cache.load(path, folder, progress)
     spacing = resolution(loaded.data)
     return {
@@ -58,9 +56,51 @@ def write_layers(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     return {}
 
 
+def orthophoto(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+    """Write an orthophoto of the model `path`, kept at hand under `cache`, to `out`.
+
+    view: trend_deg, plunge_deg, sense, reason; to_world: 4 x 4 rows; crs, gsd, region (centre,
+    width, height) and sheet may be None.
+    """
+    from vomstudio.io import model_cache
+    from vomstudio.products import orthophoto as product
+
+    path = Path(args["path"])
+    loaded = model_cache.load(path, model_cache.folder_of(path, Path(args["cache"])), progress)
+    region = args["region"]
+    plan = product.plan(
+        loaded.data,
+        product.View(**args["view"]),
+        to_world=args["to_world"],
+        gsd=args["gsd"],
+        region=None if region is None else product.Region(tuple(region[0]), region[1], region[2]),
+    )
+    made = product.write_orthophoto(
+        loaded.data,
+        plan,
+        args["out"],
+        crs=args["crs"],
+        model=str(path),
+        content_hash=loaded.content_hash,
+        sheet=args["sheet"],
+        force=True,
+        progress=progress,
+    )
+    return {
+        "image": str(made.image),
+        "sheet": None if made.sheet is None else str(made.sheet),
+        "width": plan.grid.width,
+        "height": plan.grid.height,
+        "gsd_m": plan.grid.gsd,
+        "coverage": made.coverage,
+        "warnings": list(made.warnings),
+    }
+
+
 TASKS: dict[str, Task] = {
     "warm": warm,
     "load_model": load_model,
     "copy_model": copy_model,
     "write_layers": write_layers,
+    "orthophoto": orthophoto,
 }

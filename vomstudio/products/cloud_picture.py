@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.jit import for_kernels
 from vomstudio.products.tiles import TILE, Grid, Tile, TilePicture, empty
 
 Array = npt.NDArray[np.float64]
@@ -159,7 +160,7 @@ def share_facing_away(
 
 def _colors(cloud: PointCloud, view: Array) -> npt.NDArray[np.uint8]:
     if cloud.colors is not None:
-        return np.ascontiguousarray(cloud.colors, np.uint8)
+        return for_kernels(cloud.colors, np.uint8)
     values = view[:, 2]
     for name, field in cloud.fields.items():
         if name.casefold() == "intensity" and len(field) == len(view):

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.geometry.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.raycast import GridHits, cast_grid, cast_quarters
 from vomstudio.products.textures import TextureStore, picture_size
@@ -34,7 +35,7 @@ class MeshSource:
 
         self._mesh = mesh
         self._view = np.ascontiguousarray(view)
-        self._faces = np.ascontiguousarray(mesh.faces, np.int32)
+        self._faces = for_kernels(mesh.faces, np.int32)
         self._grid = grid
         g = grid.gsd
         starts = np.zeros(grid.columns * grid.rows + 1, np.int64)
@@ -49,7 +50,7 @@ class MeshSource:
         self._uv = np.zeros((0, 2), np.float32)
         self._mapped = np.zeros(len(self._faces), bool)
         if mesh.uv is not None:
-            self._uv = np.ascontiguousarray(mesh.uv, np.float32)
+            self._uv = for_kernels(mesh.uv, np.float32)
             whole = np.asarray(np.isfinite(self._uv).all(axis=1))
             self._mapped = np.asarray(whole[self._faces].all(axis=1))
 
@@ -132,7 +133,7 @@ class MeshSource:
             if not len(rows):
                 continue
             if mesh.colors is not None:
-                colors = np.ascontiguousarray(mesh.colors, np.uint8)
+                colors = for_kernels(mesh.colors, np.uint8)
                 blend_corners(rows, face, weights, self._faces, colors, rgb)
             else:
                 color = PLAIN if material is None or material.diffuse is None else [
@@ -204,7 +205,7 @@ def share_facing_away(view: Array, faces: npt.NDArray[np.int32], rays: int = 256
     low, high = view.min(axis=0), view.max(axis=0)
     step = max(float((high - low)[:2].max()), 1e-12) / rays
     width, height = (max(1, math.ceil(v / step)) for v in (high - low)[:2].tolist())
-    faces = np.ascontiguousarray(faces, np.int32)
+    faces = for_kernels(faces, np.int32)
     everything = np.arange(len(faces), dtype=np.int32)
     face = cast_grid(
         np.ascontiguousarray(view), faces, everything,

@@ -138,13 +138,28 @@ class Plan:
         )
 
 
+@dataclass(frozen=True)
+class Region:
+    """A part of the view plane: so many metres to the right and up, about a World point."""
+
+    centre: tuple[float, float, float]
+    width: float
+    height: float
+
+
 def plan(
-    data: Mesh | PointCloud, view: View, *, to_world: npt.ArrayLike, gsd: float | None = None
+    data: Mesh | PointCloud,
+    view: View,
+    *,
+    to_world: npt.ArrayLike,
+    gsd: float | None = None,
+    region: Region | None = None,
 ) -> Plan:
     """Fix the grid. `points` of the result are the model's vertices in the view's axes.
 
-    gsd : metres per pixel; None takes the resolution of texture or cloud. Raises UsageError where
-    the picture would be too large, with the gsd that would do, and InputError for an empty model.
+    gsd : metres per pixel; None takes the resolution of texture or cloud. region : only this part
+    of the model is drawn. Raises UsageError where the picture would be too large, with the gsd that
+    would do, and InputError for an empty model or where the region shows nothing of it.
     """
     vertices = data.vertices if isinstance(data, Mesh) else data.points
     if not len(vertices) or (isinstance(data, Mesh) and not len(data.faces)):
@@ -161,9 +176,18 @@ def plan(
     points = frame.to_view(world, reference)
     low, high = (f(points if seen is world else points[used], axis=0) for f in (np.min, np.max))
     notes: list[str] = []
+    if region is not None:
+        centre = frame.to_view(np.array([region.centre]), reference)[0]
+        half = 0.5 * np.array([region.width, region.height])
+        low[:2], high[:2] = (
+            np.maximum(low[:2], centre[:2] - half),
+            np.minimum(high[:2], centre[:2] + half),
+        )
+        if (low[:2] > high[:2]).any():
+            raise InputError("nothing of this model is in the chosen part of the view.")
     extent = np.maximum(high - low, 0.0)[:2]
     if gsd is None:
-        gsd, why = _default_gsd(data, to_world, float(extent.max()))
+        gsd, why = default_gsd(data, to_world, float(extent.max()))
         least = _least_gsd(extent)
         if least > gsd:
             gsd = least
@@ -414,7 +438,21 @@ def _facts(plan: Plan, crs: str | None, transform: tuple[float, ...]) -> dict[st
     }
 
 
-def _default_gsd(
+def cost_of_direction(error_deg: float | None, depth_m: float) -> str:
+    """What a direction that is off costs in a picture so deep (CONVENTIONS: lengths times cos d in
+    the direction of tilt, displacements h sin d along the view), in a sentence. error_deg: the
+    larger 95 % semi-axis of the direction; None where unknown, and 5 degrees are supposed."""
+    off = 5.0 if error_deg is None else error_deg
+    known = "" if error_deg is None else ", the semi-axis of its 95 % confidence,"
+    return (
+        f"an axis wrong by {off:.1f} deg{known} shortens lengths in the direction of tilt by "
+        f"{1 - math.cos(math.radians(off)):.1%} and displaces points against each other by up to "
+        f"{depth_m * math.sin(math.radians(off)):.3g} m over the {depth_m:.3g} m that this view is "
+        "deep."
+    )
+
+
+def default_gsd(
     data: Mesh | PointCloud, to_world: npt.ArrayLike, extent: float
 ) -> tuple[float, str]:
     """Two significant digits of what the model can show, and where that comes from."""

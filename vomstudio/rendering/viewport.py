@@ -562,6 +562,13 @@ class Viewport(QWidget):
         """Metres across one logical pixel at the pivot's distance (anywhere if orthographic)."""
         return self._camera.metres_per_pixel(self._extent()[1])
 
+    def seen(self) -> tuple[Array, float, float]:
+        """The middle of the view at the pivot's distance (3,), World, and the width and height in
+        metres that are seen there."""
+        camera, scale = self._camera, self.metres_per_pixel()
+        centre = camera.position + camera.distance * camera.direction
+        return centre, scale * self.width(), scale * self.height()
+
     def camera_state(self) -> dict[str, Any]:
         """The view as JSON-able values, for `set_camera_state`."""
         return self._camera.as_dict()

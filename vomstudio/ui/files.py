@@ -44,7 +44,7 @@ class Files(QObject):
         names, _ = QFileDialog.getOpenFileNames(
             self._window,
             self.tr("Open a model"),
-            self._folder(),
+            self.folder(),
             f"Models ({patterns});;All files (*)",
         )
         for name in names:
@@ -52,12 +52,12 @@ class Files(QObject):
 
     def choose_project(self) -> None:
         name = QFileDialog.getExistingDirectory(
-            self._window, self.tr("Open a project (a folder NAME.vom)"), self._folder()
+            self._window, self.tr("Open a project (a folder NAME.vom)"), self.folder()
         )
         if name:
             self.open_path(Path(name))
 
-    def _folder(self) -> str:
+    def folder(self) -> str:
         recent = self.studio.settings.recent
         return str(Path(recent[0]).parent) if recent else str(Path.home())
 
@@ -74,7 +74,7 @@ class Files(QObject):
         name, _ = QFileDialog.getSaveFileName(
             self._window,
             self.tr("Save the project as"),
-            str(Path(self._folder()) / f"outcrop{SUFFIX}"),
+            str(Path(self.folder()) / f"outcrop{SUFFIX}"),
             f"VOM Studio project (*{SUFFIX})",
         )
         if not name:
@@ -88,7 +88,7 @@ class Files(QObject):
         name, _ = QFileDialog.getSaveFileName(
             self._window,
             self.tr("Export"),
-            str(Path(self._folder()) / f"{stem}.{format_}"),
+            str(Path(self.folder()) / f"{stem}.{format_}"),
             pattern,
         )
         if name:
@@ -180,7 +180,7 @@ class Files(QObject):
         if model is None:
             return
         name, _ = QFileDialog.getOpenFileName(
-            self._window, self.tr("Where is {0}?").format(model.name), self._folder()
+            self._window, self.tr("Where is {0}?").format(model.name), self.folder()
         )
         if name:
             self.studio.locate_model(model.id, Path(name))

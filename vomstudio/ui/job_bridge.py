@@ -36,14 +36,15 @@ class Job:
 
 
 class JobBridge(QObject):
-    """Two worker processes: one reads models, one writes derived files, so that neither waits."""
+    """Worker processes, each begun when it is first needed: one reads models, one writes the layers
+    beside a project, one makes what was asked for, so that none waits for another."""
 
     changed = Signal()
     _arrived = Signal(object, object)
 
     def __init__(self) -> None:
         super().__init__()
-        self._workers = {"models": Worker(), "files": Worker()}
+        self._workers = {"models": Worker(), "files": Worker(), "products": Worker()}
         self.jobs: dict[tuple[str, int], Job] = {}
         self._refused = 0
         self._arrived.connect(self._deliver, Qt.ConnectionType.QueuedConnection)

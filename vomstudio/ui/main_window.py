@@ -53,7 +53,7 @@ _MENUS = (
     ("&Model", ("declare_frame", "locate", "copy_model", "remove_model")),
     ("&Interpret", ("navigate", "trace", "|", "finish", "cancel", "continue_trace",
                     "delete_vertex")),
-    ("&Analyse", ("along_beta", "face_plane", "|", "show_stereonet")),
+    ("&Analyse", ("along_beta", "face_plane", "|", "orthophoto", "|", "show_stereonet")),
     ("&Help", ("shortcuts", "about")),
 )  # fmt: skip
 

@@ -22,9 +22,12 @@ from vomstudio.document.records import FEATURES, Patch, Trace
 from vomstudio.errors import VomError
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.notation import format_line, parse_line
-from vomstudio.geology.orientation import Line, Plane, normals_to_planes
+from vomstudio.geology.orientation import Line, Plane, angle_between_lines, normals_to_planes
 from vomstudio.ui.studio import Studio
 from vomstudio.ui.wording import degrees
+
+SAME_DEG = 0.5
+"""Directions nearer than this are the same for whoever looks along them."""
 
 
 class ViewPanel(QWidget):
@@ -137,6 +140,32 @@ class ViewPanel(QWidget):
 
     def why_no_plane(self) -> str | None:
         return None if self._plane() is not None else self.tr("select a plane first")
+
+    def judged(self, direction: Line) -> tuple[str, float | None]:
+        """What is known of a direction, in a sentence, and its 95 % error where it is known."""
+        axis = self._axis()
+        if isinstance(axis, FoldAxis) and angle_between_lines(axis.beta, direction) < SAME_DEG:
+            words = (
+                f"Along beta {format_line(axis.beta, 0)} of {len(self.bedding())} bedding planes, "
+                f"95 %: {degrees(axis.max_confidence95_deg)}; verdict: {axis.verdict}, "
+                f"valid: {axis.valid}."
+            )
+            return words, axis.max_confidence95_deg
+        for id_ in reversed(self._studio.selection.ids):
+            feature = self._studio.records.get(id_)
+            if not isinstance(feature, FEATURES):
+                continue
+            measured = self._studio.measured([id_])[id_]
+            line = measured.line or (measured.plane.pole() if measured.plane else None)
+            if line is not None and angle_between_lines(line, direction) < SAME_DEG:
+                how = "Along" if measured.line is not None else "At right angles to"
+                error = measured.max_confidence95_deg
+                return f"{how} {feature.name}, 95 %: {degrees(error)}.", error
+        return (
+            "A direction as it was turned or typed: it follows from no measurement, so nothing is "
+            "known of its error.",
+            None,
+        )
 
     # --- what they are taken from ------------------------------------------------------------
     def _plane(self) -> Plane | None:

@@ -1,0 +1,77 @@
+"""An orthophoto from the window: the present view, drawn in a worker, true to scale."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+import rasterio
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+from tests import driver
+from vomstudio.ui.ortho_dialog import OrthoDialog
+
+
+@pytest.fixture
+def window(own_folders, qtbot):
+    made = driver.make_window()
+    yield made
+    driver.dismiss(made)
+
+
+def dialog_of(window) -> OrthoDialog:
+    shown = [d for d in window.findChildren(OrthoDialog) if d.isVisible()]
+    return shown[0] if shown else None
+
+
+@pytest.mark.parametrize("part", ["whole", "seen"])
+def test_an_orthophoto_of_what_is_looked_at(window, outcrop, tmp_path, part) -> None:
+    model_id = driver.open_outcrop(window, outcrop)
+    window.look(300.0, 20.0)
+    driver.wait(lambda: not window.viewport._moving, "the camera's rest")
+    window.actions_table.all["orthophoto"].trigger()
+    driver.wait(lambda: dialog_of(window) is not None, "the dialog")
+    dialog = dialog_of(window)
+    driver.wait(dialog._start.isEnabled, "a proposed pixel size")
+    assert "follows from no measurement" in dialog._words
+    assert "5.0 deg" in dialog._cost.text()
+    if part == "seen":
+        QTest.mouseClick(dialog.seen, Qt.MouseButton.LeftButton)
+    for field, text in ((dialog.gsd, "0.02"), (dialog.target, str(tmp_path / "o.tif"))):
+        field.setFocus()
+        field.selectAll()
+        QTest.keyClicks(field, text)
+    driver.keep_picture(dialog, f"orthophoto-dialog-{part}")
+    QTest.mouseClick(dialog._start, Qt.MouseButton.LeftButton)
+    driver.wait((tmp_path / "o.json").exists, "the orthophoto", 60.0)
+    driver.wait(lambda: not window.studio.jobs.visible(), "the end of the job")
+    facts = json.loads((tmp_path / "o.json").read_text("utf-8"))
+    assert facts["trend_deg"] == pytest.approx(300.0, abs=0.01)
+    assert facts["plunge_deg"] == pytest.approx(20.0, abs=0.01)
+    assert (tmp_path / "o_sheet.png").exists()
+    with rasterio.open(tmp_path / "o.tif") as file:
+        alpha = file.read(4)
+    assert (alpha > 0).any()
+    # Every pixel of the depth raster lies on the model: within its box, in World.
+    with rasterio.open(tmp_path / "o_depth.tif") as file:
+        depth = file.read(1)
+    row, column = np.nonzero(np.isfinite(depth))
+    matrix = np.array(facts["pixel_to_world"])
+    places = np.column_stack([column + 0.5, row + 0.5, depth[row, column], np.ones(len(row))])
+    low, high = window.studio.models[model_id].data.bounds
+    world = (places @ matrix.T)[:, :3]
+    assert (world > low - 0.05).all()
+    assert (world < high + 0.05).all()
+
+
+def test_an_unwritable_target_is_said(window, outcrop, tmp_path) -> None:
+    driver.open_outcrop(window, outcrop)
+    window.actions_table.all["orthophoto"].trigger()
+    driver.wait(lambda: dialog_of(window) is not None, "the dialog")
+    dialog = dialog_of(window)
+    driver.wait(dialog._start.isEnabled, "a proposed pixel size")
+    dialog.target.setText(str(tmp_path / "no such folder" / "o.tif"))
+    dialog.accept()
+    driver.wait(lambda: "no such folder" in window.message_bar._text.text(), "the sentence")
