@@ -342,8 +342,15 @@ def make_locator(chunk: FaceChunk) -> vtkStaticCellLocator:
     return locator
 
 
-def prepare_textures(mesh: Mesh, limit: int, stop: threading.Event, emit: Emit) -> None:
-    """Emit every texture of the mesh, decoded and reduced to at most `limit` pixels a side."""
+def prepare_textures(
+    mesh: Mesh,
+    limit: int,
+    stop: threading.Event,
+    emit: Emit,
+    whole_side: int | None = None,
+) -> None:
+    """Emit every texture of the mesh, decoded and reduced to at most `limit` pixels a side; see
+    `load_texture`."""
     seen: dict[Path, Texture | None] = {}
     for i, material in enumerate(mesh.materials):
         if stop.is_set():
@@ -353,7 +360,7 @@ def prepare_textures(mesh: Mesh, limit: int, stop: threading.Event, emit: Emit) 
             continue
         if path not in seen:
             try:
-                seen[path] = load_texture(path, limit)
+                seen[path] = load_texture(path, limit, whole_side)
                 reduced = seen[path]
                 if reduced is not None and reduced.note:
                     emit(Problem(reduced.note))

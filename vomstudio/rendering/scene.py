@@ -33,7 +33,7 @@ from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLFramebufferObject, vtkTextur
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.rendering import picking, vtkdata
+from vomstudio.rendering import picking, skins, vtkdata
 from vomstudio.rendering.blocks import FaceChunk, PointChunk
 from vomstudio.rendering.camera import Camera, Eye
 from vomstudio.rendering.drawing import FeatureDrawing
@@ -48,7 +48,7 @@ from vomstudio.rendering.preparation import (
     TextureReady,
     TexturesDone,
 )
-from vomstudio.rendering.textures import Texture
+from vomstudio.rendering.skins import Skin
 from vomstudio.tools.types import Hit
 
 Array = npt.NDArray[np.float64]
@@ -61,6 +61,8 @@ PLAIN_COLOR = (0.76, 0.74, 0.70)
 SLOW_FRAME_S = 0.050
 BATCH_S = 0.030
 SOFTWARE_TEXTURE_SIDE = 4096
+SOFTWARE_WHOLE_SIDE = 2048
+"""A larger one goes to a software renderer in quarters."""
 
 GL_READ_FRAMEBUFFER = 0x8CA8
 GL_DRAW_FRAMEBUFFER = 0x8CA9
@@ -83,16 +85,6 @@ class Part:
     """Metres between neighbouring points of a cloud; 0 for a mesh."""
     has_colors: bool = False
     uploaded: bool = False
-
-
-@dataclass(eq=False)
-class Skin:
-    """A material's texture; `level` is the one on the graphics card, None before the first."""
-
-    texture: Texture
-    level: int | None = None
-    wanted: int = 0
-    drawn: vtkTexture | None = None
 
 
 @dataclass(eq=False)
@@ -150,6 +142,7 @@ class Scene:
         self.size = (1, 1)
         self.software = True
         self.texture_limit = SOFTWARE_TEXTURE_SIDE
+        self.whole_texture_side: int | None = SOFTWARE_WHOLE_SIDE
         self.eye: Eye | None = None
         self.complete = False
         self.showing_proxy = False
@@ -213,6 +206,7 @@ class Scene:
         )
         largest = int(vtkTextureObject.GetMaximumTextureSize(window))
         self.texture_limit = min(largest, SOFTWARE_TEXTURE_SIDE) if self.software else largest
+        self.whole_texture_side = SOFTWARE_WHOLE_SIDE if self.software else None
 
     def warm_up(self) -> Iterator[None]:
         """Have the driver compile its programs, one per step, before the first model needs them:
@@ -223,11 +217,12 @@ class Scene:
         faces = np.array([[0, 1, 2]], np.int32)
         grey = np.full((3, 3), 128, np.uint8)
         samples = (
-            (Mesh(corners, faces), vtkdata.triangles(points, faces, colors=grey), False),
-            (Mesh(corners, faces), vtkdata.triangles(points, faces, uv=points[:, ::2]), True),
-            (PointCloud(corners), vtkdata.point_set(points, grey), False),
+            (Mesh(corners, faces), vtkdata.triangles(points, faces, colors=grey), 0),
+            (Mesh(corners, faces), vtkdata.triangles(points, faces, uv=points[:, ::2]), 1),
+            (Mesh(corners, faces), vtkdata.triangles(points, faces, uv=points[:, ::2]), 4),
+            (PointCloud(corners), vtkdata.point_set(points, grey), 0),
         )
-        for holder, data, textured in samples:
+        for holder, data, pictures in samples:
             if self.models or self._window is None:
                 return
             zero = np.zeros(3)
@@ -236,11 +231,13 @@ class Scene:
             part = self._part(model, data)
             self.origin = None
             self._dress(model, part)
-            if textured:
-                texture = vtkTexture()
-                texture.SetInputData(vtkdata.image(np.full((2, 2, 3), 128, np.uint8)))
-                texture.InterpolateOn()
-                part.actor.SetTexture(texture)
+            if pictures:
+                square = vtkdata.image(np.full((4, 4, 3), 128, np.uint8))
+                textures = [vtkTexture() for _ in range(pictures)]
+                for texture in textures:
+                    texture.SetInputData(square)
+                    texture.InterpolateOn()
+                skins.wear(part.actor, textures)
                 part.actor.GetProperty().LightingOff()
             camera = self.camera
             self.camera = Camera()
@@ -342,14 +339,13 @@ class Scene:
         for part in model.parts + model.proxies:
             self._drop(part)
         for skin in model.skins.values():
-            if skin.drawn is not None and self._window is not None:
-                skin.drawn.ReleaseGraphicsResources(self._window)
+            skin.release(self._window)
         self.full_seconds = None
         if not self.models:
             self.origin = None
 
     def _drop(self, part: Part) -> None:
-        part.actor.SetTexture(None)  # type: ignore[arg-type] # VTK takes None
+        skins.take_off(part.actor)
         if self._window is not None:
             self._surface.RemoveActor(part.actor)
             part.actor.ReleaseGraphicsResources(self._window)
@@ -424,13 +420,13 @@ class Scene:
             mapper.SetScalarVisibility(part.has_colors and self.mode != "plain shaded")
             return
         skin = model.skins.get(part.material) if part.has_uv else None
-        texture = skin.drawn if skin is not None and self.mode == "textured" else None
-        if texture is not None:
+        skins.take_off(actor)
+        textured = skin is not None and self.mode == "textured" and skin.wear(actor)
+        if textured:
             look.SetColor(1.0, 1.0, 1.0)
-        actor.SetTexture(texture)  # type: ignore[arg-type] # VTK takes None
-        colored = part.has_colors and texture is None and self.mode != "plain shaded"
+        colored = part.has_colors and not textured and self.mode != "plain shaded"
         mapper.SetScalarVisibility(colored)
-        look.SetLighting(texture is None and not colored)
+        look.SetLighting(not textured and not colored)
         if self.mode == "wireframe":
             look.SetRepresentationToWireframe()
             look.SetLighting(False)
@@ -753,9 +749,7 @@ class Scene:
     # -- textures
 
     def _skins_due(self, model: ModelScene) -> bool:
-        return self.mode == "textured" and any(
-            s.level is None or s.level > s.wanted for s in model.skins.values()
-        )
+        return self.mode == "textured" and any(s.too_coarse for s in model.skins.values())
 
     def _choose_levels(self) -> None:
         """Without hardware mipmaps: the coarsest level with about a texel per pixel."""
@@ -772,21 +766,18 @@ class Scene:
             skin = model.skins[part.material]
             scale, depth = self._reach(model, part)
             per_pixel = self.camera.metres_per_pixel(self.size[1], depth)
-            texels = part.density / scale * max(skin.texture.levels[0].shape[:2]) * per_pixel
+            finest = skin.texture.levels[0]
+            texels = part.density / scale * max(finest.width, finest.height) * per_pixel
             best[id(skin)] = min(best.get(id(skin), np.inf), texels)
         for model in self.models.values():
             for skin in model.skins.values():
-                texels = best.get(id(skin))
-                if texels is None:
-                    skin.wanted = len(skin.texture.levels) - 1 if skin.level is None else skin.level
-                else:
-                    wanted = int(np.floor(np.log2(max(texels, 1.0)) + 0.25))
-                    skin.wanted = min(wanted, len(skin.texture.levels) - 1)
+                skin.want(best.get(id(skin)))
 
     def _upload_one_texture(self) -> bool:
+        """Bring one piece of a texture to the graphics card; False where none is due."""
         if self.mode != "textured":
             return False
-        if any(s.drawn is None for m in self.models.values() for s in m.skins.values()):
+        if any(s.level is None for m in self.models.values() for s in m.skins.values()):
             # A texture that has just come would go up in full, which holds the window up, only to
             # be replaced by the level that this view needs.
             self._choose_levels()
@@ -794,26 +785,15 @@ class Scene:
             if not model.visible:
                 continue
             for material, skin in model.skins.items():
-                if skin.level == skin.wanted and skin.drawn is not None:
+                if skin.level == skin.wanted:
+                    skin.forget_pieces(self._window)
                     continue
-                self._upload(model, material, skin)
+                if skin.upload_piece(self._surface, mipmap=not self.software):
+                    for part in model.parts:
+                        if part.material == material:
+                            self._dress(model, part)
                 return True
         return False
-
-    def _upload(self, model: ModelScene, material: int, skin: Skin) -> None:
-        assert self._window is not None
-        self._window.MakeCurrent()
-        texture = vtkTexture()
-        texture.SetInputData(vtkdata.image(skin.texture.levels[skin.wanted]))
-        texture.InterpolateOn()
-        texture.SetMipmap(not self.software)
-        texture.Render(self._surface)
-        old, skin.drawn, skin.level = skin.drawn, texture, skin.wanted
-        for part in model.parts:
-            if part.material == material:
-                self._dress(model, part)
-        if old is not None:
-            old.ReleaseGraphicsResources(self._window)
 
     # -- what was drawn
 
