@@ -106,7 +106,7 @@ def test_the_frame_in_pieces_is_the_frame_in_one(scene: Scene, tmp_path: Path) -
     assert len(scene.models["w"].parts) == 16
     scene.camera.fit(scene.corners(), SIZE)
     pieces = rest(scene)
-    scene.full_seconds = 0.0
+    assert not scene.slow
     scene.draw(moving=False)
     whole = scene.pixels()[::-1, :, :3].astype(int)
     assert scene.complete

@@ -38,6 +38,7 @@ from vomstudio.rendering.blocks import FaceChunk, PointChunk
 from vomstudio.rendering.camera import Camera, Eye
 from vomstudio.rendering.drawing import FeatureDrawing
 from vomstudio.rendering.featurelayer import FeatureLayer
+from vomstudio.rendering.pace import SLOW_FRAME_S, Pace, point_weight
 from vomstudio.rendering.preparation import (
     ChunksDone,
     CloudChunkReady,
@@ -58,8 +59,6 @@ DISPLAY_MODES = ("textured", "vertex_colors", "plain shaded", "wireframe", "poin
 BACKGROUND = (0.36, 0.375, 0.39)
 PLAIN_COLOR = (0.76, 0.74, 0.70)
 
-SLOW_FRAME_S = 0.050
-BATCH_S = 0.030
 SOFTWARE_TEXTURE_SIDE = 4096
 SOFTWARE_WHOLE_SIDE = 2048
 """A larger one goes to a software renderer in quarters."""
@@ -85,6 +84,8 @@ class Part:
     """Metres between neighbouring points of a cloud; 0 for a mesh."""
     has_colors: bool = False
     uploaded: bool = False
+    weight: float = 1.0
+    """Cost of drawing an element, against one of least cost."""
 
 
 @dataclass(eq=False)
@@ -148,7 +149,7 @@ class Scene:
         self.showing_proxy = False
         self.more_to_come = False
         """The last frame left out stand-ins that the next one will show."""
-        self.full_seconds: float | None = None
+        self.pace = Pace()
         self.extra_points: Array = np.zeros((0, 3))
         self.point_scale = 1.0
         self.frames = 0
@@ -156,9 +157,6 @@ class Scene:
         self._pending: list[Part] | None = None
         self._batch_first = False
         self._outdated = False
-        self._spent = 0.0
-        self._uploaded_in_pass = False
-        self._seconds_per_element = 4e-7
         self._keep: vtkOpenGLFramebufferObject | None = None
         self._partial: vtkOpenGLFramebufferObject | None = None
         self._kept = False
@@ -318,14 +316,12 @@ class Scene:
 
     def set_visible(self, model_id: str, visible: bool) -> None:
         self.models[model_id].visible = visible
-        self.full_seconds = None
         self.abandon()
 
     def set_mode(self, mode: str) -> None:
         if mode not in DISPLAY_MODES:
             raise ValueError(f"display mode {mode!r}; one of {', '.join(DISPLAY_MODES)}")
         self.mode = mode
-        self.full_seconds = None
         for model in self.models.values():
             for part in model.parts + model.proxies:
                 self._dress(model, part)
@@ -340,7 +336,6 @@ class Scene:
             self._drop(part)
         for skin in model.skins.values():
             skin.release(self._window)
-        self.full_seconds = None
         if not self.models:
             self.origin = None
 
@@ -369,7 +364,7 @@ class Scene:
         elif isinstance(event, CloudChunkReady):
             model.point_chunks.append(event.chunk)
             model.parts.append(self._part(model, event.data))
-            model.parts[-1].spacing = event.chunk.spacing()
+            model.parts[-1].spacing = event.spacing
             self._dress(model, model.parts[-1])
         elif isinstance(event, ChunksDone):
             model.chunks_done = True
@@ -381,7 +376,6 @@ class Scene:
         elif isinstance(event, LocatorReady):
             model.locators = event.locators
         if isinstance(event, (ProxyReady, MeshChunkReady, CloudChunkReady, TextureReady)):
-            self.full_seconds = None
             self.complete = False
             self._outdated = True
 
@@ -481,13 +475,10 @@ class Scene:
     @property
     def slow(self) -> bool:
         """Whether drawing everything takes too long to do at every step of a drag."""
-        if self.full_seconds is not None:
-            return self.full_seconds > SLOW_FRAME_S
-        elements = sum(p.elements for m in self.models.values() if m.visible for p in m.parts)
-        return elements > 30_000 or any(not p.uploaded for _, p in self._all_parts())
-
-    def _all_parts(self) -> list[tuple[ModelScene, Part]]:
-        return [(m, p) for m in self.models.values() if m.visible for p in m.parts]
+        if any(m.visible and m.proxies and not m.chunks_done for m in self.models.values()):
+            return True
+        parts = [part for _, part in self._seen_parts()]
+        return not all(p.uploaded for p in parts) or self.pace.expected(parts) > SLOW_FRAME_S
 
     def _seen_parts(self) -> list[tuple[ModelScene, Part]]:
         """Parts whose box may be in view, nearest first."""
@@ -530,22 +521,14 @@ class Scene:
         self.abandon()
         self._apply_camera()
         proxy = self.slow
-        all_parts = self._all_parts()
         self.more_to_come = False
         if proxy:
-            stand_ins = [p for m in self.models.values() if m.visible for p in m.proxies]
-            show = [p for p in stand_ins if p.uploaded]
-            fresh = [p for p in stand_ins if not p.uploaded]
-            # One at a time: the first drawing takes it to the graphics card.
-            show += fresh[:1]
-            self.more_to_come = len(fresh) > 1
-            budget = 150_000
-            for _, part in [(m, p) for m, p in all_parts if not m.proxies]:
-                if part.uploaded and budget > 0:
-                    show.append(part)
-                    budget -= part.elements
+            show = self._stand_ins()
         else:
-            show = [p for _, p in all_parts]
+            self._choose_levels()
+            self._size_points()
+            show = [part for _, part in self._seen_parts()]
+        fresh = any(not p.uploaded for p in show)
         started = time.perf_counter()
         self._show(show)
         self._kept = False
@@ -563,10 +546,30 @@ class Scene:
             part.uploaded = True
         self.showing_proxy = proxy
         if not proxy:
-            self.full_seconds = spent
+            self.pace.learn(show, spent)
             self.complete = not any(m.visible and self._skins_due(m) for m in self.models.values())
-        elif not all_parts:
-            self.complete = True
+        else:
+            if not fresh:
+                most = max((len(m.proxies) for m in self.models.values()), default=0)
+                self.pace.learn_moving(spent, most)
+            if not any(m.visible and m.parts for m in self.models.values()):
+                self.complete = True
+
+    def _stand_ins(self) -> list[Part]:
+        """What stands for the models while drawing them takes too long."""
+        visible = [m for m in self.models.values() if m.visible]
+        sets = [p for m in visible for p in m.proxies[: self.pace.moving_sets]]
+        show = [p for p in sets if p.uploaded]
+        fresh = [p for p in sets if not p.uploaded]
+        # One at a time: the first drawing takes it to the graphics card.
+        show += fresh[:1]
+        self.more_to_come = len(fresh) > 1
+        budget = 150_000
+        for part in [p for m in visible if not m.proxies for p in m.parts]:
+            if part.uploaded and budget > 0:
+                show.append(part)
+                budget -= part.elements
+        return show
 
     def draw_features(self) -> None:
         """Draw the features anew over the models as they last stood."""
@@ -601,33 +604,21 @@ class Scene:
         self._pending = [part for _, part in self._seen_parts()]
         self._batch_first = True
         self._outdated = False
-        self._spent = 0.0
-        self._uploaded_in_pass = False
 
     @property
     def refining(self) -> bool:
         return self._pending is not None
 
-    def refine(self, budget: float = BATCH_S) -> bool:
+    def refine(self) -> bool:
         """Do one short piece of the rest frame; True once the frame is whole and drawn."""
         assert self._window is not None
         if self._pending is None:
             return True
-        started = time.perf_counter()
         if self._upload_one_texture():
-            self._uploaded_in_pass = True
             return False
-        batch: list[Part] = []
-        expected = 0.0
-        fresh = 0
-        while self._pending:
-            part = self._pending[0]
-            cost = part.elements * self._seconds_per_element * (1.0 if part.uploaded else 3.0)
-            if batch and (expected + cost > budget or fresh >= 1):
-                break
-            batch.append(self._pending.pop(0))
-            expected += cost
-            fresh += not part.uploaded
+        started = time.perf_counter()
+        count = self.pace.next_batch(self._pending)
+        batch, self._pending = self._pending[:count], self._pending[count:]
         self._show(batch)
         last = not self._pending
         self._render(
@@ -637,23 +628,15 @@ class Scene:
             action=self._save_surface if last else None,
         )
         self._window.WaitForCompletion()
-        spent = time.perf_counter() - started
         self._batch_first = False
-        self._spent += spent
-        elements = sum(p.elements for p in batch)
-        if elements and not fresh:
-            rate = spent / elements
-            self._seconds_per_element += 0.3 * (rate - self._seconds_per_element)
+        self.pace.learn(batch, time.perf_counter() - started)
         for part in batch:
-            self._uploaded_in_pass |= not part.uploaded
             part.uploaded = True
         if not last:
             return False
         self._pending = None
         self.complete = not self._outdated
         self.showing_proxy = False
-        if not self._uploaded_in_pass and not self._outdated:
-            self.full_seconds = self._spent
         return True
 
     def _size_points(self) -> None:
@@ -665,7 +648,9 @@ class Scene:
                     1.3 * part.spacing * scale / self.camera.metres_per_pixel(self.size[1], depth)
                 )
                 low, high = 2.0 * self.point_scale, 9.0 * self.point_scale
-                part.actor.GetProperty().SetPointSize(round(min(max(pixels, low), high)))
+                size = round(min(max(pixels, low), high))
+                part.actor.GetProperty().SetPointSize(size)
+                part.weight = point_weight(size)
 
     def _reach(self, model: ModelScene, part: Part) -> tuple[float, float]:
         """Scale of the model and depth of the near side of a part's ball."""
