@@ -225,7 +225,7 @@ def stock_drag(app: QApplication, mesh, steps: int) -> list[float]:  # type: ign
         )
         texture = vtkTexture()
         texture.SetInputData(
-            vtkdata.image(textures.load_texture(material.texture, 16384).levels[0])
+            vtkdata.image(textures.load_texture(material.texture, 16384).levels[0].tiles[0])
         )
         view.add_mesh(pyvista.wrap(data), texture=texture, lighting=False)
     view.view_xz()

@@ -106,7 +106,7 @@ def test_the_frame_in_pieces_is_the_frame_in_one(scene: Scene, tmp_path: Path) -
     assert len(scene.models["w"].parts) == 16
     scene.camera.fit(scene.corners(), SIZE)
     pieces = rest(scene)
-    scene.full_seconds = 0.0
+    assert not scene.slow
     scene.draw(moving=False)
     whole = scene.pixels()[::-1, :, :3].astype(int)
     assert scene.complete
@@ -196,6 +196,32 @@ def test_each_of_several_textures_is_drawn(scene: Scene, tmp_path: Path) -> None
         assert (np.abs(picture - wanted).max(axis=2) <= 3).sum() > 2000
 
 
+@pytest.mark.parametrize("sides", [(64, 64), (65, 50)])
+def test_a_texture_in_quarters_is_drawn_as_the_whole(
+    scene: Scene, tmp_path: Path, sides: tuple[int, int]
+) -> None:
+    path = tmp_path / "t.png"
+    noise = np.random.default_rng(0).integers(0, 255, (sides[1], sides[0], 3), np.uint8)
+    Image.fromarray(noise).save(path)
+    mesh = wall(textures=[path], relief=0.0)
+    assert mesh.uv is not None
+    # Beyond 0..1 a texture repeats.
+    uv = mesh.uv * np.float32(1.5) - np.float32(0.2)
+    mesh = Mesh(mesh.vertices, mesh.faces, mesh.materials, mesh.material_offsets, uv)
+    show(scene, "w", mesh)
+    scene.camera.fit(scene.corners(), SIZE)
+    whole = rest(scene)
+    show(scene, "w", mesh)
+    stop = threading.Event()
+    preparation.prepare_textures(mesh, 4096, stop, lambda e: scene.take("w", e), 32)
+    (skin,) = scene.models["w"].skins.values()
+    assert len(skin.texture.levels[0].tiles) == 4
+    quarters = rest(scene)
+    assert scene.complete
+    assert whole.std() > 40
+    assert np.abs(quarters - whole).max() <= 1
+
+
 def test_a_texture_that_cannot_be_read_is_told_and_the_surface_is_still_there(
     scene: Scene, tmp_path: Path
 ) -> None:
@@ -217,7 +243,7 @@ def test_a_texture_too_large_for_the_card_is_reduced_and_told(tmp_path: Path) ->
     path = tmp_path / "large.jpg"
     Image.new("RGB", (600, 300), (90, 120, 30)).save(path)
     texture = load_texture(path, 256)
-    assert max(texture.levels[0].shape[:2]) <= 256
+    assert max(texture.levels[0].tiles[0].shape[:2]) <= 256
     assert "600 x 300" in texture.note
     assert load_texture(path, 1024).note == ""
 

@@ -265,7 +265,7 @@ class Viewport(QWidget):
         if self._pool is None:
             self._pool = ThreadPoolExecutor(2, thread_name_prefix="viewport")
         pool = self._pool
-        limit = self._scene.texture_limit
+        limit, whole_side = self._scene.texture_limit, self._scene.whole_texture_side
 
         def emit(event: Any) -> None:
             if stop.is_set():
@@ -293,7 +293,7 @@ class Viewport(QWidget):
         def pictures() -> None:
             try:
                 if isinstance(data, Mesh):
-                    preparation.prepare_textures(data, limit, stop, emit)
+                    preparation.prepare_textures(data, limit, stop, emit, whole_side)
             except preparation.Stopped:
                 pass
             except Exception as error:  # noqa: BLE001 - as above
