@@ -312,6 +312,70 @@ def test_a_cloud_gives_one_of_its_own_points_from_the_front(scene: Scene) -> Non
     assert scene.pick(2.0, 2.0, SIZE) is None
 
 
+def cliff(count: int) -> PointCloud:
+    rng = np.random.default_rng(0)
+    points = rng.uniform(0, 1, (count, 3)) * [10.0, 0.5, 8.0] + UTM
+    return PointCloud(points, rng.integers(40, 255, (count, 3), np.uint8))
+
+
+def test_stand_ins_of_a_cloud_are_different_points_from_everywhere() -> None:
+    sets = preparation.moving_sets(1_000_000)
+    assert len(sets) == preparation.MOVING_SETS
+    rows = np.concatenate(sets)
+    assert len(np.unique(rows)) == len(rows)
+    assert rows.max() < 1_000_000
+    for some in sets:
+        counts, _ = np.histogram(some, bins=100, range=(0, 1_000_000))
+        assert counts.min() > 0.9 * counts.max()
+    assert preparation.moving_sets(50_000) == []
+
+
+def test_a_cloud_is_seen_before_it_is_prepared(scene: Scene) -> None:
+    cloud = cliff(300_000)
+    bounds = preparation.finite_bounds(cloud.points, threading.Event())
+    origin = np.round(bounds.mean(axis=0))
+    scene.add_model("c", cloud, np.eye(4), bounds, origin)
+    first = True
+
+    def emit(event: preparation.Event) -> None:
+        nonlocal first
+        if first:
+            assert isinstance(event, preparation.ProxyReady)
+            scene.take("c", event)
+            scene.camera.fit(scene.corners(), SIZE)
+            scene.draw(moving=False)
+            picture = scene.pixels()[::-1, :, :3].astype(int)
+            assert (np.abs(picture - picture[2, 2]).max(axis=2) > 10).mean() > 0.2
+        first = False
+
+    preparation.prepare_cloud(cloud, origin, threading.Event(), emit)
+    assert not first
+
+
+def test_going_back_from_a_close_view_draws_the_stand_ins(scene: Scene) -> None:
+    show(scene, "c", cliff(1_200_000))
+    scene.camera.fit(scene.corners(), SIZE)
+    state = scene.camera.as_dict()
+    rest(scene)
+    assert scene.slow
+    scene.camera.zoom(0.01, UTM + np.array([5.0, 0.25, 4.0]))
+    rest(scene)
+    scene.camera.restore(state)
+    scene.draw(moving=True)
+    assert scene.showing_proxy
+
+
+def test_bounds_pass_over_what_is_not_finite() -> None:
+    points = np.random.default_rng(0).normal(0, 5, (2000, 3)) + UTM
+    want = np.stack([points.min(axis=0), points.max(axis=0)])
+    holed = np.insert(points, [0, 700, 1990], np.nan, axis=0)
+    for some in (holed, holed[: len(holed) // 512 * 512], holed[:100]):
+        got = preparation.finite_bounds(some, threading.Event())
+        np.testing.assert_array_equal(got[0], np.nanmin(some, axis=0))
+        np.testing.assert_array_equal(got[1], np.nanmax(some, axis=0))
+    np.testing.assert_array_equal(preparation.finite_bounds(holed, threading.Event()), want)
+
+
 def test_the_stand_in_of_a_large_mesh_is_small_coloured_and_in_place(tmp_path: Path) -> None:
     n = 500
     x, z = np.meshgrid(np.linspace(0, 10, n + 1), np.linspace(0, 8, n + 1))

@@ -26,7 +26,7 @@ from vomstudio.rendering.textures import Texture, TextureProblem, load_texture, 
 
 PROXY_FACES = 45_000
 PROXY_ABOVE = 150_000
-FACES_PER_CHUNK = 50_000
+FACES_PER_CHUNK = 30_000
 POINTS_PER_CHUNK = 50_000
 MOVING_SETS = 6
 POINTS_PER_SET = 50_000
@@ -420,8 +420,9 @@ def moving_sets(count: int) -> list[npt.NDArray[np.int64]]:
     if sets < 2:
         return []
     wanted = sets * POINTS_PER_SET
-    places = np.arange(wanted) + np.random.default_rng(1).random(wanted)
-    rows = np.minimum((places * (count / wanted)).astype(np.int64), count - 1)
+    # One from each of equal runs, chosen by chance: files are often sorted, or lines of a scan.
+    rows = np.arange(wanted) * count // wanted
+    rows += np.random.default_rng(1).integers(0, count // wanted, wanted)
     return [rows[k::sets] for k in range(sets)]
 
 

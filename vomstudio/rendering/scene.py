@@ -520,13 +520,14 @@ class Scene:
         assert self._window is not None
         self.abandon()
         self._apply_camera()
+        # Large points take longer, so their size comes before what can be afforded.
+        self._size_points()
         proxy = self.slow
         self.more_to_come = False
         if proxy:
             show = self._stand_ins()
         else:
             self._choose_levels()
-            self._size_points()
             show = [part for _, part in self._seen_parts()]
         fresh = any(not p.uploaded for p in show)
         started = time.perf_counter()
@@ -617,10 +618,11 @@ class Scene:
         if self._upload_one_texture():
             return False
         started = time.perf_counter()
+        # Features, and the copy of the surface below them, are a piece of their own.
+        last = not self._pending
         count = self.pace.next_batch(self._pending)
         batch, self._pending = self._pending[:count], self._pending[count:]
         self._show(batch)
-        last = not self._pending
         self._render(
             erase=self._batch_first,
             surface=True,

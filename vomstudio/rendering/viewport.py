@@ -14,6 +14,8 @@ from __future__ import annotations
 
 import collections
 import contextlib
+import os
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -263,7 +265,7 @@ class Viewport(QWidget):
         from vomstudio.rendering import preparation
 
         if self._pool is None:
-            self._pool = ThreadPoolExecutor(2, thread_name_prefix="viewport")
+            self._pool = ThreadPoolExecutor(2, thread_name_prefix="viewport", initializer=give_way)
         pool = self._pool
         limit, whole_side = self._scene.texture_limit, self._scene.whole_texture_side
 
@@ -1012,6 +1014,14 @@ class Viewport(QWidget):
         if self._preview is not None:
             self.update()
         super().leaveEvent(event)
+
+
+def give_way() -> None:
+    """Let the window's thread, and those that draw for it, go before this thread. Only Linux has
+    priorities of threads."""
+    if sys.platform == "linux":
+        with contextlib.suppress(OSError):
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), 5)
 
 
 class _Registered:
