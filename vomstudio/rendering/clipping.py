@@ -71,6 +71,13 @@ class ClipBox:
             low[axis] = min(value, high[axis] - hair)
         return ClipBox(_triple(np.array(low)), _triple(np.array(high)))
 
+    def meets(self, other: ClipBox) -> bool:
+        """Whether the boxes have a point in common."""
+        mine, theirs = (self.low, self.high), (other.low, other.high)
+        return bool(
+            (np.array(mine[0]) <= theirs[1]).all() and (np.array(theirs[0]) <= mine[1]).all()
+        )
+
     def holds(self, points: Array) -> npt.NDArray[np.bool_]:
         """Whether World points (n, 3) lie inside."""
         points = np.asarray(points, float).reshape(-1, 3)

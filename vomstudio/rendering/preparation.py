@@ -286,9 +286,7 @@ def make_proxy(
     return compact(out, colors is not None)
 
 
-def compact(
-    data: vtkPolyData, colored: bool
-) -> tuple[vtkPolyData, npt.NDArray[np.int32]]:
+def compact(data: vtkPolyData, colored: bool) -> tuple[vtkPolyData, npt.NDArray[np.int32]]:
     """The same triangles on only the points they use, neighbours near each other in memory, and
     which points these are.
 

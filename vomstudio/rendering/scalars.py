@@ -300,7 +300,7 @@ def make_scale(
 
 def _kind(name: str, lowest: float, highest: float) -> Kind:
     plain = _plain(name)
-    if any(word in plain for word in _AZIMUTHS) and -180.0 <= lowest and highest <= 360.0:
+    if any(word in plain for word in _AZIMUTHS) and lowest >= -180.0 and highest <= 360.0:
         return "cyclic"
     if name == ELEVATION or plain in ("x", "y", "z"):
         return "sequential"

@@ -11,6 +11,7 @@ All of this belongs to one thread.
 
 from __future__ import annotations
 
+import itertools
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -424,7 +425,7 @@ class Scene:
                 values.SetScalars(fields[k])
                 part.uploaded, part.tinted = False, True
             elif part.tinted:
-                values.SetScalars(part.own)  # type: ignore[arg-type] # VTK takes None
+                values.SetScalars(part.own)
                 part.own = None
                 part.uploaded, part.tinted = False, False
             self._dress(model, part)
@@ -528,9 +529,7 @@ class Scene:
         textured = skin is not None and self._textured(model) and skin.wear(actor)
         if textured:
             look.SetColor(1.0, 1.0, 1.0)
-        colored = part.tinted or (
-            part.has_colors and not textured and self.mode != "plain shaded"
-        )
+        colored = part.tinted or (part.has_colors and not textured and self.mode != "plain shaded")
         mapper.SetScalarVisibility(colored)
         look.SetLighting(self.lit[self.mode] or not (textured or colored))
         if self.mode == "wireframe":
@@ -1006,4 +1005,4 @@ def clip_mapper(actor: vtkActor, planes: vtkPlaneCollection | None) -> None:
 def bands(height: int, count: int) -> list[tuple[int, int]]:
     """Rows from the bottom in `count` runs, first and one past the last of each."""
     ends = [round(k * height / count) for k in range(count + 1)]
-    return list(zip(ends[:-1], ends[1:], strict=True))
+    return list(itertools.pairwise(ends))

@@ -35,6 +35,7 @@ from vomstudio.jobs.events import Failed
 from vomstudio.tools.context import Tool
 from vomstudio.tools.trace import TraceTool
 from vomstudio.tools.types import PointerEvent, Preview
+from vomstudio.ui.display import Display
 from vomstudio.ui.job_bridge import JobBridge
 from vomstudio.ui.model_loader import ModelLoader, OpenModel
 from vomstudio.ui.wording import plane_text
@@ -81,7 +82,7 @@ class Studio(QObject):
         self.models: dict[str, OpenModel] = {}
         self.hidden: set[str] = set()
         self.tool_name = "navigate"
-        self.display_mode = "textured"
+        self.display = Display(lambda values: self.project.journal.set_view("display", values))
         self.next_type_id = "bedding"
         self.next_set = ""
         self.project: Project = None  # type: ignore[assignment]
@@ -133,6 +134,7 @@ class Studio(QObject):
         self.session.history_changed.connect(lambda _: self.history_changed.emit())
         self._mark_open(True)
         self.hidden = set(project.journal.view("hidden", []))
+        self.display.load(project.journal.view("display"))
         self.selection.set(())
         self.project_opened.emit()
         self.history_changed.emit()
@@ -162,6 +164,7 @@ class Studio(QObject):
 
     def _leave(self) -> None:
         self._mark_open(False)
+        self.display.flush()
         self.loader.forget_all()
         if self._layers_timer.isActive():
             # An edit of the last moment, a discarded one included; `close` waits for it.
