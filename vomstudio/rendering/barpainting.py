@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import numpy.typing as npt
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen, QPolygonF
+from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen
 
 from vomstudio.rendering.clipping import EDGES, FACES
 from vomstudio.rendering.painting import DARK, MARGIN, PANEL, TEXT, scale_bar_box, system_font
@@ -17,12 +17,14 @@ Array = npt.NDArray[np.float64]
 
 BAR_WIDTH = 16.0
 TALLEST = 300.0
+TOP = 42.0
+"""Below the bar that messages are shown in."""
 PAD = 9.0
 WIDEST_TITLE = 190.0
 MISSING_WORDS = "no value"
 
 BOX_COLOR = QColor("#f0e442")
-AXIS_LETTERS = ("E", "N", "Z")
+HANDLE_RADIUS = 12.5
 
 
 class ColorBar:
@@ -164,7 +166,7 @@ def lay_out_bars(
     bars: list[ColorBar] = []
     right, bottom = width - MARGIN, scale_bar_box(width, height).top() - 10.0
     for scale, captions in shown:
-        bar = ColorBar(scale, captions, right, MARGIN, bottom)
+        bar = ColorBar(scale, captions, right, TOP, bottom)
         if bar.box.left() < MARGIN or (bars and bar.box.left() < width / 2.0):
             break
         bars.append(bar)
@@ -181,11 +183,13 @@ def draw_clip_box(
     centres: Array,
     usable: Sequence[bool],
     hot: int | None,
+    letters: str,
 ) -> None:
     """Edges and handles of a clipping box.
 
     corners : pixels (8, 2) of ClipBox.corners, NaN behind the viewer
     centres : pixels (6, 2) of the handles, in the order of FACES
+    letters : names of the three axes
     """
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     for tint, width in ((QColor(20, 20, 22, 150), 3.0), (BOX_COLOR, 1.2)):
@@ -200,24 +204,14 @@ def draw_clip_box(
         if not np.isfinite(centres[k]).all():
             continue
         x, y = centres[k]
-        reach = 12.0 if k == hot else 10.0
-        diamond = QPolygonF(
-            [
-                QPointF(x - reach, y),
-                QPointF(x, y - reach),
-                QPointF(x + reach, y),
-                QPointF(x, y + reach),
-            ]
-        )
+        reach = HANDLE_RADIUS + (1.5 if k == hot else 0.0)
         fill = QColor(BOX_COLOR if k == hot else "#ffffff")
         fill.setAlphaF(0.95 if usable[k] else 0.35)
         painter.setPen(QPen(DARK, 1.6))
         painter.setBrush(fill)
-        painter.drawPolygon(diamond)
-        letter = AXIS_LETTERS[axis] + ("+" if side else "−")
+        painter.drawEllipse(QPointF(x, y), reach, reach)
+        letter = letters[axis] + ("+" if side else "−")
         painter.setPen(DARK)
-        small = system_font(bold=True)
-        painter.setFont(small)
         painter.drawText(
             QPointF(x - metrics.horizontalAdvance(letter) / 2.0, y + metrics.capHeight() / 2.0),
             letter,

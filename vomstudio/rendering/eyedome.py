@@ -13,7 +13,7 @@ from __future__ import annotations
 from vtkmodules.vtkRenderingCore import vtkRenderWindow
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLFramebufferObject, vtkOpenGLQuadHelper
 
-STRENGTH = 60.0
+STRENGTH = 200.0
 REACH_PIXELS = 1.4
 BANDS = 6
 

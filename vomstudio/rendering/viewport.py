@@ -57,7 +57,7 @@ Array = npt.NDArray[np.float64]
 
 CLICK_PIXELS = 4.0
 HANDLE_PIXELS = 9.0
-FACE_PIXELS = 12.0
+FACE_PIXELS = 14.0
 FEATURE_PIXELS = 7.0
 REST_MS = 250
 BACKGROUND = QColor.fromRgbF(0.36, 0.375, 0.39)
@@ -584,7 +584,7 @@ class Viewport(QWidget):
         if self._clip is None or not self._clip_handles:
             return None
         _, pixels, usable = self._clip_places()
-        off = np.abs(pixels[:, 0] - x) + np.abs(pixels[:, 1] - y)
+        off = np.hypot(pixels[:, 0] - x, pixels[:, 1] - y)
         off = np.where(np.isfinite(off) & np.array(usable), off, np.inf)
         best = int(np.argmin(off))
         return best if off[best] <= FACE_PIXELS else None
@@ -898,8 +898,9 @@ class Viewport(QWidget):
             painter.drawImage(QPointF(0.0, 0.0), self._base)
         if self._clip is not None and self._clip_handles:
             corners, centres, usable = self._clip_places()
+            letters = "ENZ" if self._north_known else "xyz"
             hot = self._hot_face if self._press_face is None else self._press_face
-            barpainting.draw_clip_box(painter, corners, centres, usable, hot)
+            barpainting.draw_clip_box(painter, corners, centres, usable, hot, letters)
         self._paint_preview(painter)
         painter.end()
         if scene is not None and not self._first_done:

@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QPushButton,
     QScrollArea,
+    QToolButton,
     QVBoxLayout,
     QWidget,
 )
@@ -35,7 +36,7 @@ from vomstudio.rendering.scalars import (
     field_names,
     title_of,
 )
-from vomstudio.ui import display
+from vomstudio.ui import display, theme
 from vomstudio.ui.studio import Studio
 from vomstudio.ui.widgets import ComboBox
 
@@ -134,22 +135,18 @@ class DisplayPanel(QWidget):
             spin.setSuffix(" %")
             spin.setKeyboardTracking(False)
             spin.valueChanged.connect(self._percent_chosen)
-        self.whole = QPushButton(self.tr("2–98 %"))
+        self.whole = QToolButton()
+        self.whole.setIcon(theme.icon("restore"))
         self.whole.setToolTip(self.tr("Back to the range between the percentiles 2 and 98"))
         self.whole.clicked.connect(
             lambda: self._restyle(low=None, high=None, percentiles=PERCENTILES)
-        )
-        self.full = QPushButton(self.tr("All values"))
-        self.full.clicked.connect(
-            lambda: self._restyle(low=None, high=None, percentiles=(0.0, 100.0))
         )
         form = _form()
         form.addRow(self.tr("Field"), self.field)
         form.addRow(self.tr("Colours"), self.palette_box)
         form.addRow(self.tr("Range"), _pair(self.low, self.high, self.tr("to")))
-        form.addRow(self.tr("Percentiles"), _pair(self.first, self.last, self.tr("to")))
-        form.addRow("", _pair(self.whole, self.full, ""))
-        self._form = form
+        percentiles = _pair(self.first, self.last, self.tr("to"), self.whole)
+        form.addRow(self.tr("Percentiles"), percentiles)
         self.field_box.setLayout(form)
         form.setContentsMargins(8, 4, 8, 6)
         return self.field_box
@@ -160,7 +157,7 @@ class DisplayPanel(QWidget):
         self.clip.clicked.connect(self._clip_toggled)
         grid = QGridLayout(self.clip)
         grid.setContentsMargins(8, 4, 8, 6)
-        grid.setSpacing(4)
+        grid.setSpacing(3)
         self._axes = [QLabel() for _ in range(3)]
         self.faces: list[QDoubleSpinBox] = []
         for k, (axis, side) in enumerate(FACES):
@@ -341,7 +338,7 @@ class DisplayPanel(QWidget):
         for spin, percent in zip((self.first, self.last), style.percentiles, strict=True):
             with QSignalBlocker(spin):
                 spin.setValue(percent)
-        for widget in (self.low, self.high, self.first, self.last, self.whole, self.full):
+        for widget in (self.low, self.high, self.first, self.last, self.whole):
             widget.setEnabled(ranged)
 
     def _show_clip(self) -> None:
@@ -364,16 +361,17 @@ class DisplayPanel(QWidget):
 def _form() -> QFormLayout:
     form = QFormLayout()
     form.setContentsMargins(0, 0, 0, 0)
-    form.setVerticalSpacing(4)
+    form.setVerticalSpacing(3)
     return form
 
 
-def _pair(first: QWidget, second: QWidget, between: str) -> QWidget:
+def _pair(first: QWidget, second: QWidget, between: str, after: QWidget | None = None) -> QWidget:
     row = QWidget()
     layout = QHBoxLayout(row)
     layout.setContentsMargins(0, 0, 0, 0)
     layout.addWidget(first, 1)
-    if between:
-        layout.addWidget(QLabel(between))
+    layout.addWidget(QLabel(between))
     layout.addWidget(second, 1)
+    if after is not None:
+        layout.addWidget(after)
     return row

@@ -267,7 +267,7 @@ class MainWindow(QMainWindow):
         studio.project_opened.connect(self._refresh)
         studio.model_loaded.connect(self._refresh)
         studio.edited.connect(self._refresh)
-        studio.display.changed.connect(lambda what: what == "box" or self._refresh())
+        studio.display.changed.connect(lambda what: self._refresh() if what != "box" else None)
         studio.active_tool_changed.connect(self._tool_changed)
         studio.tool_changed_signal.connect(self._refresh)
         studio.tool_changed_signal.connect(self.message_bar.end_hint)
