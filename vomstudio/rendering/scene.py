@@ -24,6 +24,7 @@ from vtkmodules.vtkCommonCore import vtkDataArray, vtkFloatArray, vtkUnsignedCha
 from vtkmodules.vtkCommonDataModel import vtkPlane, vtkPlaneCollection, vtkStaticCellLocator
 from vtkmodules.vtkRenderingCore import (
     vtkActor,
+    vtkLight,
     vtkPointGaussianMapper,
     vtkPolyDataMapper,
     vtkRenderer,
@@ -216,7 +217,10 @@ class Scene:
             # Plain blending: the weighted kind needs three more full-screen passes.
             renderer.SetUseOIT(False)
             window.AddRenderer(renderer)
-        surface.CreateLight()
+        # A head light: what is seen is lit.
+        light = vtkLight()
+        light.SetLightTypeToHeadlight()
+        surface.AddLight(light)
         surface.GetActiveCamera()
         layer.SetActiveCamera(surface.GetActiveCamera())
         self._window, self._surface, self._layer = window, surface, layer
@@ -531,7 +535,7 @@ class Scene:
             look.SetColor(1.0, 1.0, 1.0)
         colored = part.tinted or (part.has_colors and not textured and self.mode != "plain shaded")
         mapper.SetScalarVisibility(colored)
-        look.SetLighting(self.lit[self.mode] or not (textured or colored))
+        look.SetLighting(self.lit[self.mode if textured or colored else "plain shaded"])
         if self.mode == "wireframe":
             look.SetRepresentationToWireframe()
             look.SetLighting(False)
@@ -577,10 +581,6 @@ class Scene:
         if eye.orthographic:
             drawn.SetParallelScale(eye.half_height)
         drawn.SetClippingRange(eye.near, eye.far)
-        # A head light: what is seen is lit.
-        light = self._surface.GetLights().GetItemAsObject(0)
-        if light is not None:
-            light.SetLightTypeToHeadlight()
         self.eye = eye
 
     @property

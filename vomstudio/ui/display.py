@@ -65,9 +65,8 @@ class Display(QObject):
         self.mode = mode
         self._tell("mode")
 
-    def set_lit(self, lit: bool) -> None:
-        """For the present mode."""
-        self.lit[self.mode] = lit
+    def set_lit(self, mode: str, lit: bool) -> None:
+        self.lit[mode] = lit
         self._tell("lit")
 
     def set_point_size(self, pixels: float | None) -> None:

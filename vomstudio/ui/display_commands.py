@@ -37,7 +37,13 @@ def commands(w: MainWindow) -> list[Command]:
         return lambda: shown.set_mode(value)
 
     def is_mode(value: str) -> Callable[[], bool]:
-        return lambda: display.mode_shown(shown.mode, models()) == value
+        return lambda: now() == value
+
+    def now() -> str:
+        return display.mode_shown(shown.mode, models())
+
+    def light() -> None:
+        shown.set_lit(now(), not shown.lit[now()])
 
     def cannot(value: str) -> Callable[[], str | None]:
         return lambda: display.why_not_mode(value, models())
@@ -63,9 +69,9 @@ def commands(w: MainWindow) -> list[Command]:
         Command("display_field", "Field in colours", lambda: choose_field(w), None, (),
                 "Intensity, classification, elevation or any other value, with a colour bar",
                 no_viewport, checked=lambda: shown.mode == "field"),
-        Command("display_lit", "&Lit", lambda: shown.set_lit(not shown.lit[shown.mode]), None, (),
+        Command("display_lit", "&Lit", light, None, (),
                 "A light at the viewer shades the surface; without it colours are true",
-                lambda: display.why_not_lit(models()), checked=lambda: shown.lit[shown.mode]),
+                lambda: display.why_not_lit(models()), checked=lambda: shown.lit[now()]),
         Command("display_eye_dome", "&Eye-dome lighting",
                 lambda: shown.set_eye_dome(not shown.eye_dome), None, (),
                 "Shades a point cloud by its depth, once the view is at rest",

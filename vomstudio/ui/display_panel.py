@@ -102,7 +102,7 @@ class DisplayPanel(QWidget):
         self.points.setSuffix(self.tr(" px"))
         self.points.valueChanged.connect(lambda v: self._display.set_point_size(v or None))
         self.lit = QCheckBox(self.tr("lit"))
-        self.lit.clicked.connect(self._display.set_lit)
+        self.lit.clicked.connect(lambda on: self._display.set_lit(self._mode_now(), on))
         self.eye_dome = QCheckBox(self.tr("eye-dome lighting"))
         self.eye_dome.clicked.connect(self._display.set_eye_dome)
         row = QHBoxLayout()
@@ -195,6 +195,10 @@ class DisplayPanel(QWidget):
             self._display.show_field(*self._style_now()) if self._has_model() else None
         else:
             self._display.set_mode(mode)
+
+    def _mode_now(self) -> str:
+        models = [m.data for m in self._studio.models.values()]
+        return display.mode_shown(self._display.mode, models)
 
     def _has_model(self) -> bool:
         model = self._current()
@@ -290,7 +294,7 @@ class DisplayPanel(QWidget):
         with QSignalBlocker(self.points):
             self.points.setValue(shown.point_size or 0.0)
         for box, why, on in (
-            (self.lit, display.why_not_lit(models), shown.lit[shown.mode]),
+            (self.lit, display.why_not_lit(models), shown.lit[mode]),
             (self.eye_dome, display.why_not_eye_dome(models), shown.eye_dome),
         ):
             box.setEnabled(why is None)
