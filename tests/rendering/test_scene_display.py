@@ -127,7 +127,7 @@ def test_colours_of_another_state_of_the_model_are_refused(scene: Scene) -> None
     show(scene, "c", sheet(depth=np.arange(3600.0)))
     assert ready is not None
     scene.models["c"].parts.append(scene.models["c"].parts[0])
-    with pytest.raises(ValueError):
+    with pytest.raises(ValueError, match="another state"):
         scene.set_field("c", ready)
     scene.models["c"].parts.pop()
 
@@ -183,9 +183,7 @@ def test_eye_dome_lighting_darkens_the_far_side_of_an_edge_only(scene: Scene) ->
     assert np.array_equal(
         shaded[row, column - 40 : column - 5], plain[row, column - 40 : column - 5]
     )
-    assert np.array_equal(
-        shaded[row, column + 10 : column + 40], plain[row, column + 10 : column + 40]
-    )
+    assert np.array_equal()
     assert (plain - shaded)[row, column - 2 : column + 6].max() > 25
     assert (shaded[0, 0] == plain[0, 0]).all()
 
