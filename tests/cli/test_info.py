@@ -103,3 +103,20 @@ def test_a_table_of_nothing_but_a_header_is_refused(run, write) -> None:
     ran = run("info", write("x,y,z\n"), "--json")
     assert ran.code == 2
     assert "nothing below it" in ran.json["error"]["message"]
+
+
+def test_a_height_model_is_a_raster_with_a_place(run, tmp_path: Path) -> None:
+    import numpy as np
+
+    from vomstudio.io.raster import Raster, open_geotiff, write_tile
+
+    path = tmp_path / "dem.tif"
+    grid = Raster(5, 3, "float", (2.0, 0.0, 576000.0, 0.0, -2.0, 5188000.0), "EPSG:32615")
+    with open_geotiff(path, grid) as dataset:
+        write_tile(dataset, 0, 0, np.arange(15, dtype=np.float32).reshape(3, 5) + 100)
+    (found,) = run("info", path, "--json").json["files"]
+    assert (found["kind"], found["width"], found["height"]) == ("raster", 5, 3)
+    assert found["bounds"] == [[576001, 5187995, 100], [576009, 5187999, 114]]
+    assert found["crs"] == "EPSG:32615"
+    assert found["points"] == 15
+    assert found["warnings"] == []

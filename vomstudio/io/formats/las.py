@@ -219,4 +219,4 @@ def _crs(header: Any, said: list[str]) -> str | None:
         return None
 
 
-READER = Reader("LAS/LAZ/COPC point cloud", (".las", ".laz"), matches, read)
+READER = Reader("LAS/LAZ point cloud", (".las", ".laz"), matches, read)
