@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import Cancelled, InputError
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.io.formats._clean import drop_unsound_points, scale_colors
+from vomstudio.io.formats._clean import Columns, drop_unsound_points, scale_colors
 from vomstudio.io.formats._las_records import STANDARD_FIELDS
 from vomstudio.io.formats._las_top import check_header, mended
 from vomstudio.io.registry import LoadedModel, Reader
@@ -118,7 +118,7 @@ def _read_points(
     extra = list(header.point_format.extra_dimension_names)
     wanted = [n for n in STANDARD_FIELDS if n in names] + [n for n in extra]
     colored = {"red", "green", "blue"} <= names
-    columns = _Columns()
+    columns = Columns()
     done = 0
     progress.stage("Reading the points", limit)
     while done < limit:
@@ -177,33 +177,6 @@ def _read_points(
     points = columns.take("points", done)
     assert points is not None
     return PointCloud(points, colors, None, fields), _crs(header, said)
-
-
-class _Columns:
-    """Arrays that grow with what was really read, never with what a header promises."""
-
-    def __init__(self) -> None:
-        self._arrays: dict[str, npt.NDArray[Any]] = {}
-        self._filled: dict[str, int] = {}
-
-    def add(self, name: str, values: npt.NDArray[Any], limit: int) -> None:
-        filled = self._filled.get(name, 0)
-        needed = filled + len(values)
-        array = self._arrays.get(name)
-        if array is None or len(array) < needed:
-            room = min(limit, max(needed, 2 * filled, 4 * POINTS_PER_STEP))
-            wider = np.empty((max(room, needed), *values.shape[1:]), values.dtype)
-            if array is not None:
-                wider[:filled] = array[:filled]
-            self._arrays[name] = array = wider
-        array[filled:needed] = values
-        self._filled[name] = needed
-
-    def take(self, name: str, n: int) -> npt.NDArray[Any] | None:
-        array = self._arrays.pop(name, None)
-        if array is None:
-            return None
-        return array if len(array) == n else array[:n].copy()
 
 
 def _crs(header: Any, said: list[str]) -> str | None:
