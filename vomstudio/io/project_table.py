@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from vomstudio.document.measurements import Measurement, Measurements
@@ -33,6 +34,8 @@ class ProjectTable:
     crs: str | None
     """The one CRS of all rows, None where there is none, or more than one."""
     north: str
+    files: tuple[Path, ...] = ()
+    """What an export has written."""
 
 
 def project_table(
