@@ -120,3 +120,25 @@ def test_a_height_model_is_a_raster_with_a_place(run, tmp_path: Path) -> None:
     assert found["crs"] == "EPSG:32615"
     assert found["points"] == 15
     assert found["warnings"] == []
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("a.e57", b"ASTM-E57" + bytes(200)),
+        ("a.copc.laz", b"LASF" + bytes(400)),
+        ("a.tif", b"II*\0" + bytes(30)),
+        ("b.e57", b""),
+        ("b.copc.laz", b""),
+        ("b.tif", b""),
+    ],
+)
+def test_damaged_files_of_every_new_kind_are_one_sentence(
+    run, tmp_path: Path, name: str, content: bytes
+) -> None:
+    (tmp_path / name).write_bytes(content)
+    for words in (("info", tmp_path / name), ("convert", tmp_path / name, tmp_path / "o.ply")):
+        ran = run(*words)
+        assert ran.code == 2
+        assert name in ran.said
+    assert [p.name for p in tmp_path.iterdir()] == [name]

@@ -13,7 +13,9 @@ from rasterio.transform import Affine
 from vomstudio.errors import Cancelled, InputError
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.formats import dem
+from vomstudio.io.model_copy import copy_model
 from vomstudio.io.models import read_model
+from vomstudio.io.writing import write_model
 from vomstudio.progress import CancelToken, Silent
 
 # rasterio multiplies transforms in a way that affine 3 warns of.
@@ -198,3 +200,29 @@ def test_reading_stops_when_it_is_cancelled(tmp_path: Path) -> None:
     token.cancel()
     with pytest.raises(Cancelled):
         read_model(write(tmp_path / "a.tif", heights()), Silent(token))
+
+
+@pytest.mark.filterwarnings("ignore::rasterio.errors.NotGeoreferencedWarning")
+def test_a_world_file_and_a_prj_beside_are_as_good_and_are_copied_along(tmp_path: Path) -> None:
+    values = heights()
+    write(tmp_path / "a.tif", values, None, crs=None)
+    (tmp_path / "a.tfw").write_text("0.5\n0\n0\n-0.5\n576000.5\n5188100.5\n")
+    (tmp_path / "a.prj").write_text("EPSG:32615\n")
+    (tmp_path / "copy").mkdir()
+    for path in (tmp_path / "a.tif", copy_model(tmp_path / "a.tif", tmp_path / "copy")):
+        loaded = read_model(path)
+        assert loaded.crs == "EPSG:32615"
+        assert isinstance(loaded.data, Mesh)
+        assert np.abs(loaded.data.vertices[0] - [576000.5, 5188100.5, values[0, 0]]).max() < 1e-9
+
+
+def test_trimesh_agrees_on_the_surface(tmp_path: Path) -> None:
+    import trimesh
+
+    path = write(tmp_path / "a.tif", heights())
+    write_model(read_model(path).data, None, tmp_path / "a.ply")
+    theirs = trimesh.load(tmp_path / "a.ply")
+    mesh, _ = surface(path)
+    assert theirs.area == pytest.approx(np.linalg.norm(normals(mesh), axis=1).sum() / 2)
+    assert theirs.euler_number == 1
+    assert theirs.is_winding_consistent
