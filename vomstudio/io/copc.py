@@ -21,7 +21,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.formats._las_records import Choice, Layout, choose, cloud_of, layout_of
-from vomstudio.io.formats._las_top import MAX_CHUNK_POINTS, Top, is_sound_chunk, read_top
+from vomstudio.io.formats._las_top import MAX_CHUNK_POINTS, Top, is_sound_chunk, read_top, unpack
 
 Array = npt.NDArray[Any]
 Key = tuple[int, int, int, int]
@@ -154,8 +154,6 @@ class CopcFile:
         return cloud_of(self._records(nodes), self._layout, self.top, self._choice)
 
     def _records(self, nodes: Nodes) -> Array:
-        import lazrs
-
         total = int(nodes.points.sum())
         if total > self.top.points:
             raise self._damaged("its nodes hold more points than the whole file")
@@ -166,20 +164,10 @@ class CopcFile:
             if len(chunk) != size or not is_sound_chunk(chunk, int(points), self.top):
                 raise self._damaged("a node of it is not what its table says")
             chunks.append(chunk)
-        found = np.zeros(total * self.top.record_bytes, np.uint8)
-        if total:
-            table = list(zip(nodes.points.tolist(), nodes.sizes.tolist(), strict=True))
-            try:
-                lazrs.decompress_points_with_chunk_table(
-                    b"".join(chunks), self.top.laszip, found, table,
-                    lazrs.DecompressionSelection(lazrs.SELECTIVE_DECOMPRESS_ALL),
-                )  # fmt: skip
-            except BaseException as error:
-                # Rust's panics arrive outside of Exception.
-                if not isinstance(error, Exception) and type(error).__name__ != "PanicException":
-                    raise
-                raise self._damaged("a node of it cannot be unpacked") from error
-        return found.view(self._layout.kind)
+        found = unpack(chunks, nodes.points.tolist(), self.top)
+        if found is None:
+            raise self._damaged("a node of it cannot be unpacked")
+        return found.reshape(-1).view(self._layout.kind)
 
     def _load_pages(self, levels: range | None, bounds: Array | None) -> None:
         """Read what pages are still unread and may name nodes of these levels and bounds."""

@@ -13,13 +13,13 @@ from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.copc import CopcFile, is_copc
 from vomstudio.io.formats._las_records import choose, cloud_of, layout_of
-from vomstudio.io.formats._las_top import Top, is_sound_chunk, mended, read_top
+from vomstudio.io.formats._las_top import Top, is_sound_chunk, mended, read_top, unpack
 
 Array = npt.NDArray[Any]
 
 MOST_CHUNKS = 256
 """That are read at most: of a file of a hundred million points, every tenth or so."""
-UNPACKED_POINTS = 1_000_000
+UNPACKED_POINTS = 600_000
 """Neighbours in a file are neighbours in space; more places are seen when more is unpacked and
 thinned than is shown."""
 RUN_POINTS = 500
@@ -113,17 +113,7 @@ def _of_laz(path: Path, top: Top, count: int) -> Array:
             if top.layers and not is_sound_chunk(chunk, int(held[row]), top):
                 return np.empty(0, np.uint8)
             chunks.append(chunk)
-    some = np.minimum(held[rows], each)
-    found = np.zeros(int(some.sum()) * top.record_bytes, np.uint8)
-    try:
-        lazrs.decompress_points_with_chunk_table(
-            b"".join(chunks), top.laszip, found,
-            list(zip(some.tolist(), sizes[rows].tolist(), strict=True)),
-            lazrs.DecompressionSelection(lazrs.SELECTIVE_DECOMPRESS_ALL),
-        )  # fmt: skip
-    except BaseException as error:
-        # Rust's panics arrive outside of Exception.
-        if not isinstance(error, Exception) and type(error).__name__ != "PanicException":
-            raise
+    found = unpack(chunks, np.minimum(held[rows], each).tolist(), top)
+    if found is None:
         return np.empty(0, np.uint8)
-    return found.reshape(-1, top.record_bytes)[_spread(int(some.sum()), count)].reshape(-1)
+    return found[_spread(len(found), count)].reshape(-1)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import struct
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -221,3 +222,39 @@ def is_sound_chunk(chunk: bytes, points: int, top: Top) -> bool:
     (count,) = struct.unpack_from("<I", chunk, start)
     sizes = struct.unpack_from(f"<{top.layers}I", chunk, start + 4)
     return int(count) == points and head + sum(sizes) == len(chunk)
+
+
+UNPACKED_AT_ONCE = 100_000
+
+
+def unpack(
+    chunks: Sequence[bytes], points: Sequence[int], top: Top
+) -> npt.NDArray[np.uint8] | None:
+    """(points, record_bytes) of the first `points` of each chunk; None where they cannot be
+    unpacked. lazrs keeps the interpreter for itself meanwhile, so it is called for a few chunks at
+    a time: other threads get their turn in between."""
+    import lazrs
+
+    found = np.zeros((sum(points), top.record_bytes), np.uint8)
+    everything = lazrs.DecompressionSelection(lazrs.SELECTIVE_DECOMPRESS_ALL)
+    first = row = 0
+    while first < len(chunks):
+        stop, n = first + 1, points[first]
+        while stop < len(chunks) and n + points[stop] <= UNPACKED_AT_ONCE:
+            n += points[stop]
+            stop += 1
+        table = [(k, len(chunk)) for k, chunk in zip(points[first:stop], chunks[first:stop],
+                                                     strict=True)]  # fmt: skip
+        part = np.zeros(n * top.record_bytes, np.uint8)
+        try:
+            lazrs.decompress_points_with_chunk_table(
+                b"".join(chunks[first:stop]), top.laszip, part, table, everything
+            )
+        except BaseException as error:
+            # Rust's panics arrive outside of Exception.
+            if not isinstance(error, Exception) and type(error).__name__ != "PanicException":
+                raise
+            return None
+        found[row : row + n] = part.reshape(n, top.record_bytes)
+        first, row = stop, row + n
+    return found
