@@ -140,6 +140,13 @@ def test_what_is_no_copc_file_is_said(tmp_path: Path) -> None:
         copc.nodes(tmp_path / "none.copc.laz")
 
 
+def test_place_and_size_are_known_without_reading_points(cliff: Path) -> None:
+    with copc.CopcFile(cliff) as file, laspy.open(cliff) as theirs:
+        assert file.crs == "EPSG:32615"
+        assert file.points == N
+        assert np.array_equal(file.bounds, [theirs.header.mins, theirs.header.maxs])
+
+
 def test_a_node_that_is_not_there_is_said(cliff: Path) -> None:
     with pytest.raises(InputError, match=r"no node \(3, 7, 7, 7\)"):
         copc.read_nodes(cliff, [(3, 7, 7, 7)])

@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.io.crs import parse_crs
 from vomstudio.io.formats._las_records import Choice, Layout, choose, cloud_of, layout_of
 from vomstudio.io.formats._las_top import MAX_CHUNK_POINTS, Top, is_sound_chunk, read_top, unpack
 
@@ -115,6 +116,29 @@ class CopcFile:
 
     def close(self) -> None:
         self._file.close()
+
+    @property
+    def points(self) -> int:
+        """How many the whole file promises."""
+        return self.top.points
+
+    @property
+    def bounds(self) -> npt.NDArray[np.float64]:
+        """(2, 3) of all points, as the header says."""
+        return self.top.bounds
+
+    @property
+    def crs(self) -> str | None:
+        """As LoadedModel's; None where the file names no projected one."""
+        text = (
+            self.top.records.get(("LASF_Projection", 2112), b"")
+            .rstrip(b"\0")
+            .decode("utf-8", "replace")
+        )
+        try:
+            return parse_crs(text)[0] if text.strip() else None
+        except InputError:
+            return None
 
     def nodes(self, levels: range | None = None, bounds: Array | None = None) -> Nodes:
         """The nodes of `levels` whose cubes touch `bounds` (2, 3); all of them without. Raises

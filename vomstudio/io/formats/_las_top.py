@@ -138,6 +138,7 @@ def laszip_chunk_points(top: bytes, at: int, n_records: int, record_bytes: int) 
 class Top:
     """The header and what stands between it and the points.
 
+    bounds : (2, 3) as the header says, which may be anything
     records : the bytes of the variable length records by (user, number); the first of each
     layers : how many streams a chunk of the layered formats (6 and above) is made of; 0 in others
     """
@@ -150,6 +151,7 @@ class Top:
     points_at: int
     scales: npt.NDArray[np.float64]
     offsets: npt.NDArray[np.float64]
+    bounds: npt.NDArray[np.float64]
     records: dict[tuple[str, int], bytes]
     layers: int
 
@@ -176,6 +178,7 @@ def read_top(path: Path) -> Top:
             file=path,
             field="LAS header",
         )
+    box = np.array(struct.unpack_from("<6d", head, 179)).reshape(3, 2)
     records: dict[tuple[str, int], bytes] = {}
     at = header_size
     for _ in range(n_records):
@@ -193,7 +196,7 @@ def read_top(path: Path) -> Top:
         layers = _layers(records[("laszip encoded", 22204)])
     return Top(
         size, kind & 0x3F, record_bytes, compressed, promised, points_at,
-        numbers[:3], numbers[3:], records, layers,
+        numbers[:3], numbers[3:], box[:, ::-1].T, records, layers,
     )  # fmt: skip
 
 
