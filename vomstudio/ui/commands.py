@@ -59,7 +59,7 @@ def _files(w: MainWindow) -> list[Command]:
     return [
         Command("new", "&New project", w.files.new_project, "file-outline", "Ctrl+N"),
         Command("open", "&Open model…", w.files.choose_model, "folder-open-outline", "Ctrl+O",
-                "OBJ, PLY, LAS/LAZ; or drop a file onto the window"),
+                "Meshes, clouds and height models; or drop a file onto the window"),
         Command("open_sample", "Try the sample outcrop", lambda: _open_sample(w),
                 "image-filter-hdr", (), "A generated cliff whose bedding is known exactly"),
         Command("open_project", "Open &project…", w.files.choose_project, "folder-outline",
@@ -72,6 +72,10 @@ def _files(w: MainWindow) -> list[Command]:
                 no_features),
         Command("export_gpkg", "Export &GIS layers…", lambda: w.files.export("gpkg"),
                 "layers-outline", (), "Planes and traces as GeoPackage", no_features),
+        Command("export_shp", "Export &shapefiles…", lambda: w.files.export("shp"), None, (),
+                "Planes, traces and the rest as shapefiles, one for each layer", no_features),
+        Command("export_dxf", "Export &DXF…", lambda: w.files.export("dxf"), None, (),
+                "Planes, traces and the rest for CAD, a layer for each feature type", no_features),
         Command("quit", "&Quit", w.close, None, "Ctrl+Q"),
     ]  # fmt: skip
 
@@ -226,6 +230,12 @@ def _models(w: MainWindow) -> list[Command]:
         if model is not None:
             studio.copy_model(model.id)
 
+    def cannot_export() -> str | None:
+        model = w.files.current_model()
+        if model is None:
+            return "open a model first"
+        return None if model.id in studio.models else "the model's file is not open"
+
     def not_missing() -> str | None:
         model = w.files.current_model()
         if model is None:
@@ -240,6 +250,8 @@ def _models(w: MainWindow) -> list[Command]:
         Command("copy_model", "&Copy into the project", copy, "content-copy", (),
                 "The model, its materials and images, so that the folder can be moved and zipped",
                 cannot_copy),
+        Command("export_model", "&Export model as…", w.files.export_model, "export", (),
+                "In World, as OBJ, PLY, GLB, LAS/LAZ, XYZ, SHP or DXF", cannot_export),
         Command("remove_model", "&Remove model", w.files.remove_model, "close", (), "", no_model),
     ]  # fmt: skip
 

@@ -45,12 +45,12 @@ if TYPE_CHECKING:
 _LAYOUT_VERSION = 1
 _MENUS = (
     ("&File", ("new", "open", "open_project", "*recent", "*discarded", "|", "save", "save_as", "|",
-               "export_csv", "export_gpkg", "|", "quit")),
+               "export_csv", "export_gpkg", "export_shp", "export_dxf", "|", "quit")),
     ("&Edit", ("undo", "redo", "|", "delete", "rename", "|", "select_all", "|", "find_command")),
     ("&View", ("home", "frame_selection", "orthographic", "|", "view_top", "view_north",
                "view_east", "view_south", "view_west", "view_bottom", "|", "*notation",
                "*display", "trackball", "|", "only_outcrop", "*docks")),
-    ("&Model", ("declare_frame", "locate", "copy_model", "remove_model")),
+    ("&Model", ("declare_frame", "locate", "copy_model", "export_model", "remove_model")),
     ("&Interpret", ("navigate", "trace", "|", "finish", "cancel", "continue_trace",
                     "delete_vertex")),
     ("&Analyse", ("along_beta", "face_plane", "|", "orthophoto", "|", "show_stereonet")),
