@@ -106,7 +106,7 @@ def test_the_frame_in_pieces_is_the_frame_in_one(scene: Scene, tmp_path: Path) -
     assert len(scene.models["w"].parts) == 16
     scene.camera.fit(scene.corners(), SIZE)
     pieces = rest(scene)
-    scene.full_seconds = 0.0
+    assert not scene.slow
     scene.draw(moving=False)
     whole = scene.pixels()[::-1, :, :3].astype(int)
     assert scene.complete
@@ -196,6 +196,32 @@ def test_each_of_several_textures_is_drawn(scene: Scene, tmp_path: Path) -> None
         assert (np.abs(picture - wanted).max(axis=2) <= 3).sum() > 2000
 
 
+@pytest.mark.parametrize("sides", [(64, 64), (65, 50)])
+def test_a_texture_in_quarters_is_drawn_as_the_whole(
+    scene: Scene, tmp_path: Path, sides: tuple[int, int]
+) -> None:
+    path = tmp_path / "t.png"
+    noise = np.random.default_rng(0).integers(0, 255, (sides[1], sides[0], 3), np.uint8)
+    Image.fromarray(noise).save(path)
+    mesh = wall(textures=[path], relief=0.0)
+    assert mesh.uv is not None
+    # Beyond 0..1 a texture repeats.
+    uv = mesh.uv * np.float32(1.5) - np.float32(0.2)
+    mesh = Mesh(mesh.vertices, mesh.faces, mesh.materials, mesh.material_offsets, uv)
+    show(scene, "w", mesh)
+    scene.camera.fit(scene.corners(), SIZE)
+    whole = rest(scene)
+    show(scene, "w", mesh)
+    stop = threading.Event()
+    preparation.prepare_textures(mesh, 4096, stop, lambda e: scene.take("w", e), 32)
+    (skin,) = scene.models["w"].skins.values()
+    assert len(skin.texture.levels[0].tiles) == 4
+    quarters = rest(scene)
+    assert scene.complete
+    assert whole.std() > 40
+    assert np.abs(quarters - whole).max() <= 1
+
+
 def test_a_texture_that_cannot_be_read_is_told_and_the_surface_is_still_there(
     scene: Scene, tmp_path: Path
 ) -> None:
@@ -217,7 +243,7 @@ def test_a_texture_too_large_for_the_card_is_reduced_and_told(tmp_path: Path) ->
     path = tmp_path / "large.jpg"
     Image.new("RGB", (600, 300), (90, 120, 30)).save(path)
     texture = load_texture(path, 256)
-    assert max(texture.levels[0].shape[:2]) <= 256
+    assert max(texture.levels[0].tiles[0].shape[:2]) <= 256
     assert "600 x 300" in texture.note
     assert load_texture(path, 1024).note == ""
 
@@ -284,6 +310,70 @@ def test_a_cloud_gives_one_of_its_own_points_from_the_front(scene: Scene) -> Non
     pixels, _ = scene.camera.project(np.array(hit.position)[None], SIZE)
     assert np.hypot(*(pixels[0] - (320.0, 240.0))) < 6.0
     assert scene.pick(2.0, 2.0, SIZE) is None
+
+
+def cliff(count: int) -> PointCloud:
+    rng = np.random.default_rng(0)
+    points = rng.uniform(0, 1, (count, 3)) * [10.0, 0.5, 8.0] + UTM
+    return PointCloud(points, rng.integers(40, 255, (count, 3), np.uint8))
+
+
+def test_stand_ins_of_a_cloud_are_different_points_from_everywhere() -> None:
+    sets = preparation.moving_sets(1_000_000)
+    assert len(sets) == preparation.MOVING_SETS
+    rows = np.concatenate(sets)
+    assert len(np.unique(rows)) == len(rows)
+    assert rows.max() < 1_000_000
+    for some in sets:
+        counts, _ = np.histogram(some, bins=100, range=(0, 1_000_000))
+        assert counts.min() > 0.9 * counts.max()
+    assert preparation.moving_sets(50_000) == []
+
+
+def test_a_cloud_is_seen_before_it_is_prepared(scene: Scene) -> None:
+    cloud = cliff(300_000)
+    bounds = preparation.finite_bounds(cloud.points, threading.Event())
+    origin = np.round(bounds.mean(axis=0))
+    scene.add_model("c", cloud, np.eye(4), bounds, origin)
+    first = True
+
+    def emit(event: preparation.Event) -> None:
+        nonlocal first
+        if first:
+            assert isinstance(event, preparation.ProxyReady)
+            scene.take("c", event)
+            scene.camera.fit(scene.corners(), SIZE)
+            scene.draw(moving=False)
+            picture = scene.pixels()[::-1, :, :3].astype(int)
+            assert (np.abs(picture - picture[2, 2]).max(axis=2) > 10).mean() > 0.2
+        first = False
+
+    preparation.prepare_cloud(cloud, origin, threading.Event(), emit)
+    assert not first
+
+
+def test_going_back_from_a_close_view_draws_the_stand_ins(scene: Scene) -> None:
+    show(scene, "c", cliff(1_200_000))
+    scene.camera.fit(scene.corners(), SIZE)
+    state = scene.camera.as_dict()
+    rest(scene)
+    assert scene.slow
+    scene.camera.zoom(0.01, UTM + np.array([5.0, 0.25, 4.0]))
+    rest(scene)
+    scene.camera.restore(state)
+    scene.draw(moving=True)
+    assert scene.showing_proxy
+
+
+def test_bounds_pass_over_what_is_not_finite() -> None:
+    points = np.random.default_rng(0).normal(0, 5, (2000, 3)) + UTM
+    want = np.stack([points.min(axis=0), points.max(axis=0)])
+    holed = np.insert(points, [0, 700, 1990], np.nan, axis=0)
+    for some in (holed, holed[: len(holed) // 512 * 512], holed[:100]):
+        got = preparation.finite_bounds(some, threading.Event())
+        np.testing.assert_array_equal(got[0], np.nanmin(some, axis=0))
+        np.testing.assert_array_equal(got[1], np.nanmax(some, axis=0))
+    np.testing.assert_array_equal(preparation.finite_bounds(holed, threading.Event()), want)
 
 
 def test_the_stand_in_of_a_large_mesh_is_small_coloured_and_in_place(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -25,11 +26,12 @@ from vomstudio.rendering.textures import Texture, TextureProblem, load_texture, 
 
 PROXY_FACES = 45_000
 PROXY_ABOVE = 150_000
-FACES_PER_CHUNK = 50_000
-POINTS_PER_CHUNK = 80_000
-MOVING_POINTS = 300_000
+FACES_PER_CHUNK = 30_000
+POINTS_PER_CHUNK = 50_000
 MOVING_SETS = 6
+POINTS_PER_SET = 50_000
 PIECE = 1 << 18
+ROW = 3 * 512
 
 NEUTRAL = (190, 186, 178)
 
@@ -59,6 +61,8 @@ class MeshChunkReady:
 class CloudChunkReady:
     chunk: PointChunk
     data: vtkPolyData
+    spacing: float
+    """Metres between neighbours, in the file's frame."""
 
 
 @dataclass(frozen=True)
@@ -115,9 +119,14 @@ def finite_bounds(
     """(2, 3) corners of the finite points; zeros where there is none."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for part in pieces(len(points), stop):
-        block = points[part]
-        low = np.fmin(low, np.fmin.reduce(block, axis=0))
-        high = np.fmax(high, np.fmax.reduce(block, axis=0))
+        # In rows of many points: a reduction along rows of three is eight times slower.
+        flat = np.ascontiguousarray(points[part]).reshape(-1)
+        whole = len(flat) // ROW * ROW
+        for some in (flat[:whole].reshape(-1, ROW), flat[whole:].reshape(-1, 3)):
+            if some.size:
+                lowest, highest = np.fmin.reduce(some, axis=0), np.fmax.reduce(some, axis=0)
+                low = np.fmin(low, np.fmin.reduce(lowest.reshape(-1, 3), axis=0))
+                high = np.fmax(high, np.fmax.reduce(highest.reshape(-1, 3), axis=0))
     if not (np.isfinite(low).all() and np.isfinite(high).all()):
         return np.zeros((2, 3))
     return np.stack([low, high])
@@ -342,8 +351,15 @@ def make_locator(chunk: FaceChunk) -> vtkStaticCellLocator:
     return locator
 
 
-def prepare_textures(mesh: Mesh, limit: int, stop: threading.Event, emit: Emit) -> None:
-    """Emit every texture of the mesh, decoded and reduced to at most `limit` pixels a side."""
+def prepare_textures(
+    mesh: Mesh,
+    limit: int,
+    stop: threading.Event,
+    emit: Emit,
+    whole_side: int | None = None,
+) -> None:
+    """Emit every texture of the mesh, decoded and reduced to at most `limit` pixels a side; see
+    `load_texture`."""
     seen: dict[Path, Texture | None] = {}
     for i, material in enumerate(mesh.materials):
         if stop.is_set():
@@ -353,7 +369,7 @@ def prepare_textures(mesh: Mesh, limit: int, stop: threading.Event, emit: Emit) 
             continue
         if path not in seen:
             try:
-                seen[path] = load_texture(path, limit)
+                seen[path] = load_texture(path, limit, whole_side)
                 reduced = seen[path]
                 if reduced is not None and reduced.note:
                     emit(Problem(reduced.note))
@@ -371,15 +387,15 @@ def prepare_cloud(
     cloud: PointCloud, origin: npt.NDArray[np.float64], stop: threading.Event, emit: Emit
 ) -> None:
     """Emit a random subset for moving, then all points in runs of neighbours."""
+    colors = cloud_colors(cloud)
+    for rows in moving_sets(len(cloud.points)):
+        at = (cloud.points[rows] - origin).astype(np.float32)
+        # Neighbours in memory are neighbours in the picture, which halves the time it takes.
+        at_low, at_high = np.nanmin(at, axis=0), np.nanmax(at, axis=0)
+        order = np.argsort(blocks.morton(at, at_low, float(np.max(at_high - at_low))))
+        emit(ProxyReady(vtkdata.point_set(at[order], colors(rows[order]))))
     points = local_points(cloud.points, origin, stop)
-    colors = cloud_colors(cloud, points)
     count = len(points)
-    if count > 1.5 * MOVING_POINTS:
-        rng = np.random.default_rng(1)
-        # In several sets, so that no single frame has to take all of them to the graphics card.
-        for _ in range(MOVING_SETS):
-            some = np.sort(rng.integers(0, count, MOVING_POINTS // MOVING_SETS))
-            emit(ProxyReady(vtkdata.point_set(points[some], colors[some])))
     low = np.nanmin(points, axis=0)
     size = float(np.nanmax(np.nanmax(points, axis=0) - low)) or 1.0
     order = np.argsort(blocks.morton(points, low, size))
@@ -388,25 +404,44 @@ def prepare_cloud(
         ids = order[part]
         at = points[ids]
         boxes = blocks.block_boxes(at, at, blocks.POINTS_PER_BLOCK)
-        data = vtkdata.point_set(at, colors[ids])
-        emit(CloudChunkReady(PointChunk(at, ids, boxes), data))
+        data = vtkdata.point_set(at, colors(ids))
+        chunk = PointChunk(at, ids, boxes)
+        emit(CloudChunkReady(chunk, data, chunk.spacing()))
         made += 1
     emit(ChunksDone(made))
     emit(TexturesDone())
     emit(LocatorReady([]))
 
 
-def cloud_colors(cloud: PointCloud, points: Float32) -> Colors:
-    """(n, 3): the cloud's own, else its intensity, else a quiet ramp of height."""
-    if cloud.colors is not None:
-        return np.array(cloud.colors[:, :3], np.uint8)
-    values = None
+def moving_sets(count: int) -> list[npt.NDArray[np.int64]]:
+    """Rows of a cloud of `count` points in sets that each spread over the whole of it; none where
+    it is small. As many are shown while the camera moves as there is time for."""
+    sets = min(MOVING_SETS, count // POINTS_PER_SET)
+    if sets < 2:
+        return []
+    wanted = sets * POINTS_PER_SET
+    # One from each of equal runs, chosen by chance: files are often sorted, or lines of a scan.
+    rows = np.arange(wanted) * count // wanted
+    rows += np.random.default_rng(1).integers(0, count // wanted, wanted)
+    return [rows[k::sets] for k in range(sets)]
+
+
+def cloud_colors(cloud: PointCloud) -> Callable[[npt.NDArray[np.int64]], Colors]:
+    """Gives (n, 3) for rows (n,): the cloud's own, else its intensity, else a quiet ramp of
+    height."""
+    own = cloud.colors
+    if own is not None:
+        return lambda rows: np.asarray(own[rows, :3], np.uint8)
+    values: npt.NDArray[Any] = cloud.points[:, 2]
     for name, field in cloud.fields.items():
         if "intensity" in name.lower() and np.ptp(field) > 0:
-            values = np.asarray(field, np.float32)
-    if values is None:
-        values = points[:, 2]
-    low, high = np.nanpercentile(values[:: max(1, len(values) // 100_000)], [2.0, 98.0])
-    grey = np.clip((values - low) / max(float(high - low), 1e-9), 0.0, 1.0)[:, None]
+            values = field
+    sample = np.asarray(values[:: max(1, len(values) // 100_000)], np.float64)
+    low, high = np.nanpercentile(sample, [2.0, 98.0])
     dark, light = np.array([70.0, 66.0, 62.0]), np.array([232.0, 226.0, 214.0])
-    return np.asarray(dark + np.nan_to_num(grey) * (light - dark), np.uint8)
+
+    def ramp(rows: npt.NDArray[np.int64]) -> Colors:
+        grey = np.clip((values[rows] - low) / max(float(high - low), 1e-9), 0.0, 1.0)[:, None]
+        return np.asarray(dark + np.nan_to_num(grey) * (light - dark), np.uint8)
+
+    return ramp

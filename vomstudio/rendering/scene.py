@@ -33,11 +33,12 @@ from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLFramebufferObject, vtkTextur
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.rendering import picking, vtkdata
+from vomstudio.rendering import picking, skins, vtkdata
 from vomstudio.rendering.blocks import FaceChunk, PointChunk
 from vomstudio.rendering.camera import Camera, Eye
 from vomstudio.rendering.drawing import FeatureDrawing
 from vomstudio.rendering.featurelayer import FeatureLayer
+from vomstudio.rendering.pace import SLOW_FRAME_S, Pace, point_weight
 from vomstudio.rendering.preparation import (
     ChunksDone,
     CloudChunkReady,
@@ -48,7 +49,7 @@ from vomstudio.rendering.preparation import (
     TextureReady,
     TexturesDone,
 )
-from vomstudio.rendering.textures import Texture
+from vomstudio.rendering.skins import Skin
 from vomstudio.tools.types import Hit
 
 Array = npt.NDArray[np.float64]
@@ -58,9 +59,9 @@ DISPLAY_MODES = ("textured", "vertex_colors", "plain shaded", "wireframe", "poin
 BACKGROUND = (0.36, 0.375, 0.39)
 PLAIN_COLOR = (0.76, 0.74, 0.70)
 
-SLOW_FRAME_S = 0.050
-BATCH_S = 0.030
 SOFTWARE_TEXTURE_SIDE = 4096
+SOFTWARE_WHOLE_SIDE = 2048
+"""A larger one goes to a software renderer in quarters."""
 
 GL_READ_FRAMEBUFFER = 0x8CA8
 GL_DRAW_FRAMEBUFFER = 0x8CA9
@@ -83,16 +84,8 @@ class Part:
     """Metres between neighbouring points of a cloud; 0 for a mesh."""
     has_colors: bool = False
     uploaded: bool = False
-
-
-@dataclass(eq=False)
-class Skin:
-    """A material's texture; `level` is the one on the graphics card, None before the first."""
-
-    texture: Texture
-    level: int | None = None
-    wanted: int = 0
-    drawn: vtkTexture | None = None
+    weight: float = 1.0
+    """Cost of drawing an element, against one of least cost."""
 
 
 @dataclass(eq=False)
@@ -150,12 +143,13 @@ class Scene:
         self.size = (1, 1)
         self.software = True
         self.texture_limit = SOFTWARE_TEXTURE_SIDE
+        self.whole_texture_side: int | None = SOFTWARE_WHOLE_SIDE
         self.eye: Eye | None = None
         self.complete = False
         self.showing_proxy = False
         self.more_to_come = False
         """The last frame left out stand-ins that the next one will show."""
-        self.full_seconds: float | None = None
+        self.pace = Pace()
         self.extra_points: Array = np.zeros((0, 3))
         self.point_scale = 1.0
         self.frames = 0
@@ -163,9 +157,6 @@ class Scene:
         self._pending: list[Part] | None = None
         self._batch_first = False
         self._outdated = False
-        self._spent = 0.0
-        self._uploaded_in_pass = False
-        self._seconds_per_element = 4e-7
         self._keep: vtkOpenGLFramebufferObject | None = None
         self._partial: vtkOpenGLFramebufferObject | None = None
         self._kept = False
@@ -213,6 +204,7 @@ class Scene:
         )
         largest = int(vtkTextureObject.GetMaximumTextureSize(window))
         self.texture_limit = min(largest, SOFTWARE_TEXTURE_SIDE) if self.software else largest
+        self.whole_texture_side = SOFTWARE_WHOLE_SIDE if self.software else None
 
     def warm_up(self) -> Iterator[None]:
         """Have the driver compile its programs, one per step, before the first model needs them:
@@ -223,11 +215,12 @@ class Scene:
         faces = np.array([[0, 1, 2]], np.int32)
         grey = np.full((3, 3), 128, np.uint8)
         samples = (
-            (Mesh(corners, faces), vtkdata.triangles(points, faces, colors=grey), False),
-            (Mesh(corners, faces), vtkdata.triangles(points, faces, uv=points[:, ::2]), True),
-            (PointCloud(corners), vtkdata.point_set(points, grey), False),
+            (Mesh(corners, faces), vtkdata.triangles(points, faces, colors=grey), 0),
+            (Mesh(corners, faces), vtkdata.triangles(points, faces, uv=points[:, ::2]), 1),
+            (Mesh(corners, faces), vtkdata.triangles(points, faces, uv=points[:, ::2]), 4),
+            (PointCloud(corners), vtkdata.point_set(points, grey), 0),
         )
-        for holder, data, textured in samples:
+        for holder, data, pictures in samples:
             if self.models or self._window is None:
                 return
             zero = np.zeros(3)
@@ -236,11 +229,13 @@ class Scene:
             part = self._part(model, data)
             self.origin = None
             self._dress(model, part)
-            if textured:
-                texture = vtkTexture()
-                texture.SetInputData(vtkdata.image(np.full((2, 2, 3), 128, np.uint8)))
-                texture.InterpolateOn()
-                part.actor.SetTexture(texture)
+            if pictures:
+                square = vtkdata.image(np.full((4, 4, 3), 128, np.uint8))
+                textures = [vtkTexture() for _ in range(pictures)]
+                for texture in textures:
+                    texture.SetInputData(square)
+                    texture.InterpolateOn()
+                skins.wear(part.actor, textures)
                 part.actor.GetProperty().LightingOff()
             camera = self.camera
             self.camera = Camera()
@@ -321,14 +316,12 @@ class Scene:
 
     def set_visible(self, model_id: str, visible: bool) -> None:
         self.models[model_id].visible = visible
-        self.full_seconds = None
         self.abandon()
 
     def set_mode(self, mode: str) -> None:
         if mode not in DISPLAY_MODES:
             raise ValueError(f"display mode {mode!r}; one of {', '.join(DISPLAY_MODES)}")
         self.mode = mode
-        self.full_seconds = None
         for model in self.models.values():
             for part in model.parts + model.proxies:
                 self._dress(model, part)
@@ -342,14 +335,12 @@ class Scene:
         for part in model.parts + model.proxies:
             self._drop(part)
         for skin in model.skins.values():
-            if skin.drawn is not None and self._window is not None:
-                skin.drawn.ReleaseGraphicsResources(self._window)
-        self.full_seconds = None
+            skin.release(self._window)
         if not self.models:
             self.origin = None
 
     def _drop(self, part: Part) -> None:
-        part.actor.SetTexture(None)  # type: ignore[arg-type] # VTK takes None
+        skins.take_off(part.actor)
         if self._window is not None:
             self._surface.RemoveActor(part.actor)
             part.actor.ReleaseGraphicsResources(self._window)
@@ -373,7 +364,7 @@ class Scene:
         elif isinstance(event, CloudChunkReady):
             model.point_chunks.append(event.chunk)
             model.parts.append(self._part(model, event.data))
-            model.parts[-1].spacing = event.chunk.spacing()
+            model.parts[-1].spacing = event.spacing
             self._dress(model, model.parts[-1])
         elif isinstance(event, ChunksDone):
             model.chunks_done = True
@@ -385,7 +376,6 @@ class Scene:
         elif isinstance(event, LocatorReady):
             model.locators = event.locators
         if isinstance(event, (ProxyReady, MeshChunkReady, CloudChunkReady, TextureReady)):
-            self.full_seconds = None
             self.complete = False
             self._outdated = True
 
@@ -424,13 +414,13 @@ class Scene:
             mapper.SetScalarVisibility(part.has_colors and self.mode != "plain shaded")
             return
         skin = model.skins.get(part.material) if part.has_uv else None
-        texture = skin.drawn if skin is not None and self.mode == "textured" else None
-        if texture is not None:
+        skins.take_off(actor)
+        textured = skin is not None and self.mode == "textured" and skin.wear(actor)
+        if textured:
             look.SetColor(1.0, 1.0, 1.0)
-        actor.SetTexture(texture)  # type: ignore[arg-type] # VTK takes None
-        colored = part.has_colors and texture is None and self.mode != "plain shaded"
+        colored = part.has_colors and not textured and self.mode != "plain shaded"
         mapper.SetScalarVisibility(colored)
-        look.SetLighting(texture is None and not colored)
+        look.SetLighting(not textured and not colored)
         if self.mode == "wireframe":
             look.SetRepresentationToWireframe()
             look.SetLighting(False)
@@ -485,13 +475,10 @@ class Scene:
     @property
     def slow(self) -> bool:
         """Whether drawing everything takes too long to do at every step of a drag."""
-        if self.full_seconds is not None:
-            return self.full_seconds > SLOW_FRAME_S
-        elements = sum(p.elements for m in self.models.values() if m.visible for p in m.parts)
-        return elements > 30_000 or any(not p.uploaded for _, p in self._all_parts())
-
-    def _all_parts(self) -> list[tuple[ModelScene, Part]]:
-        return [(m, p) for m in self.models.values() if m.visible for p in m.parts]
+        if any(m.visible and m.proxies and not m.chunks_done for m in self.models.values()):
+            return True
+        parts = [part for _, part in self._seen_parts()]
+        return not all(p.uploaded for p in parts) or self.pace.expected(parts) > SLOW_FRAME_S
 
     def _seen_parts(self) -> list[tuple[ModelScene, Part]]:
         """Parts whose box may be in view, nearest first."""
@@ -533,23 +520,16 @@ class Scene:
         assert self._window is not None
         self.abandon()
         self._apply_camera()
+        # Large points take longer, so their size comes before what can be afforded.
+        self._size_points()
         proxy = self.slow
-        all_parts = self._all_parts()
         self.more_to_come = False
         if proxy:
-            stand_ins = [p for m in self.models.values() if m.visible for p in m.proxies]
-            show = [p for p in stand_ins if p.uploaded]
-            fresh = [p for p in stand_ins if not p.uploaded]
-            # One at a time: the first drawing takes it to the graphics card.
-            show += fresh[:1]
-            self.more_to_come = len(fresh) > 1
-            budget = 150_000
-            for _, part in [(m, p) for m, p in all_parts if not m.proxies]:
-                if part.uploaded and budget > 0:
-                    show.append(part)
-                    budget -= part.elements
+            show = self._stand_ins()
         else:
-            show = [p for _, p in all_parts]
+            self._choose_levels()
+            show = [part for _, part in self._seen_parts()]
+        fresh = any(not p.uploaded for p in show)
         started = time.perf_counter()
         self._show(show)
         self._kept = False
@@ -567,10 +547,30 @@ class Scene:
             part.uploaded = True
         self.showing_proxy = proxy
         if not proxy:
-            self.full_seconds = spent
+            self.pace.learn(show, spent)
             self.complete = not any(m.visible and self._skins_due(m) for m in self.models.values())
-        elif not all_parts:
-            self.complete = True
+        else:
+            if not fresh:
+                most = max((len(m.proxies) for m in self.models.values()), default=0)
+                self.pace.learn_moving(spent, most)
+            if not any(m.visible and m.parts for m in self.models.values()):
+                self.complete = True
+
+    def _stand_ins(self) -> list[Part]:
+        """What stands for the models while drawing them takes too long."""
+        visible = [m for m in self.models.values() if m.visible]
+        sets = [p for m in visible for p in m.proxies[: self.pace.moving_sets]]
+        show = [p for p in sets if p.uploaded]
+        fresh = [p for p in sets if not p.uploaded]
+        # One at a time: the first drawing takes it to the graphics card.
+        show += fresh[:1]
+        self.more_to_come = len(fresh) > 1
+        budget = 150_000
+        for part in [p for m in visible if not m.proxies for p in m.parts]:
+            if part.uploaded and budget > 0:
+                show.append(part)
+                budget -= part.elements
+        return show
 
     def draw_features(self) -> None:
         """Draw the features anew over the models as they last stood."""
@@ -605,35 +605,24 @@ class Scene:
         self._pending = [part for _, part in self._seen_parts()]
         self._batch_first = True
         self._outdated = False
-        self._spent = 0.0
-        self._uploaded_in_pass = False
 
     @property
     def refining(self) -> bool:
         return self._pending is not None
 
-    def refine(self, budget: float = BATCH_S) -> bool:
+    def refine(self) -> bool:
         """Do one short piece of the rest frame; True once the frame is whole and drawn."""
         assert self._window is not None
         if self._pending is None:
             return True
-        started = time.perf_counter()
         if self._upload_one_texture():
-            self._uploaded_in_pass = True
             return False
-        batch: list[Part] = []
-        expected = 0.0
-        fresh = 0
-        while self._pending:
-            part = self._pending[0]
-            cost = part.elements * self._seconds_per_element * (1.0 if part.uploaded else 3.0)
-            if batch and (expected + cost > budget or fresh >= 1):
-                break
-            batch.append(self._pending.pop(0))
-            expected += cost
-            fresh += not part.uploaded
-        self._show(batch)
+        started = time.perf_counter()
+        # Features, and the copy of the surface below them, are a piece of their own.
         last = not self._pending
+        count = self.pace.next_batch(self._pending)
+        batch, self._pending = self._pending[:count], self._pending[count:]
+        self._show(batch)
         self._render(
             erase=self._batch_first,
             surface=True,
@@ -641,23 +630,15 @@ class Scene:
             action=self._save_surface if last else None,
         )
         self._window.WaitForCompletion()
-        spent = time.perf_counter() - started
         self._batch_first = False
-        self._spent += spent
-        elements = sum(p.elements for p in batch)
-        if elements and not fresh:
-            rate = spent / elements
-            self._seconds_per_element += 0.3 * (rate - self._seconds_per_element)
+        self.pace.learn(batch, time.perf_counter() - started)
         for part in batch:
-            self._uploaded_in_pass |= not part.uploaded
             part.uploaded = True
         if not last:
             return False
         self._pending = None
         self.complete = not self._outdated
         self.showing_proxy = False
-        if not self._uploaded_in_pass and not self._outdated:
-            self.full_seconds = self._spent
         return True
 
     def _size_points(self) -> None:
@@ -669,7 +650,9 @@ class Scene:
                     1.3 * part.spacing * scale / self.camera.metres_per_pixel(self.size[1], depth)
                 )
                 low, high = 2.0 * self.point_scale, 9.0 * self.point_scale
-                part.actor.GetProperty().SetPointSize(round(min(max(pixels, low), high)))
+                size = round(min(max(pixels, low), high))
+                part.actor.GetProperty().SetPointSize(size)
+                part.weight = point_weight(size)
 
     def _reach(self, model: ModelScene, part: Part) -> tuple[float, float]:
         """Scale of the model and depth of the near side of a part's ball."""
@@ -753,9 +736,7 @@ class Scene:
     # -- textures
 
     def _skins_due(self, model: ModelScene) -> bool:
-        return self.mode == "textured" and any(
-            s.level is None or s.level > s.wanted for s in model.skins.values()
-        )
+        return self.mode == "textured" and any(s.too_coarse for s in model.skins.values())
 
     def _choose_levels(self) -> None:
         """Without hardware mipmaps: the coarsest level with about a texel per pixel."""
@@ -772,21 +753,18 @@ class Scene:
             skin = model.skins[part.material]
             scale, depth = self._reach(model, part)
             per_pixel = self.camera.metres_per_pixel(self.size[1], depth)
-            texels = part.density / scale * max(skin.texture.levels[0].shape[:2]) * per_pixel
+            finest = skin.texture.levels[0]
+            texels = part.density / scale * max(finest.width, finest.height) * per_pixel
             best[id(skin)] = min(best.get(id(skin), np.inf), texels)
         for model in self.models.values():
             for skin in model.skins.values():
-                texels = best.get(id(skin))
-                if texels is None:
-                    skin.wanted = len(skin.texture.levels) - 1 if skin.level is None else skin.level
-                else:
-                    wanted = int(np.floor(np.log2(max(texels, 1.0)) + 0.25))
-                    skin.wanted = min(wanted, len(skin.texture.levels) - 1)
+                skin.want(best.get(id(skin)))
 
     def _upload_one_texture(self) -> bool:
+        """Bring one piece of a texture to the graphics card; False where none is due."""
         if self.mode != "textured":
             return False
-        if any(s.drawn is None for m in self.models.values() for s in m.skins.values()):
+        if any(s.level is None for m in self.models.values() for s in m.skins.values()):
             # A texture that has just come would go up in full, which holds the window up, only to
             # be replaced by the level that this view needs.
             self._choose_levels()
@@ -794,26 +772,15 @@ class Scene:
             if not model.visible:
                 continue
             for material, skin in model.skins.items():
-                if skin.level == skin.wanted and skin.drawn is not None:
+                if skin.level == skin.wanted:
+                    skin.forget_pieces(self._window)
                     continue
-                self._upload(model, material, skin)
+                if skin.upload_piece(self._surface, mipmap=not self.software):
+                    for part in model.parts:
+                        if part.material == material:
+                            self._dress(model, part)
                 return True
         return False
-
-    def _upload(self, model: ModelScene, material: int, skin: Skin) -> None:
-        assert self._window is not None
-        self._window.MakeCurrent()
-        texture = vtkTexture()
-        texture.SetInputData(vtkdata.image(skin.texture.levels[skin.wanted]))
-        texture.InterpolateOn()
-        texture.SetMipmap(not self.software)
-        texture.Render(self._surface)
-        old, skin.drawn, skin.level = skin.drawn, texture, skin.wanted
-        for part in model.parts:
-            if part.material == material:
-                self._dress(model, part)
-        if old is not None:
-            old.ReleaseGraphicsResources(self._window)
 
     # -- what was drawn
 

@@ -19,14 +19,29 @@ class TextureProblem(Exception):
 
 
 @dataclass(frozen=True, eq=False)
+class Level:
+    """One resolution of a picture, rows from the bottom.
+
+    width, height : of the whole, in pixels
+    tiles : the picture whole, or its quarters: lower left, lower right, upper left, upper right,
+        each with a rim of one pixel that repeats its neighbours', across the border of the picture
+        those of the far side
+    """
+
+    width: int
+    height: int
+    tiles: tuple[Pixels, ...]
+
+
+@dataclass(frozen=True, eq=False)
 class Texture:
-    """levels[0] is the finest; each next one has half its side. First row at the bottom.
+    """levels[0] is the finest; each next one has half its side.
 
     note : one sentence where the picture had to be reduced, else empty
     """
 
     path: Path
-    levels: tuple[Pixels, ...]
+    levels: tuple[Level, ...]
     note: str = ""
 
 
@@ -68,8 +83,9 @@ def overview(path: Path) -> Pixels | None:
         return None
 
 
-def load_texture(path: Path, limit: int) -> Texture:
-    """Decode a picture, at most `limit` pixels a side, with its coarser levels.
+def load_texture(path: Path, limit: int, whole_side: int | None = None) -> Texture:
+    """Decode a picture, at most `limit` pixels a side, with its coarser levels; those of more than
+    `whole_side` pixels a side come in quarters.
 
     Raises TextureProblem with the sentence to show.
     """
@@ -98,8 +114,20 @@ def load_texture(path: Path, limit: int) -> Texture:
                 "the surface is drawn without it."
             ) from error
     image = image.transpose(Image.Transpose.FLIP_TOP_BOTTOM)
-    levels = [np.asarray(image)]
+    levels = [make_level(np.asarray(image), whole_side)]
     while min(image.size) > 256 and len(levels) < 6:
         image = image.reduce(2)
-        levels.append(np.asarray(image))
+        levels.append(make_level(np.asarray(image), whole_side))
     return Texture(path, tuple(levels), note)
+
+
+def make_level(pixels: Pixels, whole_side: int | None) -> Level:
+    """pixels (height, width, 3), first row at the bottom."""
+    height, width = pixels.shape[:2]
+    if whole_side is None or max(height, width) <= whole_side or min(height, width) < 2:
+        return Level(width, height, (pixels,))
+    padded = np.pad(pixels, ((1, 1), (1, 1), (0, 0)), mode="wrap")
+    rows = [(0, height // 2 + 2), (height // 2, height + 2)]
+    columns = [(0, width // 2 + 2), (width // 2, width + 2)]
+    tiles = tuple(np.ascontiguousarray(padded[a:b, c:d]) for a, b in rows for c, d in columns)
+    return Level(width, height, tiles)

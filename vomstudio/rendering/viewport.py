@@ -14,6 +14,8 @@ from __future__ import annotations
 
 import collections
 import contextlib
+import os
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -263,9 +265,9 @@ class Viewport(QWidget):
         from vomstudio.rendering import preparation
 
         if self._pool is None:
-            self._pool = ThreadPoolExecutor(2, thread_name_prefix="viewport")
+            self._pool = ThreadPoolExecutor(2, thread_name_prefix="viewport", initializer=give_way)
         pool = self._pool
-        limit = self._scene.texture_limit
+        limit, whole_side = self._scene.texture_limit, self._scene.whole_texture_side
 
         def emit(event: Any) -> None:
             if stop.is_set():
@@ -293,7 +295,7 @@ class Viewport(QWidget):
         def pictures() -> None:
             try:
                 if isinstance(data, Mesh):
-                    preparation.prepare_textures(data, limit, stop, emit)
+                    preparation.prepare_textures(data, limit, stop, emit, whole_side)
             except preparation.Stopped:
                 pass
             except Exception as error:  # noqa: BLE001 - as above
@@ -1012,6 +1014,14 @@ class Viewport(QWidget):
         if self._preview is not None:
             self.update()
         super().leaveEvent(event)
+
+
+def give_way() -> None:
+    """Let the window's thread, and those that draw for it, go before this thread. Only Linux has
+    priorities of threads."""
+    if sys.platform == "linux":
+        with contextlib.suppress(OSError):
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), 5)
 
 
 class _Registered:
