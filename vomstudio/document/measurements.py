@@ -28,10 +28,11 @@ from vomstudio.geology.intersections import (
     UncertainPlane,
     intersection_line,
     mean_plane,
+    stray95,
     uncertain_plane,
 )
 from vomstudio.geology.orientation import Line, Plane
-from vomstudio.geology.quality import Thresholds, Verdict, judge, judge_line
+from vomstudio.geology.quality import Thresholds, Verdict, judge, judge_line, wider_of
 from vomstudio.geometry import transform
 from vomstudio.geometry.lines import LineFit, fit_line, path_length, ring_area
 from vomstudio.geometry.moment_planes import fit_moments
@@ -45,11 +46,13 @@ Floats = npt.NDArray[np.float64]
 class Measurement:
     """What a feature says, in World; None where a figure does not apply or cannot be had.
 
-    points : (n, 3) float64 its vertices; the centre of a patch, the place of a reading (n = 1)
+    points : (n, 3) float64 its vertices; the centre of a patch, the place of a reading (n = 1); of
+        an intersection the ends of a line as long as its planes
     resolution_m, outcrop_normal : the feature's own
     fit : of a trace or patch; line_fit : of a lineation. Where there is none `problem` says why
     plane, line : the orientation, whatever it comes from
-    max/min_confidence95_deg : semi-axes of its joint 95 % region
+    max/min_confidence95_deg : semi-axes of its joint 95 % region, confidence_axis (3,) the
+        direction of the larger one where it is a line
     rake_deg : of a lineation in its plane, off_plane_deg : its angle from that plane,
     slip_rake_deg : directed, as in geology.orientation.slip_rake_of
     angle_deg : between the planes of an intersection
@@ -68,6 +71,7 @@ class Measurement:
     line_fit: LineFit | None = None
     max_confidence95_deg: float | None = None
     min_confidence95_deg: float | None = None
+    confidence_axis: Floats | None = None
     rake_deg: float | None = None
     slip_rake_deg: float | None = None
     off_plane_deg: float | None = None
@@ -266,19 +270,30 @@ def _measure_lineation(records: Records, feature: Lineation, thresholds: Thresho
     model = _model(records, feature.model_id)
     points = world_points(feature, model)
     resolution = _length(feature.resolution, _rows(model))
-    plane = _plane_of(records, feature.plane_id, thresholds)
-    gone = bool(feature.plane_id) and plane is None
+    base = _plane_of(records, feature.plane_id, thresholds)
+    gone = bool(feature.plane_id) and base is None
     try:
         fit = fit_line(points)
         line, rake, off, slip = Line.from_vector(fit.direction), None, None, None
-        if plane is not None:
+        largest = smallest = fit.confidence95_deg
+        axis = None
+        if base is not None:
+            plane = Plane.from_normal(base.normal)
             off = orientation.angle_line_plane(line, plane)
             rake = orientation.rake_of(line, plane)
             line = orientation.line_from_rake(plane, rake)
             slip = slip_rake(plane, rake, feature.slip)
+            largest, smallest, axis = _in_plane_error(line.vector(), fit, base)
     except GeometryError as error:
         return Measurement(points, resolution, None, None, None, str(error))
-    verdict = judge_line(fit, off_plane_deg=off, plane_is_gone=gone, thresholds=thresholds)
+    verdict = judge_line(
+        fit,
+        confidence95_deg=largest,
+        off_plane_deg=off,
+        plane_is_gone=gone,
+        plane_is_known=base is None or base.spread95 is not None,
+        thresholds=thresholds,
+    )
     return Measurement(
         points,
         resolution,
@@ -288,22 +303,38 @@ def _measure_lineation(records: Records, feature: Lineation, thresholds: Thresho
         None,
         line=line,
         line_fit=fit,
-        max_confidence95_deg=fit.confidence95_deg,
-        min_confidence95_deg=fit.confidence95_deg,
+        max_confidence95_deg=largest,
+        min_confidence95_deg=smallest,
+        confidence_axis=axis,
         rake_deg=rake,
         slip_rake_deg=slip,
         off_plane_deg=off,
     )
 
 
+def _in_plane_error(
+    direction: Floats, fit: LineFit, base: UncertainPlane
+) -> tuple[float | None, float | None, Floats | None]:
+    """Semi-axes and axis of the joint 95 % region of a line that was turned into a plane: along the
+    plane it strays with the fit, across it with the plane."""
+    across = stray95(base, direction)
+    if across is None or fit.confidence95_deg is None:
+        return None, None, None
+    within, out = fit.confidence95_deg, float(np.degrees(np.arctan(across)))
+    if out > within:
+        return out, within, base.normal
+    return within, out, np.cross(base.normal, direction)
+
+
 def slip_rake(plane: Plane, rake_deg: float, sense: str) -> float | None:
     """The directed rake (-180, 180] of a slip along the axial rake [0, 180) with its sense of
-    movement; None without one, or where the sense does not tell the direction (a normal or reverse
-    movement along the strike, a strike slip down the dip)."""
-    if not sense:
+    movement; None without one, or where the sense does not tell the direction: a normal or reverse
+    movement along the strike, or on a vertical plane, which has no hanging wall; a strike slip
+    down the dip; any sense on a horizontal plane."""
+    if not sense or plane.undefined:
         return None
     if sense in ("normal", "reverse"):
-        if rake_deg == 0.0:
+        if rake_deg == 0.0 or plane.vertical:
             return None
         # The axial rake points down the dip; a reverse hanging wall moves the other way.
         return 180.0 - rake_deg if sense == "reverse" else -rake_deg
@@ -311,36 +342,26 @@ def slip_rake(plane: Plane, rake_deg: float, sense: str) -> float | None:
         return None
     # Rake 0 is left-lateral, and the axial rake's line has it where it is under 90.
     downward_is_sinistral = rake_deg < 90.0
-    return -rake_deg if downward_is_sinistral == (sense == "sinistral") else 180.0 - rake_deg
+    same = downward_is_sinistral == (sense == "sinistral")
+    return (0.0 if same else 180.0) - rake_deg
 
 
 def _measure_intersection(
     records: Records, feature: Intersection, thresholds: Thresholds
 ) -> Measurement:
-    nothing = np.zeros((0, 3))
+    groups = [members(records, group) for group in (feature.first, feature.second)]
+    measured = [measure_all(records, list(group), thresholds) for group in groups]
+    means = []
     try:
-        means = [
-            mean_plane(
-                [
-                    u
-                    for each in members(records, group)
-                    if (u := _uncertain(records, each, thresholds)) is not None
-                ]
-            )
-            for group in (feature.first, feature.second)
-        ]
+        for group, own in zip(groups, measured, strict=True):
+            planes = [_as_uncertain(r, m) for r, m in zip(group, own, strict=True)]
+            means.append(mean_plane([p for p in planes if p is not None]))
         found = intersection_line(*means)
     except GeometryError as error:
-        return Measurement(nothing, None, None, None, None, str(error))
+        return Measurement(np.zeros((0, 3)), None, None, None, None, str(error))
     verdict = judge_line(None, confidence95_deg=found.max_confidence95_deg, thresholds=thresholds)
-    centres = [
-        m.points.mean(axis=0)
-        for group in (feature.first, feature.second)
-        for each in members(records, group)
-        if len((m := measure_all(records, [each], thresholds)[0]).points)
-    ]
     return Measurement(
-        np.mean(centres, axis=0)[None] if centres else nothing,
+        _ends(found.line.vector(), means, measured),
         None,
         None,
         None,
@@ -349,8 +370,34 @@ def _measure_intersection(
         line=found.line,
         max_confidence95_deg=found.max_confidence95_deg,
         min_confidence95_deg=found.min_confidence95_deg,
+        confidence_axis=found.confidence_axis,
         angle_deg=found.angle_deg,
     )
+
+
+def _ends(
+    direction: Floats, means: list[UncertainPlane], measured: list[list[Measurement]]
+) -> Floats:
+    """(2, 3) ends of a line as long as the longest of the planes, where the two planes through the
+    middle of each group meet, or, where that is far away, midway between the groups."""
+    extents = [m.fit.extent for own in measured for m in own if m.fit and m.fit.extent]
+    centres = []
+    for own in measured:
+        placed = [m.fit.centroid if m.fit else m.points.mean(axis=0) for m in own if len(m.points)]
+        if placed:
+            centres.append(np.mean(placed, axis=0))
+    if not extents or not centres:
+        return np.zeros((0, 3))
+    half = 0.5 * max(extents)
+    middle = np.mean(centres, axis=0)
+    if len(centres) == 2:
+        rows = np.array([means[0].normal, means[1].normal])
+        gaps = np.einsum("ij,ij->i", rows, np.array(centres) - middle)
+        step = np.linalg.lstsq(rows, gaps, rcond=None)[0]
+        apart = float(np.linalg.norm(centres[1] - centres[0]))
+        if np.linalg.norm(step) <= half + apart:
+            middle = middle + step
+    return np.array([middle - half * direction, middle + half * direction])
 
 
 # --- dimensions ----------------------------------------------------------------------------------
@@ -386,44 +433,40 @@ def _measure_dimension(records: Records, feature: Dimension, thresholds: Thresho
 def _thickness(
     records: Records, feature: Dimension, step: Floats, thresholds: Thresholds
 ) -> tuple[dict[str, float], str | None]:
-    """Distance across the plane, and its joint 95 % error from the plane's attitude: points that
-    lie apart along the bed turn a tilt of the plane into thickness."""
-    base = records.get(feature.plane_id)
-    plane = (
-        _uncertain(records, base, thresholds) if isinstance(base, Trace | Patch | Reading) else None
-    )
+    """Distance across the plane, and its 95 % error from the plane's attitude (of this one figure,
+    not joint): points that lie apart along the bed turn a tilt of the plane into thickness."""
+    plane = _plane_of(records, feature.plane_id, thresholds)
     if plane is None:
+        if not feature.plane_id:
+            return {}, "a thickness needs a plane that it is measured across; choose one"
         return {}, "its plane is gone, or has none"
     across = float(step @ plane.normal)
     figures = {"thickness_m": abs(across)}
-    if plane.spread95 is not None:
-        along = step - across * plane.normal
-        figures["thickness_error95_m"] = float(
-            np.sqrt(max(float(along @ plane.spread95 @ along), 0.0))
-        )
+    error = stray95(plane, step - across * plane.normal, joint=False)
+    if error is not None:
+        figures["thickness_error95_m"] = error
     return figures, None
 
 
 # --- shared --------------------------------------------------------------------------------------
-def _plane_of(records: Records, id_: str, thresholds: Thresholds) -> Plane | None:
+def _plane_of(records: Records, id_: str, thresholds: Thresholds) -> UncertainPlane | None:
     feature = records.get(id_)
     if not isinstance(feature, Trace | Patch | Reading):
         return None
-    return measure_all(records, [feature], thresholds)[0].plane
+    return _as_uncertain(feature, measure_all(records, [feature], thresholds)[0])
 
 
-def _uncertain(
-    records: Records, feature: Trace | Patch | Reading, thresholds: Thresholds
-) -> UncertainPlane | None:
-    measured = measure_all(records, [feature], thresholds)[0]
-    if measured.fit is not None:
-        fit = measured.fit
-        return uncertain_plane(
-            fit.normal, fit.axes, fit.max_confidence95_deg, fit.min_confidence95_deg
-        )
-    if measured.plane is not None:
-        return UncertainPlane(measured.plane.normal(), None)
-    return None
+def _as_uncertain(feature: Trace | Patch | Reading, measured: Measurement) -> UncertainPlane | None:
+    """The plane with the error it is judged by; None where there is no plane."""
+    fit, plane = measured.fit, measured.plane
+    if plane is None:
+        return None
+    if fit is None or fit.error_rake_deg is None:
+        return UncertainPlane(plane.normal(), None)
+    tilt = orientation.line_from_rake(plane, fit.error_rake_deg).vector()
+    largest, smallest = wider_of(fit, "patch" if isinstance(feature, Patch) else "trace")
+    free = 1.0 if fit.n_effective is None else max(fit.n_effective - 3.0, 1.0)
+    return uncertain_plane(plane.normal(), tilt, largest, smallest, free)
 
 
 def world_points(feature: Trace | Lineation | Dimension, model: Model | None) -> Floats:

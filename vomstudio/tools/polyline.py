@@ -22,7 +22,7 @@ from vomstudio.geometry import transform
 from vomstudio.tools.context import ToolContext
 from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent, Preview
 
-F = TypeVar("F", Trace, Lineation, Dimension)
+F = TypeVar("F", bound=Trace | Lineation | Dimension)
 
 BLANK_COLOR = "#e69f00"
 
@@ -208,8 +208,8 @@ class PolylineTool(Generic[F]):
         length = np.maximum((step**2).sum(axis=1), 1e-300)
         along = np.clip(((np.asarray(position) - start) * step).sum(axis=1) / length, 0.0, 1.0)
         gap = np.linalg.norm(start + along[:, None] * step - np.asarray(position), axis=1)
-        at = int(gap.argmin()) + 1
-        self._set_vertices((*self.vertices[:at], position, *self.vertices[at:]), at)
+        index = int(gap.argmin()) + 1
+        self._set_vertices((*self.vertices[:index], position, *self.vertices[index:]), index)
 
     def move_vertex(self, index: int, position: Point) -> None:
         changed = list(self.vertices)
@@ -218,10 +218,10 @@ class PolylineTool(Generic[F]):
 
     def delete_vertex(self, index: int | None = None) -> None:
         """Without an index: the marked vertex."""
-        index = self.current_vertex if index is None else index
-        if self._feature is None or index is None or not 0 <= index < len(self.vertices):
+        at = self.current_vertex if index is None else index
+        if self._feature is None or at is None or not 0 <= at < len(self.vertices):
             return
-        left = (*self.vertices[:index], *self.vertices[index + 1 :])
+        left = (*self.vertices[:at], *self.vertices[at + 1 :])
         if left or self._continued:
             self._set_vertices(left)
         else:
@@ -330,7 +330,7 @@ class PolylineTool(Generic[F]):
             if state["tool"] != self.name or not isinstance(records.get(state["model_id"]), Model):
                 return False
             vertices = tuple((float(x), float(y), float(z)) for x, y, z in state["vertices"])
-            old = records.get(state[f"{self.name}_id"])
+            old: Any = records.get(state[f"{self.name}_id"])
             continued = bool(state["continued"]) and isinstance(old, self.record)
             feature = self._read(state, vertices)
         except (KeyError, TypeError, ValueError):
@@ -338,7 +338,7 @@ class PolylineTool(Generic[F]):
         if not np.isfinite(np.asarray(vertices)).all() or not (vertices or continued):
             return False
         if continued:
-            feature = replace(old, vertices=vertices)  # type: ignore[type-var]
+            feature = replace(old, vertices=vertices)
         self._feature, self._continued, self.current_vertex = feature, continued, None
         self._steps = [vertices[:count] for count in range(len(vertices))]
         if self._continued:

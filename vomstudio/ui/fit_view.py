@@ -6,6 +6,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
 from vomstudio.document.measurements import Measurement
+from vomstudio.tools.measure import dimension_lines
 from vomstudio.ui import theme
 from vomstudio.ui.wording import area, degrees, length, number, orientation_text
 
@@ -124,16 +125,6 @@ def _line_values(measured: Measurement) -> dict[str, str]:
     return values
 
 
-_DIMENSIONS = {
-    "thickness_m": "across the plane",
-    "length_m": "along the line",
-    "distance_m": "distance",
-    "horizontal_m": "horizontal",
-    "vertical_m": "vertical",
-    "perimeter_m": "perimeter",
-}
-
-
 def _more(measured: Measurement) -> list[str]:
     """What only lines, patches, intersections and dimensions have."""
     lines = []
@@ -147,7 +138,6 @@ def _more(measured: Measurement) -> list[str]:
         lines.append(f"Slip of the hanging wall: rake {measured.slip_rake_deg:.0f}°")
     if measured.angle_deg is not None:
         lines.append(f"Angle between the planes {degrees(measured.angle_deg)}")
-    for name, text in _DIMENSIONS.items():
-        if measured.dimension and name in measured.dimension:
-            lines.append(f"{length(measured.dimension[name])} {text}")
+    if measured.dimension:
+        lines += dimension_lines(measured.dimension)
     return lines
