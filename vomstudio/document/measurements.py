@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -29,6 +29,7 @@ from vomstudio.geology.intersections import (
     intersection_line,
     mean_plane,
     stray95,
+    t95,
     uncertain_plane,
 )
 from vomstudio.geology.orientation import Line, Plane
@@ -433,8 +434,9 @@ def _measure_dimension(records: Records, feature: Dimension, thresholds: Thresho
 def _thickness(
     records: Records, feature: Dimension, step: Floats, thresholds: Thresholds
 ) -> tuple[dict[str, float], str | None]:
-    """Distance across the plane, and its 95 % error from the plane's attitude (of this one figure,
-    not joint): points that lie apart along the bed turn a tilt of the plane into thickness."""
+    """Distance across the plane, and its 95 % error (of this one figure, not joint): points that
+    lie apart along the bed turn a tilt of the plane into thickness, and each of the two lies on a
+    surface as uneven as the plane's own points are."""
     plane = _plane_of(records, feature.plane_id, thresholds)
     if plane is None:
         if not feature.plane_id:
@@ -442,9 +444,10 @@ def _thickness(
         return {}, "its plane is gone, or has none"
     across = float(step @ plane.normal)
     figures = {"thickness_m": abs(across)}
-    error = stray95(plane, step - across * plane.normal, joint=False)
-    if error is not None:
-        figures["thickness_error95_m"] = error
+    tilt = stray95(plane, step - across * plane.normal, joint=False)
+    if tilt is not None:
+        uneven = t95(plane.free) * float(np.sqrt(2.0)) * plane.roughness
+        figures["thickness_error95_m"] = float(np.hypot(tilt, uneven))
     return figures, None
 
 
@@ -466,7 +469,8 @@ def _as_uncertain(feature: Trace | Patch | Reading, measured: Measurement) -> Un
     tilt = orientation.line_from_rake(plane, fit.error_rake_deg).vector()
     largest, smallest = wider_of(fit, "patch" if isinstance(feature, Patch) else "trace")
     free = 1.0 if fit.n_effective is None else max(fit.n_effective - 3.0, 1.0)
-    return uncertain_plane(plane.normal(), tilt, largest, smallest, free)
+    rough = 0.0 if fit.rms is None else fit.rms * float(np.sqrt(fit.n / max(fit.n - 3.0, 1.0)))
+    return replace(uncertain_plane(plane.normal(), tilt, largest, smallest, free), roughness=rough)
 
 
 def world_points(feature: Trace | Lineation | Dimension, model: Model | None) -> Floats:

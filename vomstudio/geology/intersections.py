@@ -25,16 +25,21 @@ Floats = npt.NDArray[np.float64]
 
 PARALLEL_DEG = 0.01
 
+STRAY95 = 1.959963984540054
+"""Standard deviations either side that hold 95 % of normal errors."""
+
 
 @dataclass(frozen=True, eq=False)
 class UncertainPlane:
     """normal (3,) upward unit vector; spread95 (3, 3) the matrix C whose ellipse x' C^-1 x <= 1 in
     the plane tangent to the sphere at the normal is its joint 95 % region; None: unknown. free:
-    the degrees of freedom of the variance behind it."""
+    the degrees of freedom of the variance behind it. roughness: standard deviation of its points
+    from it, m."""
 
     normal: Floats
     spread95: Floats | None
     free: float = math.inf
+    roughness: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,13 +85,17 @@ def stray95(plane: UncertainPlane, vector: npt.ArrayLike, *, joint: bool = True)
     return width if joint else width * _marginal(plane.free)
 
 
-def _marginal(free: float) -> float:
+def t95(free: float) -> float:
+    """How many standard deviations either side hold 95 % (Student)."""
     from scipy.special import stdtrit
 
+    return STRAY95 if math.isinf(free) else float(stdtrit(free, 1.0 - LEVEL / 2.0))
+
+
+def _marginal(free: float) -> float:
     if math.isinf(free):
-        return 1.959963984540054 / math.sqrt(-2.0 * math.log(LEVEL))
-    joint = math.sqrt(free * float(joint_quantile(np.array([free]))[0]))
-    return float(stdtrit(free, 1.0 - LEVEL / 2.0)) / joint
+        return STRAY95 / math.sqrt(-2.0 * math.log(LEVEL))
+    return t95(free) / math.sqrt(free * float(joint_quantile(np.array([free]))[0]))
 
 
 def mean_plane(planes: Sequence[UncertainPlane]) -> UncertainPlane:

@@ -321,10 +321,10 @@ class NetArtists:
 
     def select(self, selected: Iterable[str], ellipses: Sequence[AnyEllipse] = ()) -> None:
         """Emphasises other features and leaves the rest; the caller redraws the canvas. All is
-        drawn anew only where the legend gains or loses the ellipse."""
-        had_ellipse = bool(self.contents.ellipses)
+        drawn anew only where the legend gains, loses or renames the ellipse."""
+        before = [type(e) for e in self.contents.ellipses]
         self.contents = self.contents.with_selection(selected, ellipses)
-        if had_ellipse != bool(ellipses):
+        if before != [type(e) for e in ellipses]:
             figure = self.axes.get_figure(root=True)
             assert figure is not None
             anew = draw_stereonet(figure, self.contents, self.style)

@@ -229,7 +229,8 @@ class MainWindow(QMainWindow):
         bar.setObjectName("toolbar")
         bar.setMovable(False)
         names = ("open", "save", "|", "navigate", "trace", "line", "measure", "|",
-                 "undo", "redo", "|", "home", "frame_selection", "orthographic", "*views")  # fmt: skip
+                 "undo", "redo", "|", "home", "frame_selection",
+                 "orthographic", "*views")  # fmt: skip
         for name in names:
             if name == "|":
                 bar.addSeparator()

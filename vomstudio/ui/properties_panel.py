@@ -196,6 +196,10 @@ class PropertiesPanel(QWidget):
             self._form.setRowVisible(widget, hasattr(feature, name))
         if isinstance(feature, Lineation | Dimension):
             self._plane.show_plane(feature.plane_id)
+        label = self._form.labelForField(self._plane)
+        if isinstance(label, QLabel):
+            across = isinstance(feature, Dimension)
+            label.setText(self.tr("Across") if across else self.tr("On plane"))
         if isinstance(feature, Dimension):
             self._form.setRowVisible(self._plane, feature.kind == "thickness")
         if isinstance(feature, Lineation):

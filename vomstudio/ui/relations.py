@@ -84,9 +84,20 @@ class IntersectionDialog(QDialog):
         self._studio = studio
         self.setWindowTitle(self.tr("Intersection of sets"))
         self.first, self.second, self.type_box = ComboBox(), ComboBox(), ComboBox()
+        self.result_text = QLabel()
+        self.result_text.setWordWrap(True)
+        self.result_text.setMinimumWidth(380)
+        self.result_text.setTextFormat(Qt.TextFormat.RichText)
         self.name = QLineEdit()
         self.name.setPlaceholderText(self.tr("next free name"))
-        groups = self._groups()
+        buttons = QDialogButtonBox(
+            QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
+        )
+        self.keep_button = buttons.button(QDialogButtonBox.StandardButton.Ok)
+        self.keep_button.setText(self.tr("Keep intersection"))
+        buttons.accepted.connect(self._keep)
+        buttons.rejected.connect(self.reject)
+        groups = groups_of(studio)
         for box in (self.first, self.second):
             for text, color, group in groups:
                 box.addItem(theme.swatch(color), text, group)
@@ -102,26 +113,12 @@ class IntersectionDialog(QDialog):
         form.addRow(self.tr("meet planes of"), self.second)
         form.addRow(self.tr("Kept as"), self.type_box)
         form.addRow(self.tr("Name"), self.name)
-        self.result_text = QLabel()
-        self.result_text.setWordWrap(True)
-        self.result_text.setMinimumWidth(380)
-        self.result_text.setTextFormat(Qt.TextFormat.RichText)
-        buttons = QDialogButtonBox(
-            QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
-        )
-        self.keep_button = buttons.button(QDialogButtonBox.StandardButton.Ok)
-        self.keep_button.setText(self.tr("Keep intersection"))
-        buttons.accepted.connect(self._keep)
-        buttons.rejected.connect(self.reject)
         layout = QVBoxLayout(self)
         layout.addLayout(form)
         layout.addWidget(self.result_text)
         layout.addStretch()
         layout.addWidget(buttons)
         self._refresh()
-
-    def _groups(self) -> list[tuple[str, str, Group]]:
-        return groups_of(self._studio)
 
     @staticmethod
     def _find(groups: list[tuple[str, str, Group]], type_id: str, instead: int) -> int:

@@ -60,7 +60,7 @@ def dimension_text(figures: Mapping[str, float]) -> str:
                 return area(figures[name])
             error = figures.get(name.replace("_m", "_error95_m"))
             text = length(figures[name])
-            return text if error is None else f"{text} ± {length(error)}"
+            return text if error is None else f"{text} ± {length(error, 2)}"
     return "–"
 
 
