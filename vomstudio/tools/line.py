@@ -51,8 +51,8 @@ class LineTool(PolylineTool[Lineation]):
         if count < 2:
             return "Line: 1 point; a line needs 2. Backspace takes it back; Esc cancels"
         return (
-            f"Line: {count} points. Enter or double click finishes; more points give its error; "
-            "drag a vertex to move it; Delete removes the marked one; Esc cancels"
+            f"Line: {count} points; more give its error. Enter or double click finishes; "
+            "drag a vertex to move it; Esc cancels"
         )
 
     def why_not_finish(self) -> str | None:

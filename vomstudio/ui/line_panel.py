@@ -34,6 +34,7 @@ class LinePanel(QWidget):
         self.slip_box.setObjectName("line_slip")
         for value, text in slip_names().items():
             self.slip_box.addItem(text, value)
+        self.slip_box.keep_narrow()
         self.slip_box.activated.connect(self._chosen)
         self._form = form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)

@@ -32,8 +32,7 @@ class PlaneBox(ComboBox):
         self._last = ""
         self._shown = ""
         self._follows = follow
-        self.setSizeAdjustPolicy(ComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
-        self.setMinimumContentsLength(12)
+        self.keep_narrow()
         self.activated.connect(self._activated)
         studio.selection_changed.connect(self._selected)
         studio.edited.connect(self._edited)

@@ -78,6 +78,7 @@ class PropertiesPanel(QWidget):
         self._slip = ComboBox()
         for value, text in slip_names().items():
             self._slip.addItem(text, value)
+        self._slip.keep_narrow()
         self._slip.activated.connect(lambda _: self._change(slip=self._slip.currentData()))
         self._plane = PlaneBox(self._studio, self.tr("none"), follow=False)
         self._plane.chosen.connect(self._lay_on)
