@@ -99,11 +99,19 @@ class Measurements:
             or len(kept[0]) != len(sources[feature.id])
             or any(a is not b for a, b in zip(kept[0], sources[feature.id], strict=True))
         ]
-        for feature, measurement in zip(
-            new, measure_all(records, new, self._thresholds), strict=True
-        ):
+        for feature, measurement in zip(new, self._measure(records, new), strict=True):
             self._kept[feature.id] = (sources[feature.id], measurement)
         return {feature.id: self._kept[feature.id][1] for feature in features}
+
+    def one(self, records: Records, feature: Feature) -> Measurement:
+        """The measurement of a feature that is not in the document."""
+        return self._measure(records, [feature])[0]
+
+    def _measure(self, records: Records, features: list[Any]) -> list[Measurement]:
+        # An intersection of sets may rest on thousands of planes, of which one has changed.
+        below = [plane.id for f in features for plane in planes_below(records, f)]
+        known = self.of(records, dict.fromkeys(below)) if below else {}
+        return measure_all(records, features, self._thresholds, known)
 
     def forget_all_but(self, records: Records) -> None:
         for id_ in [i for i in self._kept if i not in records]:
@@ -114,13 +122,19 @@ def sources_of(records: Records, feature: Feature) -> tuple[Record | None, ...]:
     """The records that a feature's figures rest on, itself first."""
     if isinstance(feature, Reading):
         return (feature,)
-    if isinstance(feature, Intersection):
-        below = [*members(records, feature.first), *members(records, feature.second)]
-    else:
-        plane = records.get(feature.plane_id) if not isinstance(feature, Trace | Patch) else None
-        below = [plane] if isinstance(plane, Trace | Patch | Reading) else []
     own = () if isinstance(feature, Intersection) else (_model(records, feature.model_id),)
+    below = planes_below(records, feature)
     return (feature, *own, *(s for each in below for s in sources_of(records, each)))
+
+
+def planes_below(records: Records, feature: Feature) -> list[Trace | Patch | Reading]:
+    """The planes that a line, a dimension or an intersection rests on."""
+    if isinstance(feature, Intersection):
+        return [*members(records, feature.first), *members(records, feature.second)]
+    if isinstance(feature, Lineation | Dimension):
+        plane = records.get(feature.plane_id)
+        return [plane] if isinstance(plane, Trace | Patch | Reading) else []
+    return []
 
 
 def members(records: Records, group: Group) -> list[Trace | Patch | Reading]:
@@ -139,30 +153,42 @@ def members(records: Records, group: Group) -> list[Trace | Patch | Reading]:
 
 
 def measure_all(
-    records: Records, features: list[Any], thresholds: Thresholds | None = None
+    records: Records,
+    features: list[Any],
+    thresholds: Thresholds | None = None,
+    known: Mapping[str, Measurement] | None = None,
 ) -> list[Measurement]:
-    """Measure features, the traces among them in one batch."""
+    """Measure features, the traces among them in one batch; `known` are measurements of planes
+    that they rest on, by id, where these have been made already."""
     thresholds = thresholds or Thresholds()
+    known = dict(known or {})
+    below = {plane.id: plane for f in features for plane in planes_below(records, f)}
+    missing = [plane for id_, plane in below.items() if id_ not in known]
+    if missing:
+        found = measure_all(records, missing, thresholds)
+        known |= {plane.id: m for plane, m in zip(missing, found, strict=True)}
     traces = [f for f in features if isinstance(f, Trace)]
     fitted = measure([(t, _model(records, t.model_id)) for t in traces], thresholds)
     of_traces = iter(fitted)
     return [
-        next(of_traces) if isinstance(f, Trace) else _measure_other(records, f, thresholds)
+        next(of_traces) if isinstance(f, Trace) else _measure_other(records, f, thresholds, known)
         for f in features
     ]
 
 
-def _measure_other(records: Records, feature: Feature, thresholds: Thresholds) -> Measurement:
+def _measure_other(
+    records: Records, feature: Feature, thresholds: Thresholds, known: Mapping[str, Measurement]
+) -> Measurement:
     if isinstance(feature, Patch):
         return measure_patch(feature, _model(records, feature.model_id), thresholds)
     if isinstance(feature, Reading):
         return _measure_reading(feature)
     if isinstance(feature, Lineation):
-        return _measure_lineation(records, feature, thresholds)
+        return _measure_lineation(records, feature, thresholds, known)
     if isinstance(feature, Dimension):
-        return _measure_dimension(records, feature, thresholds)
+        return _measure_dimension(records, feature, known)
     assert isinstance(feature, Intersection)
-    return _measure_intersection(records, feature, thresholds)
+    return _measure_intersection(records, feature, thresholds, known)
 
 
 # --- planes --------------------------------------------------------------------------------------
@@ -267,11 +293,16 @@ def _of_fit(fit: PlaneFit | None) -> dict[str, Any]:
 
 
 # --- lines ---------------------------------------------------------------------------------------
-def _measure_lineation(records: Records, feature: Lineation, thresholds: Thresholds) -> Measurement:
+def _measure_lineation(
+    records: Records,
+    feature: Lineation,
+    thresholds: Thresholds,
+    known: Mapping[str, Measurement],
+) -> Measurement:
     model = _model(records, feature.model_id)
     points = world_points(feature, model)
     resolution = _length(feature.resolution, _rows(model))
-    base = _plane_of(records, feature.plane_id, thresholds)
+    base = _plane_of(records, feature.plane_id, known)
     gone = bool(feature.plane_id) and base is None
     try:
         fit = fit_line(points)
@@ -348,14 +379,22 @@ def slip_rake(plane: Plane, rake_deg: float, sense: str) -> float | None:
 
 
 def _measure_intersection(
-    records: Records, feature: Intersection, thresholds: Thresholds
+    records: Records,
+    feature: Intersection,
+    thresholds: Thresholds,
+    known: Mapping[str, Measurement],
 ) -> Measurement:
     groups = [members(records, group) for group in (feature.first, feature.second)]
-    measured = [measure_all(records, list(group), thresholds) for group in groups]
+    measured = [[known[plane.id] for plane in group] for group in groups]
     means = []
     try:
         for group, own in zip(groups, measured, strict=True):
-            planes = [_as_uncertain(r, m) for r, m in zip(group, own, strict=True)]
+            with_plane = [(r, m) for r, m in zip(group, own, strict=True) if m.plane is not None]
+            if len(with_plane) == 1:
+                planes = [_as_uncertain(*with_plane[0])]
+            else:
+                # The error of a mean comes from the scatter; their own ones take time.
+                planes = [UncertainPlane(_normal(m), None) for _, m in with_plane]
             means.append(mean_plane([p for p in planes if p is not None]))
         found = intersection_line(*means)
     except GeometryError as error:
@@ -402,7 +441,9 @@ def _ends(
 
 
 # --- dimensions ----------------------------------------------------------------------------------
-def _measure_dimension(records: Records, feature: Dimension, thresholds: Thresholds) -> Measurement:
+def _measure_dimension(
+    records: Records, feature: Dimension, known: Mapping[str, Measurement]
+) -> Measurement:
     points = world_points(feature, _model(records, feature.model_id))
     problem = None
     figures: dict[str, float] = {}
@@ -426,18 +467,18 @@ def _measure_dimension(records: Records, feature: Dimension, thresholds: Thresho
         if feature.kind == "polyline":
             figures["length_m"] = path_length(points)
         if feature.kind == "thickness":
-            thickness, problem = _thickness(records, feature, step, thresholds)
+            thickness, problem = _thickness(records, feature, step, known)
             figures |= thickness
     return Measurement(points, None, None, None, None, problem, dimension=figures or None)
 
 
 def _thickness(
-    records: Records, feature: Dimension, step: Floats, thresholds: Thresholds
+    records: Records, feature: Dimension, step: Floats, known: Mapping[str, Measurement]
 ) -> tuple[dict[str, float], str | None]:
     """Distance across the plane, and its 95 % error (of this one figure, not joint): points that
     lie apart along the bed turn a tilt of the plane into thickness, and each of the two lies on a
     surface as uneven as the plane's own points are."""
-    plane = _plane_of(records, feature.plane_id, thresholds)
+    plane = _plane_of(records, feature.plane_id, known)
     if plane is None:
         if not feature.plane_id:
             return {}, "a thickness needs a plane that it is measured across; choose one"
@@ -452,11 +493,21 @@ def _thickness(
 
 
 # --- shared --------------------------------------------------------------------------------------
-def _plane_of(records: Records, id_: str, thresholds: Thresholds) -> UncertainPlane | None:
+def _plane_of(
+    records: Records, id_: str, known: Mapping[str, Measurement]
+) -> UncertainPlane | None:
     feature = records.get(id_)
     if not isinstance(feature, Trace | Patch | Reading):
         return None
-    return _as_uncertain(feature, measure_all(records, [feature], thresholds)[0])
+    return _as_uncertain(feature, known[id_])
+
+
+def _normal(measured: Measurement) -> Floats:
+    """Of something that has a plane."""
+    if measured.fit is not None:
+        return measured.fit.normal
+    assert measured.plane is not None
+    return measured.plane.normal()
 
 
 def _as_uncertain(feature: Trace | Patch | Reading, measured: Measurement) -> UncertainPlane | None:

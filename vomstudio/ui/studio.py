@@ -12,7 +12,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
-from vomstudio.document.measurements import Measurement, Measurements, measure_all, sources_of
+from vomstudio.document.measurements import Measurement, Measurements, sources_of
 from vomstudio.document.records import (
     FEATURES,
     ON_A_MODEL,
@@ -516,7 +516,7 @@ class Studio(QObject):
         return found.surface if found else None
 
     def measure(self, feature: Feature) -> Measurement:
-        return measure_all(self.records, [feature], self.settings.thresholds)[0]
+        return self.measurements.one(self.records, feature)
 
     def format_plane(self, measurement: Measurement) -> str:
         return plane_text(measurement.fit, self.settings.notation, local=not self.north_known())
