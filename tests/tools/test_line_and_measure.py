@@ -222,14 +222,20 @@ def test_lines_and_areas_end_with_enter_and_say_what_they_lack(measure, context,
         assert figures["length_m"] == pytest.approx(7.0)
 
 
-def test_the_ring_of_an_area_is_closed_and_its_last_handle_is_the_first(measure, context):
+def test_the_ring_of_an_area_is_closed_and_its_handles_are_the_vertices(measure, context):
     measure.choose(kind="area")
-    clicks(measure, [(0, 0, 0), (2, 0, 0), (2, 3, 0)])
-    assert len(context.shown[-1].line) == 4
-    measure.pointer(event(at=(0, 0, 0), handle=3))
-    assert measure.current_vertex == 0
-    measure.pointer(event(Pointer.DRAG_START, (0, 0, 0), handle=3))
-    measure.pointer(event(Pointer.DRAG_END, (0.5, 0, 0), handle=3))
+    ring = [(0.0, 0.0, 0.0), (2.0, 0.0, 0.0), (2.0, 3.0, 0.0)]
+    clicks(measure, ring)
+    line = context.shown[-1].line
+    assert len(line) == 4
+    assert tuple(line[-1]) == ring[-1], "the rubber band hangs from the last click"
+    for handle, point in enumerate(line):
+        measure.pointer(event(at=point, handle=handle))
+        assert measure.vertices[measure.current_vertex] == tuple(point)
+        assert tuple(context.shown[-1].line[context.shown[-1].marked]) == tuple(point)
+        measure.mark(None)
+    measure.pointer(event(Pointer.DRAG_START, (0, 0, 0), handle=1))
+    measure.pointer(event(Pointer.DRAG_END, (0.5, 0, 0), handle=1))
     assert measure.vertices[0] == (0.5, 0.0, 0.0)
 
 

@@ -168,7 +168,12 @@ class LineTool(PolylineTool[Lineation]):
         decimals = 1 if error is not None and error < 1.0 else 0
         lines = [format_line(measured.line, decimals)]
         if error is not None and measured.min_confidence95_deg is not None:
-            lines.append(f"95 %: {error:.1f}° × {measured.min_confidence95_deg:.1f}°   n {count}")
+            across = (
+                ""
+                if measured.confidence_axis is None
+                else (f" × {measured.min_confidence95_deg:.1f}°")
+            )
+            lines.append(f"95 %: {error:.1f}°{across}   n {count}")
         elif not live:
             lines.append(f"95 %: undefined   n {count}")
         if measured.rake_deg is not None and self._feature is not None:

@@ -158,10 +158,9 @@ class MeasureTool(PolylineTool[Dimension]):
     def _color(self) -> str:
         return COLOR
 
-    def _drawn(self, points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-        if self.kind == "area" and len(points) > 2:
-            return np.vstack([points, points[:1]])
-        return points
+    @property
+    def _closed(self) -> bool:
+        return self.kind == "area" and len(self.vertices) > 2
 
     def _patch(self) -> npt.NDArray[np.float64] | None:
         """The plane that a thickness is measured across, through its base."""

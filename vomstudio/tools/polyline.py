@@ -84,9 +84,10 @@ class PolylineTool(Generic[F]):
         kind = self._context.session.records.get(type_id)
         return kind.color if isinstance(kind, FeatureType) else BLANK_COLOR
 
-    def _drawn(self, points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-        """The line that is drawn through the vertices, in World; it begins with them."""
-        return points
+    @property
+    def _closed(self) -> bool:
+        """The line is drawn as a ring."""
+        return False
 
     def set_type(self, type_id: str, set_name: str) -> None:
         """Feature type and set of what is made next have been chosen anew."""
@@ -118,8 +119,8 @@ class PolylineTool(Generic[F]):
     # --- gestures ----------------------------------------------------------------------------
     def pointer(self, event: PointerEvent) -> None:
         if event.handle is not None and self.vertices:
-            # A closed line has its first vertex twice.
-            event = replace(event, handle=event.handle % len(self.vertices))
+            shift = 1 if self._closed else 0
+            event = replace(event, handle=(event.handle - shift) % len(self.vertices))
         if event.kind is Pointer.MOVE:
             self._move(event)
         elif event.kind is Pointer.CLICK and event.button is Button.LEFT:
@@ -375,12 +376,17 @@ class PolylineTool(Generic[F]):
         rubber = None
         if at is not None and model is not None:
             rubber = transform.apply(model.to_world, [at])[0]
+        line, marked = world_points(self._feature, model), self.current_vertex
+        if self._closed:
+            # From the last vertex round to it again: the rubber band hangs from there.
+            line = np.vstack([line[-1:], line])
+            marked = None if marked is None else marked + 1
         self._context.show(
             Preview(
-                line=self._drawn(world_points(self._feature, model)),
+                line=line,
                 rubber=rubber,
                 patch=self._patch(),
-                marked=self.current_vertex,
+                marked=marked,
                 color=rgb(self._color()),
                 reading=self._reading(),
                 verdict=m.verdict.quality if (m := self.measurement) and m.verdict else None,

@@ -117,9 +117,10 @@ class FitView(QWidget):
 def _line_values(measured: Measurement) -> dict[str, str]:
     values = {}
     if measured.max_confidence95_deg is not None:
-        values["confidence"] = (
-            f"{degrees(measured.max_confidence95_deg)} × {degrees(measured.min_confidence95_deg)}"
-        )
+        values["confidence"] = degrees(measured.max_confidence95_deg)
+        # Without an axis it is a round cone.
+        if measured.confidence_axis is not None:
+            values["confidence"] += f" × {degrees(measured.min_confidence95_deg)}"
     if (fit := measured.line_fit) is not None:
         values["size"] = f"{length(fit.length)} / {length(fit.rms)}   (n {fit.n})"
     return values
