@@ -64,8 +64,7 @@ def dismiss(window: MainWindow) -> None:
     studio = window.studio
     if studio.project.session.dirty:
         studio.project.session.discard_unsaved()
-    if studio.trace_tool.open:
-        studio.trace_tool.cancel()
+    studio.cancel_tool()
     window.close()
     QApplication.processEvents()
 

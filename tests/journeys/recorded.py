@@ -18,15 +18,18 @@ import numpy as np
 
 from tests.samples import ZIGZAG
 from vomstudio.document import edits
-from vomstudio.document.records import Frame, Model, Trace
+from vomstudio.document.records import Dimension, Frame, Lineation, Model, Trace
 from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent
 
 Event = tuple[str, Callable[[], object]]
 
+LAST = "save beside an area"
+
 
 def on_screen(studio: Any) -> dict[str, Any]:
     """What a person sees of the document, without the ids, which are new in every run."""
-    tool = studio.trace_tool
+    tool = studio.open_tool
+    feature = tool.feature if tool else None
     return {
         "traces": [
             [t.name, t.type_id, t.set_name, t.notes, t.overturned, t.method,
@@ -36,8 +39,17 @@ def on_screen(studio: Any) -> dict[str, Any]:
         "models": [
             [m.name, m.frame.kind, m.frame.crs, m.content_hash] for m in studio.session.of(Model)
         ],
-        "draft": [list(v) for v in tool.vertices] if tool.open else None,
-        "draft_of": [tool.trace.type_id, tool.continued] if tool.open else None,
+        "lines": [
+            [f.name, f.type_id, f.slip, studio.records[f.plane_id].name if f.plane_id else "",
+             [list(v) for v in f.vertices]]
+            for f in studio.session.of(Lineation)
+        ],
+        "dimensions": [
+            [d.name, d.kind, [list(v) for v in d.vertices]] for d in studio.session.of(Dimension)
+        ],
+        "draft": [list(v) for v in tool.vertices] if tool else None,
+        "draft_of": [tool.name, getattr(feature, "type_id", ""), getattr(feature, "slip", ""),
+                     getattr(feature, "kind", ""), tool.continued] if tool else None,
         "dirty": studio.session.dirty,
         "undo": studio.session.undo_label,
         "redo": studio.session.redo_label,
@@ -136,6 +148,21 @@ def studio_events(studio: Any, outcrop: Path) -> list[Event]:
         ("rename beside a draft",
          lambda: attempt(edits.set_attributes, [trace()], set_name="late")),
         ("save beside a draft", save),
+        ("cancel", tool.cancel),
+        ("line tool", lambda: studio.activate("line")),
+        ("on a plane", lambda: studio.line_tool.choose(plane_id=trace(), slip="normal")),
+        *(click(p) for p in bed(3.0)[:3]),
+        ("take back", studio.undo),
+        ("slip", lambda: studio.line_tool.choose(slip="dextral")),
+        ("finish", studio.finish_tool),
+        ("measure tool", lambda: studio.activate("measure")),
+        *(click(p) for p in bed(3.0)[:2]),
+        ("area", lambda: studio.measure_tool.choose(kind="area")),
+        *(click(p) for p in bed(3.0)[:3]),
+        ("finish", studio.finish_tool),
+        ("undo", studio.undo),
+        click(bed(3.0)[3]),
+        (LAST, save),
     ]  # fmt: skip
 
 

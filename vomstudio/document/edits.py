@@ -19,6 +19,7 @@ from vomstudio.document.records import (
     Feature,
     FeatureType,
     Frame,
+    Lineation,
     Model,
     Point,
     Record,
@@ -130,6 +131,21 @@ def add_features(records: Records, features: Sequence[Feature]) -> Edit:
     first = next(iter(after.values()))
     who = first.name if len(after) == 1 else f"{len(after)} features"  # type: ignore[union-attr]
     return change(records, f"Add {who}", after)
+
+
+def set_line(
+    records: Records,
+    feature_id: str,
+    vertices: Sequence[Point],
+    *,
+    resolution: float | None = None,
+) -> Edit:
+    """Give a lineation or a dimension other vertices; only a lineation has a resolution."""
+    feature = _get(records, feature_id, (Lineation, Dimension))
+    after = replace(feature, vertices=tuple(vertices))
+    if isinstance(after, Lineation):
+        after = replace(after, resolution=resolution)
+    return change(records, f"Change {feature.name}", {feature_id: after})
 
 
 def change_feature(records: Records, feature: Feature, what: str = "Change") -> Edit:

@@ -114,6 +114,25 @@ class NetEllipse:
 
 
 @dataclass(frozen=True, eq=False)
+class NetLineEllipse:
+    """Joint 95 % ellipse of a line: semi-axes, and the direction (3,) of the larger one."""
+
+    line: Line
+    max_angle_deg: float
+    min_angle_deg: float
+    axis: Array
+
+    def outline(self, projection: str) -> list[Array]:
+        """Polylines (k, 2) on the net."""
+        return nets.confidence_ellipse(
+            self.line.vector(), self.axis, self.max_angle_deg, self.min_angle_deg, projection
+        )
+
+
+AnyEllipse = NetEllipse | NetLineEllipse
+
+
+@dataclass(frozen=True, eq=False)
 class NetContents:
     """Everything a net shows, as plain data.
 
@@ -130,13 +149,13 @@ class NetContents:
     means: tuple[NetMean, ...] = ()
     fold: FoldAxis | None = None
     selected: frozenset[str] = frozenset()
-    ellipses: tuple[NetEllipse, ...] = ()
+    ellipses: tuple[AnyEllipse, ...] = ()
     contour: str | None = None
     notation: str = "dipdir/dip"
     decimals: int = 0
 
     def with_selection(
-        self, selected: Iterable[str], ellipses: Sequence[NetEllipse] = ()
+        self, selected: Iterable[str], ellipses: Sequence[AnyEllipse] = ()
     ) -> NetContents:
         """The same net with other features emphasised."""
         return replace(self, selected=frozenset(selected), ellipses=tuple(ellipses))
@@ -300,12 +319,12 @@ class NetArtists:
             for i in np.flatnonzero(outline.contains_points(at))
         )
 
-    def select(self, selected: Iterable[str], ellipses: Sequence[NetEllipse] = ()) -> None:
+    def select(self, selected: Iterable[str], ellipses: Sequence[AnyEllipse] = ()) -> None:
         """Emphasises other features and leaves the rest; the caller redraws the canvas. All is
-        drawn anew only where the legend gains or loses the ellipse."""
-        had_ellipse = bool(self.contents.ellipses)
+        drawn anew only where the legend gains, loses or renames the ellipse."""
+        before = [type(e) for e in self.contents.ellipses]
         self.contents = self.contents.with_selection(selected, ellipses)
-        if had_ellipse != bool(ellipses):
+        if before != [type(e) for e in ellipses]:
             figure = self.axes.get_figure(root=True)
             assert figure is not None
             anew = draw_stereonet(figure, self.contents, self.style)
@@ -819,7 +838,8 @@ def _legend_entries(net: NetContents, style: NetStyle) -> list[_Entry]:
     if net.means:
         entries.append(_Entry("open: mean", style.net, "o", None, outlined=True))
     if net.ellipses:
-        entries.append(_Entry("joint 95 % of the selected pole", style.ink, None, "-"))
+        what = "pole" if isinstance(net.ellipses[0], NetEllipse) else "line"
+        entries.append(_Entry(f"joint 95 % of the selected {what}", style.ink, None, "-"))
     return entries
 
 

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from PySide6.QtWidgets import QInputDialog, QMessageBox
 
 from vomstudio.document import edits
-from vomstudio.document.records import FEATURES, Model, Trace
+from vomstudio.document.records import FEATURES, Model
 from vomstudio.errors import VomError
-from vomstudio.ui import ortho_dialog
+from vomstudio.tools.polyline import PolylineTool
+from vomstudio.ui import line_commands, ortho_dialog
 from vomstudio.ui.actions import Command
 
 if TYPE_CHECKING:
@@ -46,6 +47,7 @@ def commands(w: MainWindow) -> list[Command]:
         *_models(w),
         *_tools(w),
         *ortho_dialog.commands(w),
+        *line_commands.commands(w),
         *_help(w),
     ]
 
@@ -258,7 +260,11 @@ def _models(w: MainWindow) -> list[Command]:
 
 def _tools(w: MainWindow) -> list[Command]:
     studio = w.studio
-    tool = studio.trace_tool
+
+    def picking() -> PolylineTool[Any] | None:
+        """The open tool, where it picks vertices."""
+        tool = studio.open_tool
+        return tool if isinstance(tool, PolylineTool) else None
 
     def not_loaded() -> str | None:
         return None if studio.models else "open a model first"
@@ -271,29 +277,41 @@ def _tools(w: MainWindow) -> list[Command]:
         return NOTHING_OPEN if studio.open_tool is None else None
 
     def no_vertex() -> str | None:
-        if not tool.open:
-            return "no trace is being picked"
+        if (tool := picking()) is None:
+            return NOTHING_OPEN
         if tool.current_vertex is None:
-            return "click a vertex of the open trace first"
+            return f"click a vertex of the open {tool.what} first"
+        return None
+
+    def to_continue() -> tuple[str, str] | None:
+        """Id and tool of the last selected feature that was picked vertex by vertex."""
+        for id_ in reversed(studio.selection.ids):
+            for name, tool in studio.tools.items():
+                if isinstance(tool, PolylineTool) and isinstance(
+                    studio.records.get(id_), tool.record
+                ):
+                    return id_, name
         return None
 
     def cannot_continue() -> str | None:
         if studio.open_tool is not None:
             return "something is being picked: finish or cancel it first"
-        if any(isinstance(studio.records.get(i), Trace) for i in studio.selection.ids):
-            return None
-        return "select a trace first"
+        return None if to_continue() else "select a trace, line or measurement first"
 
     def nothing_to_delete() -> str | None:
-        if tool.open:
+        if picking() is not None:
             return no_vertex()
         if any(isinstance(studio.records.get(i), FEATURES) for i in studio.selection.ids):
             return None
         return "select a feature first"
 
-    def delete() -> None:
-        if tool.open:
+    def delete_vertex() -> None:
+        if (tool := picking()) is not None:
             tool.delete_vertex()
+
+    def delete() -> None:
+        if picking() is not None:
+            delete_vertex()
         else:
             studio.delete_selected()
 
@@ -301,11 +319,16 @@ def _tools(w: MainWindow) -> list[Command]:
         if (unfinished := studio.open_tool) is not None:
             unfinished.undo()
 
-    def continue_trace() -> None:
-        current = [i for i in studio.selection.ids if isinstance(studio.records.get(i), Trace)][-1]
-        studio.activate("trace")
+    def continue_feature() -> None:
+        found = to_continue()
+        if found is None:
+            return
+        id_, name = found
+        studio.activate(name)
+        tool = studio.tools[name]
         try:
-            tool.continue_trace(current)
+            if isinstance(tool, PolylineTool):
+                tool.continue_feature(id_)
         except VomError as error:
             studio.fail(error)
 
@@ -325,15 +348,16 @@ def _tools(w: MainWindow) -> list[Command]:
         Command("finish", "Finish", studio.finish_tool, "check", ("Return", "Enter"),
                 "Keep what is being picked", cannot_finish, in_viewport=True),
         Command("cancel", "Cancel", studio.cancel_tool, "close", "Esc",
-                "Give up what is being picked; a continued trace stays as it was", nothing_open,
+                "Give up what is being picked; a continued one stays as it was", nothing_open,
                 in_viewport=True),
-        Command("continue_trace", "Continue", continue_trace, "vector-polyline-plus", (),
-                "Take the selected trace up again: add, move, insert or delete vertices",
+        Command("continue_trace", "Continue", continue_feature, "vector-polyline-plus", (),
+                "Take the selected trace, line or measurement up again: add, move, insert or "
+                "delete vertices",
                 cannot_continue),
-        Command("delete_vertex", "Delete vertex", tool.delete_vertex, "vector-polyline-remove", (),
-                "The marked vertex of the open trace (Del in the viewport)", no_vertex),
+        Command("delete_vertex", "Delete vertex", delete_vertex, "vector-polyline-remove", (),
+                "The marked vertex of what is being picked (Del in the viewport)", no_vertex),
         Command("delete_here", "Delete what is marked or selected", delete, None, "Del",
-                "The marked vertex of the open trace, else the selected features",
+                "The marked vertex of what is being picked, else the selected features",
                 nothing_to_delete, in_viewport=True),
         Command("undo_click", "Take back the last click", back, None, "Backspace", "", nothing_open,
                 in_viewport=True),

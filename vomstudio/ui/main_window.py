@@ -32,7 +32,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio import __version__
-from vomstudio.document.records import FEATURES, Model, Record, Trace
+from vomstudio.document.records import FEATURES, Dimension, Lineation, Model, Record, Trace
 from vomstudio.io.settings import Settings
 from vomstudio.ui import theme
 from vomstudio.ui.actions import Actions
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from vomstudio.rendering.viewport import Viewport
     from vomstudio.ui.studio import Notice
 
-_LAYOUT_VERSION = 1
+_LAYOUT_VERSION = 2
 _MENUS = (
     ("&File", ("new", "open", "open_project", "*recent", "*discarded", "|", "save", "save_as", "|",
                "export_csv", "export_gpkg", "export_shp", "export_dxf", "|", "quit")),
@@ -51,9 +51,10 @@ _MENUS = (
                "view_east", "view_south", "view_west", "view_bottom", "|", "*notation",
                "*display", "trackball", "|", "only_outcrop", "*docks")),
     ("&Model", ("declare_frame", "locate", "copy_model", "export_model", "remove_model")),
-    ("&Interpret", ("navigate", "trace", "|", "finish", "cancel", "continue_trace",
-                    "delete_vertex")),
-    ("&Analyse", ("along_beta", "face_plane", "|", "orthophoto", "|", "show_stereonet")),
+    ("&Interpret", ("navigate", "trace", "line", "measure", "|", "finish", "cancel",
+                    "continue_trace", "delete_vertex")),
+    ("&Analyse", ("along_beta", "along_line", "face_plane", "|", "keep_intersection",
+                  "intersection_of_sets", "|", "orthophoto", "|", "show_stereonet")),
     ("&Help", ("shortcuts", "about")),
 )  # fmt: skip
 
@@ -125,6 +126,8 @@ class MainWindow(QMainWindow):
         self.setCentralWidget(centre)
 
     def _make_docks(self) -> None:
+        from vomstudio.ui.line_panel import LinePanel
+        from vomstudio.ui.measure_panel import MeasurePanel
         from vomstudio.ui.messages_panel import MessagesPanel
         from vomstudio.ui.project_tree import ProjectTree
         from vomstudio.ui.properties_panel import PropertiesPanel
@@ -136,8 +139,12 @@ class MainWindow(QMainWindow):
         self.docks: dict[str, QDockWidget] = {}
         self.tree = ProjectTree(self.studio, self._record_actions)
         self.trace_panel = TracePanel(self.studio, actions)
+        self.line_panel = LinePanel(self.studio, actions)
+        self.measure_panel = MeasurePanel(self.studio, actions)
         self.view_panel = ViewPanel(self.studio, self.look)
-        self.properties = PropertiesPanel(self.studio, actions["declare_frame"])
+        self.properties = PropertiesPanel(
+            self.studio, actions["declare_frame"], actions["keep_intersection"]
+        )
         self.table = TablePanel(self.studio, actions["export_csv"])
         self.messages = MessagesPanel()
         for view in (self.tree.tree, self.table.view):
@@ -153,6 +160,8 @@ class MainWindow(QMainWindow):
         self.setCorner(Qt.Corner.BottomRightCorner, right)
         self._dock("project", self.tr("Project"), self.tree, left)
         self._dock("trace", self.tr("Trace"), self.trace_panel, left)
+        self._dock("line", self.tr("Line"), self.line_panel, left)
+        self._dock("measure", self.tr("Measure"), self.measure_panel, left)
         self._dock("stereonet", self.tr("Stereonet"), self._net_place, right)
         self._dock("view", self.tr("View direction"), self.view_panel, right)
         self._dock("properties", self.tr("Properties"), self.properties, right)
@@ -170,6 +179,9 @@ class MainWindow(QMainWindow):
         docks = self.docks
         self.tabifyDockWidget(docks["stereonet"], docks["view"])
         self.tabifyDockWidget(docks["table"], docks["messages"])
+        for tool in ("line", "measure"):
+            self.tabifyDockWidget(docks["trace"], docks[tool])
+        docks["trace"].raise_()
         docks["stereonet"].raise_()
         docks["table"].raise_()
 
@@ -216,8 +228,9 @@ class MainWindow(QMainWindow):
         bar = QToolBar(self.tr("Tools"))
         bar.setObjectName("toolbar")
         bar.setMovable(False)
-        names = ("open", "save", "|", "navigate", "trace", "|", "undo", "redo", "|",
-                 "home", "frame_selection", "orthographic", "*views")  # fmt: skip
+        names = ("open", "save", "|", "navigate", "trace", "line", "measure", "|",
+                 "undo", "redo", "|", "home", "frame_selection",
+                 "orthographic", "*views")  # fmt: skip
         for name in names:
             if name == "|":
                 bar.addSeparator()
@@ -355,8 +368,8 @@ class MainWindow(QMainWindow):
             ("declare_frame", "locate", "copy_model", "remove_model")
             if isinstance(record, Model)
             else ("frame_selection", "continue_trace", "face_plane", "rename", "delete")
-            if isinstance(record, Trace)
-            else ("frame_selection", "face_plane", "rename", "delete")
+            if isinstance(record, Trace | Lineation | Dimension)
+            else ("frame_selection", "along_line", "face_plane", "rename", "delete")
             if isinstance(record, FEATURES)
             else ()
         )

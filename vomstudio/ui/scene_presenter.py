@@ -16,9 +16,12 @@ from vomstudio.document.records import (
     Dimension,
     Feature,
     FeatureType,
+    Intersection,
+    Lineation,
     Model,
     Patch,
 )
+from vomstudio.geology.orientation import slip_from_rake
 from vomstudio.geometry import transform
 from vomstudio.geometry.discs import disc
 from vomstudio.rendering.drawing import FeatureDrawing
@@ -195,7 +198,7 @@ class ScenePresenter:
             disc=ring,
             color=_rgb(kind.color if isinstance(kind, FeatureType) else "#ffffff"),
             label=feature.name if text == "–" else f"{feature.name}  {text}",
-            anchor=line[len(line) // 2],
+            anchor=_anchor(feature, line),
             visible=self._studio.visible(feature.id) and self._studio.visible(group),
         )
 
@@ -207,7 +210,23 @@ class ScenePresenter:
             return transform.apply(rows, (*feature.outline, feature.outline[0]))
         if isinstance(feature, Dimension) and feature.kind == "area" and len(points) > 2:
             return np.vstack([points, points[:1]])
+        if isinstance(feature, Lineation) and measured.slip_rake_deg is not None:
+            return self._with_arrow(feature, measured)
         return points
+
+    def _with_arrow(self, feature: Lineation, measured: Measurement) -> npt.NDArray[np.float64]:
+        """The line with a head at the end toward which the hanging wall moved."""
+        plane = self._studio.measured([feature.plane_id])[feature.plane_id].plane
+        if plane is None or measured.slip_rake_deg is None:
+            return measured.points
+        ends = measured.points
+        slip = slip_from_rake(plane, measured.slip_rake_deg).vector()
+        if (ends[-1] - ends[0]) @ slip < 0.0:
+            ends = ends[::-1]
+        size = 0.18 * float(np.linalg.norm(ends[-1] - ends[0]))
+        across = np.cross(plane.normal(), slip)
+        wings = [ends[-1] + size * (0.5 * side * across - slip) for side in (1.0, -1.0)]
+        return np.vstack([ends, wings[0], ends[-1], wings[1]])
 
     def _visibility(self, ids: tuple[str, ...]) -> None:
         for model_id in self._shown:
@@ -237,3 +256,14 @@ class ScenePresenter:
 def _rgb(color: str) -> tuple[float, float, float]:
     red, green, blue = (int(color[i : i + 2], 16) / 255 for i in (1, 3, 5))
     return red, green, blue
+
+
+def _anchor(feature: Feature, line: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Where the label stands: half way along what has two ends."""
+    if len(line) < 2 or not isinstance(feature, Lineation | Dimension | Intersection):
+        return line[len(line) // 2]
+    if isinstance(feature, Lineation):
+        line = line[: len(feature.vertices)]
+    lengths = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    along = np.concatenate([[0.0], np.cumsum(lengths)])
+    return np.array([np.interp(0.5 * along[-1], along, line[:, i]) for i in range(3)])

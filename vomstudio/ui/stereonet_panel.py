@@ -14,15 +14,17 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QToolButton, QVBox
 
 from vomstudio.document.edit import Edit
 from vomstudio.document.measurements import Measurement
-from vomstudio.document.records import FEATURES, TYPED, FeatureType, Reading, Typed
+from vomstudio.document.records import FEATURES, TYPED, FeatureType, Intersection, Reading, Typed
 from vomstudio.errors import VomError
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.notation import format_line
 from vomstudio.geology.orientation import Plane
 from vomstudio.products.stereonet import (
+    AnyEllipse,
     NetArtists,
     NetContents,
     NetEllipse,
+    NetLineEllipse,
     NetSet,
     NetStyle,
     draw_stereonet,
@@ -115,9 +117,11 @@ class StereonetPanel(QWidget):
         sets = []
         for kind in studio.session.of(FeatureType):
             own = [f for f in features if f.type_id == kind.id]
-            picked = [f for f in own if not isinstance(f, Reading)]
+            picked = [f for f in own if not isinstance(f, Reading | Intersection)]
+            crossings = [f for f in own if isinstance(f, Intersection)]
             readings = [f for f in own if isinstance(f, Reading)]
             sets += _sets(kind, kind.name, picked, measured, _MARKERS.get(kind.symbol, "o"))
+            sets += _sets(kind, f"{kind.name} (intersections)", crossings, measured, "X")
             sets += _sets(kind, f"{kind.name} (compass)", readings, measured, "P")
         return NetContents(
             sets=tuple(sets),
@@ -143,12 +147,15 @@ class StereonetPanel(QWidget):
                     return None
         return None
 
-    def _ellipses(self) -> tuple[NetEllipse, ...]:
-        """Of the current plane, where its error is known."""
+    def _ellipses(self) -> tuple[AnyEllipse, ...]:
+        """Of the current plane or line, where its error is known."""
         current = self._studio.selection.current
         if current is None or not isinstance(self._studio.records.get(current), FEATURES):
             return ()
-        fit = self._studio.measured([current])[current].fit
+        measured = self._studio.measured([current])[current]
+        if measured.line is not None:
+            return _line_ellipse(measured)
+        fit = measured.fit
         if fit is None or fit.max_confidence95_deg is None or fit.error_rake_deg is None:
             return ()
         return (
@@ -191,6 +198,21 @@ class StereonetPanel(QWidget):
     def _moved(self, event: MouseEvent) -> None:
         line = self.artists.line_at(event.x, event.y) if self.artists else None
         self._under.setText("" if line is None else format_line(line, 0))
+
+
+def _line_ellipse(measured: Measurement) -> tuple[NetLineEllipse, ...]:
+    line, largest, smallest = (
+        measured.line,
+        measured.max_confidence95_deg,
+        measured.min_confidence95_deg,
+    )
+    if line is None or largest is None or smallest is None:
+        return ()
+    # A cone has no larger axis: any direction across it will do.
+    axis = measured.confidence_axis
+    if axis is None:
+        axis = np.cross(line.vector(), np.eye(3)[int(np.argmin(np.abs(line.vector())))])
+    return (NetLineEllipse(line, largest, smallest, axis),)
 
 
 def _sets(

@@ -12,7 +12,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
-from vomstudio.document.measurements import Measurement, Measurements, measure_all, sources_of
+from vomstudio.document.measurements import Measurement, Measurements, sources_of
 from vomstudio.document.records import (
     FEATURES,
     ON_A_MODEL,
@@ -33,6 +33,8 @@ from vomstudio.io.project import Project, create_untitled, is_free, is_project, 
 from vomstudio.io.settings import Settings, write_settings
 from vomstudio.jobs.events import Failed
 from vomstudio.tools.context import Tool
+from vomstudio.tools.line import LineTool
+from vomstudio.tools.measure import MeasureTool
 from vomstudio.tools.trace import TraceTool
 from vomstudio.tools.types import PointerEvent, Preview
 from vomstudio.ui.job_bridge import JobBridge
@@ -92,7 +94,13 @@ class Studio(QObject):
         self._layers_timer.setInterval(_LAYERS_IDLE_MS)
         self._layers_timer.timeout.connect(self.write_layers)
         self.trace_tool = TraceTool(self)
-        self.tools: dict[str, Tool] = {"trace": self.trace_tool}
+        self.line_tool = LineTool(self)
+        self.measure_tool = MeasureTool(self)
+        self.tools: dict[str, Tool] = {
+            "trace": self.trace_tool,
+            "line": self.line_tool,
+            "measure": self.measure_tool,
+        }
 
     # --- project -----------------------------------------------------------------------------
     @property
@@ -158,7 +166,9 @@ class Studio(QObject):
             self.next_type_id, self.next_set = trace.type_id, trace.set_name
         self.tool_changed()
         count = len(state.get("vertices", ()))
-        self.info(f"An unfinished {name} with {count} points is back: go on picking.")
+        points = f"{count} point{'s' if count != 1 else ''}"
+        what = "measurement" if name == "measure" else name
+        self.info(f"An unfinished {what} with {points} is back: go on picking.")
 
     def _leave(self) -> None:
         self._mark_open(False)
@@ -506,7 +516,7 @@ class Studio(QObject):
         return found.surface if found else None
 
     def measure(self, feature: Feature) -> Measurement:
-        return measure_all(self.records, [feature], self.settings.thresholds)[0]
+        return self.measurements.one(self.records, feature)
 
     def format_plane(self, measurement: Measurement) -> str:
         return plane_text(measurement.fit, self.settings.notation, local=not self.north_known())

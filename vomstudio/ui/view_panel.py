@@ -67,6 +67,7 @@ class ViewPanel(QWidget):
                 ("facing", self.tr("Facing the plane"), self.face),
                 ("strike", self.tr("Along strike"), self._along_strike),
                 ("dip", self.tr("Down dip"), self._down_dip),
+                ("line", self.tr("Along the line"), self.along_line),
                 ("flip", self.tr("From the other side"), self._flip),
             )
         ):
@@ -118,6 +119,12 @@ class ViewPanel(QWidget):
             # plus 180 degrees (CLI.md, ortho --plane).
             self._turn(Line((plane.dip_direction_deg + 180.0) % 360.0, 90.0 - plane.dip_deg))
 
+    def along_line(self) -> None:
+        """Down the selected lineation or intersection; the other way is `From the other side`."""
+        line = self._line()
+        if line is not None:
+            self._turn(line)
+
     def _along_strike(self) -> None:
         plane = self._plane()
         if plane is not None:
@@ -167,12 +174,23 @@ class ViewPanel(QWidget):
             None,
         )
 
+    def why_no_line(self) -> str | None:
+        if self._line() is not None:
+            return None
+        return self.tr("select a lineation or an intersection first")
+
     # --- what they are taken from ------------------------------------------------------------
     def _plane(self) -> Plane | None:
         current = self._studio.selection.current
         if current is None or not isinstance(self._studio.records.get(current), FEATURES):
             return None
         return self._studio.measured([current])[current].plane
+
+    def _line(self) -> Line | None:
+        current = self._studio.selection.current
+        if current is None or not isinstance(self._studio.records.get(current), FEATURES):
+            return None
+        return self._studio.measured([current])[current].line
 
     def bedding(self) -> list[str]:
         """Bedding only: kinds are never pooled silently."""
@@ -228,6 +246,7 @@ class ViewPanel(QWidget):
         why = None if plane is not None else self.tr("select a plane first")
         for name in ("facing", "strike", "dip"):
             _enable(self._buttons[name], why)
+        _enable(self._buttons["line"], self.why_no_line())
         if isinstance(axis, FoldAxis):
             count = len(self.bedding())
             words = (
