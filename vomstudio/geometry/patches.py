@@ -11,6 +11,7 @@ tilt by then, which is why the verdict on a patch also looks at the hyperbolic e
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from dataclasses import dataclass
 
 import numpy as np
@@ -154,6 +155,12 @@ def ids_of(runs: tuple[tuple[int, int], ...]) -> Ints:
     first, count = np.array(runs, dtype=np.int64).T
     shift = np.repeat(first - (np.cumsum(count) - count), count)
     return np.arange(int(count.sum()), dtype=np.int64) + shift
+
+
+def has_id(runs: tuple[tuple[int, int], ...], id_: int) -> bool:
+    """Whether sorted (first, count) runs have an id."""
+    at = bisect_right(runs, id_, key=lambda run: run[0]) - 1
+    return at >= 0 and id_ < runs[at][0] + runs[at][1]
 
 
 def _triple(x: Floats) -> Triple:

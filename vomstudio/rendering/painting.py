@@ -366,6 +366,19 @@ def draw_ring(painter: QPainter, pixels: Array, color: QColor) -> None:
     painter.setBrush(Qt.BrushStyle.NoBrush)
 
 
+def draw_brush(painter: QPainter, pixels: Array, color: QColor, *, removes: bool) -> None:
+    """The ring of a brush; dashed where it takes away."""
+    if len(pixels) < 3 or not np.isfinite(pixels).all():
+        return
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    for tint, width in ((DARK, 3.8), (TEXT if removes else color.lighter(130), 1.8)):
+        pen = QPen(tint, width)
+        if removes and tint is not DARK:
+            pen.setDashPattern([4.0, 3.0])
+        painter.setPen(pen)
+        painter.drawPolygon(polyline(pixels))
+
+
 def draw_handle(
     painter: QPainter,
     x: float,

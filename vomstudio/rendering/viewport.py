@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import collections
 import contextlib
+import math
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -39,12 +40,13 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.discs import disc
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.rendering import painting
 from vomstudio.rendering.camera import STANDARD_VIEWS, VIEW_ALIASES, Camera
 from vomstudio.rendering.decluttering import LabelGrid, place_labels
 from vomstudio.rendering.drawing import FeatureDrawing
-from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent, Preview
+from vomstudio.tools.types import BrushRing, Button, Hit, Pointer, PointerEvent, Preview
 
 if TYPE_CHECKING:
     from vomstudio.rendering.scene import Scene
@@ -58,6 +60,7 @@ REST_MS = 250
 BACKGROUND = QColor.fromRgbF(0.36, 0.375, 0.39)
 """The scene's own, until there is a scene."""
 HOVER_S = 0.016
+BRUSH_STEPS = 40
 DEGREES_PER_PIXEL = 0.35
 ZOOM_PER_NOTCH = 0.85
 
@@ -90,6 +93,7 @@ class Viewport(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setMinimumSize(160, 120)
         self.orbit_button = Qt.MouseButton.LeftButton
+        """The right one leaves drags with the left one to the tool, from the press on."""
         self.navigation = "turntable"
 
         self._scene: Scene | None = None
@@ -464,7 +468,7 @@ class Viewport(QWidget):
         self._features_dirty = True
         self.update()
 
-    def pick_feature(self, x: float, y: float) -> str | None:
+    def pick_feature(self, x: float, y: float, *, discs: bool = True) -> str | None:
         """Id of the feature whose label, line or disc lies under a pixel, in this order."""
         for key, box in self._label_boxes:
             if box.contains(x, y):
@@ -487,7 +491,7 @@ class Viewport(QWidget):
             if len(off) and off.min() <= FEATURE_PIXELS:
                 return lines[int(owner[int(np.argmin(off))])].id
         best, found = np.inf, None
-        for d in shown:
+        for d in shown if discs else ():
             if d.disc is None:
                 continue
             ring, depth = self._camera.project(np.asarray(d.disc, float), self._extent())
@@ -497,7 +501,12 @@ class Viewport(QWidget):
 
     def set_preview(self, preview: Preview | None) -> None:
         """What an unfinished tool shows; None for nothing."""
-        self._preview = preview
+        before, self._preview = self._preview, preview
+        area = None if preview is None else preview.area
+        if area is not (None if before is None else before.area) and self._scene is not None:
+            color = (1.0, 1.0, 1.0) if preview is None else preview.color
+            self._scene.features.areas.set_live(area, color)
+            self._features_dirty = True
         self.update()
 
     # -- camera
@@ -782,6 +791,8 @@ class Viewport(QWidget):
                         hot=i == self._hot_handle,
                         marked=i == preview.marked,
                     )
+        if preview.brush is not None:
+            self._paint_brush(painter, preview.brush, color)
         if self._cursor is not None:
             painting.draw_reading(
                 painter,
@@ -792,6 +803,12 @@ class Viewport(QWidget):
                 width,
                 height,
             )
+
+    def _paint_brush(self, painter: QPainter, brush: BrushRing, color: QColor) -> None:
+        """Flat on the surface where it is known how that lies, else towards the viewer."""
+        normal = self._camera.direction if brush.normal is None else brush.normal
+        ring, _ = self._camera.project(disc(brush.centre, normal, brush.radius), self._extent())
+        painting.draw_brush(painter, ring, color, removes=brush.removes)
 
     def _paint_line(self, painter: QPainter, line: Array, color: QColor, wide: float) -> None:
         """A World line, cut finely enough to tell its hidden parts."""
@@ -901,6 +918,9 @@ class Viewport(QWidget):
             self._action = "orbit"
             if at is not None:
                 self._camera.set_pivot(at)
+        elif button == Qt.MouseButton.LeftButton:
+            self._action = "tool"
+            self.pointer.emit(self._event(Pointer.DRAG_START, self._press, button, event))
         elif button == Qt.MouseButton.RightButton:
             self._action = "zoom"
             if at is not None:
@@ -925,6 +945,9 @@ class Viewport(QWidget):
             move = self._event(Pointer.DRAG_MOVE, at, self._press_button, event)
             self.pointer.emit(replace(move, handle=self._press_handle))
             return
+        if self._action == "tool":
+            self._drag_tool(event, at, at - QPointF(dx, dy))
+            return
         if self._action == "orbit":
             if self.navigation == "trackball":
                 self._camera.tumble(dx * DEGREES_PER_PIXEL, dy * DEGREES_PER_PIXEL)
@@ -938,6 +961,21 @@ class Viewport(QWidget):
             return
         self._moved()
 
+    def _drag_tool(self, event: QMouseEvent, at: QPointF, last: QPointF) -> None:
+        """Tell the tool of the way from `last` to `at`, in steps that leave no gap between the
+        places of its brush."""
+        way, steps = at - last, 1
+        brush = self._preview.brush if self._preview is not None else None
+        if brush is not None:
+            depth = float((brush.centre - self._camera.position) @ self._camera.direction)
+            pixels = brush.radius / self._camera.metres_per_pixel(self._extent()[1], depth)
+            length = max(abs(way.x()), abs(way.y()))
+            steps = min(max(1, math.ceil(2.0 * length / max(pixels, 2.0))), BRUSH_STEPS)
+        for step in range(1, steps + 1):
+            there = last + way * (step / steps)
+            move = self._event(Pointer.DRAG_MOVE, there, self._press_button, event)
+            self.pointer.emit(replace(move, handle=None, more=step < steps))
+
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802 - Qt's name
         if self._press is None or event.button() != self._press_button:
             return
@@ -946,6 +984,9 @@ class Viewport(QWidget):
         if action == "handle":
             end = self._event(Pointer.DRAG_END, event.position(), event.button(), event)
             self.pointer.emit(replace(end, handle=self._press_handle))
+        elif action == "tool":
+            end = self._event(Pointer.DRAG_END, event.position(), event.button(), event)
+            self.pointer.emit(replace(end, handle=None))
         elif action is None and not self._after_double_click:
             click = self._event(Pointer.CLICK, press, event.button(), event)
             self.pointer.emit(click)
@@ -955,6 +996,10 @@ class Viewport(QWidget):
     _after_double_click = False
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:  # noqa: N802 - Qt's name
+        if self.orbit_button != Qt.MouseButton.LeftButton:
+            # Quick strokes of a brush are strokes.
+            self.mousePressEvent(event)
+            return
         self._press = self._last = event.position()
         self._press_button = event.button()
         self._action = None

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QInputDialog, QMessageBox
 from vomstudio.document import edits
 from vomstudio.document.records import FEATURES, Model, Trace
 from vomstudio.errors import VomError
+from vomstudio.ui import patch_commands
 from vomstudio.ui.actions import Command
 
 if TYPE_CHECKING:
@@ -38,7 +39,15 @@ _DISPLAYS = (
 
 
 def commands(w: MainWindow) -> list[Command]:
-    return [*_files(w), *_edits(w), *_views(w), *_models(w), *_tools(w), *_help(w)]
+    return [
+        *_files(w),
+        *_edits(w),
+        *_views(w),
+        *_models(w),
+        *_tools(w),
+        *patch_commands.commands(w),
+        *_help(w),
+    ]
 
 
 def _files(w: MainWindow) -> list[Command]:
@@ -243,11 +252,14 @@ def _tools(w: MainWindow) -> list[Command]:
         return None if studio.models else "open a model first"
 
     def cannot_finish() -> str | None:
-        unfinished = studio.open_tool
+        unfinished = studio.open_tool or studio.tool
         return NOTHING_OPEN if unfinished is None else unfinished.why_not_finish()
 
     def nothing_open() -> str | None:
         return NOTHING_OPEN if studio.open_tool is None else None
+
+    def cannot_cancel() -> str | None:
+        return None if studio.patch_tool.current is not None else nothing_open()
 
     def no_vertex() -> str | None:
         if not tool.open:
@@ -304,7 +316,7 @@ def _tools(w: MainWindow) -> list[Command]:
         Command("finish", "Finish", studio.finish_tool, "check", ("Return", "Enter"),
                 "Keep what is being picked", cannot_finish, in_viewport=True),
         Command("cancel", "Cancel", studio.cancel_tool, "close", "Esc",
-                "Give up what is being picked; a continued trace stays as it was", nothing_open,
+                "Give up what is being picked; a continued trace stays as it was", cannot_cancel,
                 in_viewport=True),
         Command("continue_trace", "Continue", continue_trace, "vector-polyline-plus", (),
                 "Take the selected trace up again: add, move, insert or delete vertices",
@@ -318,7 +330,8 @@ def _tools(w: MainWindow) -> list[Command]:
                 in_viewport=True),
         Command("along_beta", "Look along &beta", lambda: w.view_panel.along_beta(), None, "B",
                 "Orthographic view down the fold axis of the bedding", no_beta, in_viewport=True),
-        Command("face_plane", "Face the &plane", lambda: w.view_panel.face(), None, "P",
+        Command("face_plane", "Face the &plane", lambda: w.view_panel.face(), None,
+                "Shift+P",
                 "Orthographic view at right angles to the selected plane", no_plane,
                 in_viewport=True),
         Command("show_stereonet", "Show the &stereonet", lambda: w.docks["stereonet"].raise_()),
@@ -366,6 +379,7 @@ def _shortcuts(w: MainWindow) -> None:
     mouse = (
         "<p><b>Mouse</b>: drag orbits about the point under the cursor, wheel zooms to the cursor, "
         "middle button or Shift+drag pans, double click sets the pivot. While picking: click adds, "
-        "drag a vertex moves it, Ctrl+click inserts, Enter or double click finishes.</p>"
+        "drag a vertex moves it, Ctrl+click inserts, Enter or double click finishes. With the "
+        "brush of Patch: drag paints, Ctrl+drag takes away, the right button orbits.</p>"
     )
     QMessageBox.information(w, "Shortcuts", f"<table>{''.join(rows)}</table>{mouse}")

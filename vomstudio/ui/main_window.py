@@ -32,7 +32,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio import __version__
-from vomstudio.document.records import FEATURES, Model, Record, Trace
+from vomstudio.document.records import FEATURES, Model, Patch, Record, Trace
 from vomstudio.io.settings import Settings
 from vomstudio.ui import theme
 from vomstudio.ui.actions import Actions
@@ -51,8 +51,9 @@ _MENUS = (
                "view_east", "view_south", "view_west", "view_bottom", "|", "*notation",
                "*display", "trackball", "|", "only_outcrop", "*docks")),
     ("&Model", ("declare_frame", "locate", "copy_model", "remove_model")),
-    ("&Interpret", ("navigate", "trace", "|", "finish", "cancel", "continue_trace",
-                    "delete_vertex")),
+    ("&Interpret", ("navigate", "trace", "patch", "|", "finish", "cancel", "continue_trace",
+                    "delete_vertex", "|", "continue_patch", "brush_removes", "brush_smaller",
+                    "brush_larger")),
     ("&Analyse", ("along_beta", "face_plane", "|", "show_stereonet")),
     ("&Help", ("shortcuts", "about")),
 )  # fmt: skip
@@ -126,6 +127,7 @@ class MainWindow(QMainWindow):
 
     def _make_docks(self) -> None:
         from vomstudio.ui.messages_panel import MessagesPanel
+        from vomstudio.ui.patch_panel import PatchPanel
         from vomstudio.ui.project_tree import ProjectTree
         from vomstudio.ui.properties_panel import PropertiesPanel
         from vomstudio.ui.table_panel import TablePanel
@@ -136,6 +138,7 @@ class MainWindow(QMainWindow):
         self.docks: dict[str, QDockWidget] = {}
         self.tree = ProjectTree(self.studio, self._record_actions)
         self.trace_panel = TracePanel(self.studio, actions)
+        self.patch_panel = PatchPanel(self.studio, actions)
         self.view_panel = ViewPanel(self.studio, self.look)
         self.properties = PropertiesPanel(self.studio, actions["declare_frame"])
         self.table = TablePanel(self.studio, actions["export_csv"])
@@ -153,6 +156,7 @@ class MainWindow(QMainWindow):
         self.setCorner(Qt.Corner.BottomRightCorner, right)
         self._dock("project", self.tr("Project"), self.tree, left)
         self._dock("trace", self.tr("Trace"), self.trace_panel, left)
+        self._dock("patch", self.tr("Patch"), self.patch_panel, left)
         self._dock("stereonet", self.tr("Stereonet"), self._net_place, right)
         self._dock("view", self.tr("View direction"), self.view_panel, right)
         self._dock("properties", self.tr("Properties"), self.properties, right)
@@ -168,8 +172,10 @@ class MainWindow(QMainWindow):
 
     def _arrange(self) -> None:
         docks = self.docks
+        self.tabifyDockWidget(docks["trace"], docks["patch"])
         self.tabifyDockWidget(docks["stereonet"], docks["view"])
         self.tabifyDockWidget(docks["table"], docks["messages"])
+        docks["trace"].raise_()
         docks["stereonet"].raise_()
         docks["table"].raise_()
 
@@ -216,7 +222,7 @@ class MainWindow(QMainWindow):
         bar = QToolBar(self.tr("Tools"))
         bar.setObjectName("toolbar")
         bar.setMovable(False)
-        names = ("open", "save", "|", "navigate", "trace", "|", "undo", "redo", "|",
+        names = ("open", "save", "|", "navigate", "trace", "patch", "|", "undo", "redo", "|",
                  "home", "frame_selection", "orthographic", "*views")  # fmt: skip
         for name in names:
             if name == "|":
@@ -356,6 +362,8 @@ class MainWindow(QMainWindow):
             if isinstance(record, Model)
             else ("frame_selection", "continue_trace", "face_plane", "rename", "delete")
             if isinstance(record, Trace)
+            else ("frame_selection", "continue_patch", "face_plane", "rename", "delete")
+            if isinstance(record, Patch)
             else ("frame_selection", "face_plane", "rename", "delete")
             if isinstance(record, FEATURES)
             else ()
@@ -422,6 +430,10 @@ class MainWindow(QMainWindow):
             picking = name in self.studio.tools
             cursor = Qt.CursorShape.CrossCursor if picking else Qt.CursorShape.ArrowCursor
             self.viewport.setCursor(cursor)
+            # A brush paints with the left button.
+            self.viewport.orbit_button = (
+                Qt.MouseButton.RightButton if name == "patch" else Qt.MouseButton.LeftButton
+            )
         self._refresh()
 
     def _refresh(self, *_: object) -> None:
