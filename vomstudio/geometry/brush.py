@@ -85,6 +85,7 @@ class MeshSurface(VertexSurface):
 
     def build(self) -> None:
         super().build()
+        import scipy.sparse.csgraph  # noqa: F401 - or the first stroke would wait for it
         from scipy.sparse import csr_array
 
         faces = np.asarray(self._mesh.faces)
@@ -196,6 +197,10 @@ class CloudSurface(VertexSurface):
     @property
     def count(self) -> int:
         return len(self._vertices)
+
+    def build(self) -> None:
+        super().build()
+        import scipy.sparse.csgraph  # noqa: F401 - as above
 
     def within(self, index: int, centre: npt.ArrayLike, radius: float) -> Ints:
         from scipy.spatial import cKDTree

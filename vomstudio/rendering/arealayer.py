@@ -22,8 +22,8 @@ Array = npt.NDArray[np.float64]
 Color = tuple[float, float, float]
 
 BINS = 32
-OPACITY = 0.40
-SELECTED_OPACITY = 0.22
+OPACITY = 0.36
+SELECTED_OPACITY = 0.14
 BORDER_WIDTH = 2.0
 SELECTED_BORDER_WIDTH = 3.0
 DOT_SIZE = 5.0

@@ -791,8 +791,9 @@ class Viewport(QWidget):
                         hot=i == self._hot_handle,
                         marked=i == preview.marked,
                     )
+        clear = 0.0
         if preview.brush is not None:
-            self._paint_brush(painter, preview.brush, color)
+            clear = self._paint_brush(painter, preview.brush, color)
         if self._cursor is not None:
             painting.draw_reading(
                 painter,
@@ -802,13 +803,16 @@ class Viewport(QWidget):
                 preview.verdict,
                 width,
                 height,
+                clear=min(clear, 0.2 * width),
             )
 
-    def _paint_brush(self, painter: QPainter, brush: BrushRing, color: QColor) -> None:
-        """Flat on the surface where it is known how that lies, else towards the viewer."""
+    def _paint_brush(self, painter: QPainter, brush: BrushRing, color: QColor) -> float:
+        """Flat on the surface where it is known how that lies, else towards the viewer. Its half
+        width in pixels."""
         normal = self._camera.direction if brush.normal is None else brush.normal
         ring, _ = self._camera.project(disc(brush.centre, normal, brush.radius), self._extent())
         painting.draw_brush(painter, ring, color, removes=brush.removes)
+        return float(np.ptp(ring[:, 0])) / 2.0 if np.isfinite(ring).all() else 0.0
 
     def _paint_line(self, painter: QPainter, line: Array, color: QColor, wide: float) -> None:
         """A World line, cut finely enough to tell its hidden parts."""

@@ -36,13 +36,15 @@ STEP = 1.25
 _FIRST_RADIUS = 1.0 / 80.0
 # Live figures may take this part of the time of a stroke.
 _LIVE_SHARE = 0.3
+_QUICK_S = 0.01
 _REMOVED = (1.0, 1.0, 1.0)
 _NOTHING_PAINTED = "no patch is being painted"
 
 
 @dataclass(eq=False)
 class _Stroke:
-    """From press to release. chosen : (n,) whether each face or point of the model is in."""
+    """From press to release. chosen : (n,) whether each face or point of the model is in; touched :
+    what has been added or taken away, as it is drawn; quick : the surface answers at once."""
 
     model: Model
     surface: PaintSurface
@@ -51,10 +53,10 @@ class _Stroke:
     scale: float
     origin: npt.NDArray[np.float64]
     resolution: float | None
+    quick: bool
     touched: list[npt.NDArray[np.float32]] = field(default_factory=list)
     count: int = 0
     measured_until: float = 0.0
-    refused: bool = False
 
 
 class PatchTool:
@@ -209,6 +211,10 @@ class PatchTool:
         chosen = np.zeros(surface.count, np.bool_)
         if patch is not None:
             chosen[known_ids(patch, surface.count)] = True
+        started = time.perf_counter()
+        spacing = surface.resolution_near(np.array([hit.position]))
+        # Until the search tree stands, one point has to do for the live figures.
+        quick = time.perf_counter() - started < _QUICK_S
         return _Stroke(
             model,
             surface,
@@ -216,7 +222,8 @@ class PatchTool:
             chosen,
             transform.scale_of(model.to_world),
             transform.apply(model.to_world, [hit.position])[0],
-            surface.resolution_near(np.array([hit.position])),
+            spacing,
+            quick,
         )
 
     def _paint(self, hit: Hit | None) -> None:
@@ -299,6 +306,8 @@ class PatchTool:
             "resolution": stroke.resolution,
         }
         if not whole:
+            if stroke.quick:
+                figures["resolution"] = stroke.surface.resolution_near(points)
             return figures
         ring: tuple[Any, ...] = ()
         try:
@@ -491,6 +500,9 @@ class PatchTool:
             if measurement.area_m2 is None
             else f"{measurement.area_m2:.3g} m²   n {fit.n}"
         )
+        if self._down:
+            # What is about to be painted must not be covered; the panel has the rest.
+            return (self._context.format_plane(measurement), error)
         indices = "   ".join(
             f"{name} {value:.1f}"
             for name, value in (("M", fit.M), ("K", fit.K))
