@@ -60,6 +60,7 @@ REST_MS = 250
 BACKGROUND = QColor.fromRgbF(0.36, 0.375, 0.39)
 """The scene's own, until there is a scene."""
 HOVER_S = 0.016
+STILL_MS = 150
 BRUSH_STEPS = 40
 DEGREES_PER_PIXEL = 0.35
 ZOOM_PER_NOTCH = 0.85
@@ -148,6 +149,10 @@ class Viewport(QWidget):
         self._hover = QTimer(self)
         self._hover.setSingleShot(True)
         self._hover.timeout.connect(self._emit_hover)
+        # A tool whose figures lag behind its drag catches up where the cursor stands still.
+        self._still = QTimer(self)
+        self._still.setInterval(STILL_MS)
+        self._still.timeout.connect(self._stand_still)
         self._handed.connect(self._take, Qt.ConnectionType.QueuedConnection)
         self._imported.connect(self._start, Qt.ConnectionType.QueuedConnection)
         self._importer: threading.Thread | None = None
@@ -208,7 +213,7 @@ class Viewport(QWidget):
         if self._closed:
             return
         self._closed = True
-        for timer in (self._rest, self._refine, self._hover):
+        for timer in (self._rest, self._refine, self._hover, self._still):
             timer.stop()
         for stop in self._jobs.values():
             stop.set()
@@ -975,10 +980,19 @@ class Viewport(QWidget):
             pixels = brush.radius / self._camera.metres_per_pixel(self._extent()[1], depth)
             length = max(abs(way.x()), abs(way.y()))
             steps = min(max(1, math.ceil(2.0 * length / max(pixels, 2.0))), BRUSH_STEPS)
+        self._still.start()
         for step in range(1, steps + 1):
             there = last + way * (step / steps)
             move = self._event(Pointer.DRAG_MOVE, there, self._press_button, event)
             self.pointer.emit(replace(move, handle=None, more=step < steps))
+
+    def _stand_still(self) -> None:
+        if self._action != "tool" or self._press is None or self._closed:
+            self._still.stop()
+            return
+        x, y = self._last.x(), self._last.y()
+        button = BUTTONS.get(self._press_button, Button.NONE)
+        self.pointer.emit(PointerEvent(Pointer.DRAG_MOVE, x, y, button, hit=self.pick(x, y)))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802 - Qt's name
         if self._press is None or event.button() != self._press_button:

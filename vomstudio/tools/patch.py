@@ -56,6 +56,7 @@ class _Stroke:
     quick: bool
     touched: list[npt.NDArray[np.float32]] = field(default_factory=list)
     count: int = 0
+    measured: int = 0
     measured_until: float = 0.0
 
 
@@ -321,17 +322,19 @@ class PatchTool:
     def _measure_live(self) -> None:
         """Fit what is painted so far, unless that has just been done and takes long."""
         stroke, started = self._stroke, time.perf_counter()
-        if stroke is None or not stroke.count or started < stroke.measured_until:
+        if stroke is None or stroke.count == stroke.measured:
+            return
+        if started < stroke.measured_until:
             return
         ids = np.flatnonzero(stroke.chosen)
         if not len(ids):
-            self._live = None
+            self._live, stroke.measured = None, stroke.count
             return
         patch = self.current or self._new(stroke)
         self._live = self._context.measure(
             replace(patch, **self._figures(stroke, ids, whole=False))
         )
-        now = time.perf_counter()
+        now, stroke.measured = time.perf_counter(), stroke.count
         stroke.measured_until = now + (now - started) * (1.0 / _LIVE_SHARE - 1.0)
 
     # --- beginning and end -------------------------------------------------------------------
