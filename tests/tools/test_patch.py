@@ -210,7 +210,7 @@ def test_finish_lets_the_next_stroke_make_another_patch(tool, context):
     assert tool.current is None
     assert tool.finish() is None
     stroke(tool, (3.0, 1.0))
-    assert [p.id for p in patches(context)][0] == first
+    assert patches(context)[0].id == first
     assert len(patches(context)) == 2
 
 
@@ -282,9 +282,7 @@ def test_giving_up_a_continued_patch_leaves_it_as_it_was(tool, context):
     tool.take_up(before.id)
     assert tool.continued
     stroke(tool, (2.0, 1.0))
-    context.session.apply(
-        edits.set_attributes(context.session.records, [before.id], notes="wet")
-    )
+    context.session.apply(edits.set_attributes(context.session.records, [before.id], notes="wet"))
     tool.cancel()
     (after,) = patches(context)
     assert ids(after) == ids(before)
@@ -301,7 +299,7 @@ def test_leaving_the_tool_keeps_the_stroke(tool, context):
     assert context.shown[-1] is None
 
 
-# --- continuing, types -----------------------------------------------------------------------------
+# --- continuing, types ------------------------------------------------------------------------
 def test_a_continued_patch_keeps_its_id_name_and_attributes(tool, context):
     stroke(tool, (1.0, 1.0))
     tool.finish()
