@@ -107,7 +107,7 @@ class MeshSurface(VertexSurface):
             while True:
                 corners = self._mesh.faces[kept]
                 # Faces far longer than the one that was hit reach out of what was looked at.
-                far = np.unique(corners[place[corners] < 0])
+                far = _distinct(corners[place[corners] < 0])
                 if not len(far):
                     break
                 fresh = self._at(self._vertices[far])
@@ -135,8 +135,9 @@ class MeshSurface(VertexSurface):
         nodes = _welded(corners.reshape(-1, 3)).reshape(-1, 3)
         ends = np.stack([nodes, np.roll(nodes, -1, axis=1)], axis=2).reshape(-1, 2)
         key = ends.min(axis=1) * (int(nodes.max(initial=0)) + 1) + ends.max(axis=1)
-        _, first, times = np.unique(key, return_index=True, return_counts=True)
-        single = first[times == 1]
+        order = np.argsort(key)
+        alone = np.diff(key[order]) != 0
+        single = order[np.append(True, alone) & np.append(alone, True)]
         edges = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2, 3)
         return np.asarray(edges[single])
 
@@ -158,7 +159,7 @@ class MeshSurface(VertexSurface):
         """Ids of all the vertices at the places of `points` (k, 3)."""
         if self._tree is not None:
             found = self._tree.query_ball_point(points, 0.0)
-            return np.unique(np.concatenate([np.asarray(each, np.int64) for each in found]))
+            return _distinct(np.concatenate([np.asarray(each, np.int64) for each in found]))
         wanted, hits = _keys(points), []
         low, high = points.min(axis=0), points.max(axis=0)
         for start in range(0, len(self._vertices), _STEP):
@@ -174,7 +175,7 @@ class MeshSurface(VertexSurface):
             first = starts[vertices].astype(np.int64)
             size = starts[vertices + 1] - first
             shift = np.repeat(first - (np.cumsum(size) - size), size)
-            return np.unique(faces[np.arange(int(size.sum())) + shift]).astype(np.int64)
+            return _distinct(faces[np.arange(int(size.sum())) + shift])
         marked = np.zeros(len(self._vertices), np.bool_)
         marked[vertices] = True
         hits = []
@@ -236,7 +237,15 @@ class CloudSurface(VertexSurface):
 
 
 def _join(a: Ints, b: Ints) -> Ints:
-    return np.unique(np.concatenate([a, b]))
+    return _distinct(np.concatenate([a, b]))
+
+
+def _distinct(ids: npt.NDArray[np.integer]) -> Ints:
+    """Sorted and once each: several times as fast as numpy's, which builds a hash table."""
+    ids = np.sort(ids)
+    new = np.ones(len(ids), np.bool_)
+    np.not_equal(ids[1:], ids[:-1], out=new[1:])
+    return ids[new].astype(np.int64)
 
 
 def _keys(points: Array) -> npt.NDArray[np.uint64]:
@@ -253,7 +262,11 @@ def _keys(points: Array) -> npt.NDArray[np.uint64]:
 
 def _welded(points: Array) -> Ints:
     """(k,) number of the place of each point."""
-    return np.unique(_keys(points), return_inverse=True)[1].ravel()
+    keys = _keys(points)
+    order = np.argsort(keys)
+    number = np.empty(len(keys), np.int64)
+    number[order] = np.cumsum(np.append(False, np.diff(keys[order]) != 0))
+    return number
 
 
 def _reached(nodes: Ints, start: int) -> npt.NDArray[np.bool_]:
