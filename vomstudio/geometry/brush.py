@@ -16,6 +16,7 @@ import numpy.typing as npt
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.patches import face_areas, face_points
+from vomstudio.geometry.places import place_keys, welded
 from vomstudio.geometry.surface import Surface, VertexSurface
 
 Array = npt.NDArray[np.float64]
@@ -116,7 +117,7 @@ class MeshSurface(VertexSurface):
                 known = np.concatenate([known, fresh])
                 more = self._inside(self._faces_at(fresh), index, centre, radius)
                 kept = _join(kept, more)
-            nodes = _welded(self._vertices[known])[place[self._mesh.faces[kept]]]
+            nodes = welded(self._vertices[known])[place[self._mesh.faces[kept]]]
         finally:
             place[known] = -1
         return kept[_reached(nodes, int(np.searchsorted(kept, index)))]
@@ -132,7 +133,7 @@ class MeshSurface(VertexSurface):
 
     def border(self, ids: Ints) -> Array:
         corners = self.corners(ids)
-        nodes = _welded(corners.reshape(-1, 3)).reshape(-1, 3)
+        nodes = welded(corners.reshape(-1, 3)).reshape(-1, 3)
         ends = np.stack([nodes, np.roll(nodes, -1, axis=1)], axis=2).reshape(-1, 2)
         key = ends.min(axis=1) * (int(nodes.max(initial=0)) + 1) + ends.max(axis=1)
         order = np.argsort(key)
@@ -160,12 +161,12 @@ class MeshSurface(VertexSurface):
         if self._tree is not None:
             found = self._tree.query_ball_point(points, 0.0)
             return _distinct(np.concatenate([np.asarray(each, np.int64) for each in found]))
-        wanted, hits = _keys(points), []
+        wanted, hits = place_keys(points), []
         low, high = points.min(axis=0), points.max(axis=0)
         for start in range(0, len(self._vertices), _STEP):
             part = np.asarray(self._vertices[start : start + _STEP])
             near = np.flatnonzero(((part >= low) & (part <= high)).all(axis=1))
-            hits.append(start + near[np.isin(_keys(part[near]), wanted)])
+            hits.append(start + near[np.isin(place_keys(part[near]), wanted)])
         return np.concatenate(hits)
 
     def _faces_at(self, vertices: Ints) -> Ints:
@@ -246,27 +247,6 @@ def _distinct(ids: npt.NDArray[np.integer]) -> Ints:
     new = np.ones(len(ids), np.bool_)
     np.not_equal(ids[1:], ids[:-1], out=new[1:])
     return ids[new].astype(np.int64)
-
-
-def _keys(points: Array) -> npt.NDArray[np.uint64]:
-    """A number per place (k, 3): the same for the same coordinates, and for others only once in
-    some 1e10 pairs."""
-    # -0.0 and 0.0 are one place.
-    bits = (np.ascontiguousarray(points, dtype=np.float64) + 0.0).view(np.uint64)
-    key = np.zeros(len(bits), np.uint64)
-    for axis in range(3):
-        key = (key ^ bits[:, axis]) * np.uint64(0x9E3779B97F4A7C15)
-        key ^= key >> np.uint64(29)
-    return key
-
-
-def _welded(points: Array) -> Ints:
-    """(k,) number of the place of each point."""
-    keys = _keys(points)
-    order = np.argsort(keys)
-    number = np.empty(len(keys), np.int64)
-    number[order] = np.cumsum(np.append(False, np.diff(keys[order]) != 0))
-    return number
 
 
 def _reached(nodes: Ints, start: int) -> npt.NDArray[np.bool_]:

@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.places import welded
 from vomstudio.geometry.plane_errors import LEVEL, joint_quantile
 
 Floats = npt.NDArray[np.float64]
@@ -51,9 +52,11 @@ def moments(points: npt.ArrayLike, weights: npt.ArrayLike | None = None) -> Mome
     if not len(xyz):
         zero = (0.0, 0.0, 0.0)
         return Moments(0, zero, (zero, zero, zero), 0.0)
-    places, which = np.unique(xyz, axis=0, return_inverse=True)
-    weight = np.bincount(which.ravel(), given)
-    n = len(places)
+    which = welded(xyz)
+    weight = np.bincount(which, given)
+    n = len(weight)
+    places = np.empty((n, 3))
+    places[which] = xyz
     weight = weight * (n / weight.sum())
     first = places[0]
     local = places - first

@@ -26,7 +26,7 @@ OPACITY = 0.36
 SELECTED_OPACITY = 0.14
 BORDER_WIDTH = 2.0
 SELECTED_BORDER_WIDTH = 3.0
-DOT_SIZE = 5.0
+DOT_SIZE = 3.0
 WHITE = (1.0, 1.0, 1.0)
 
 # Steps of the depth buffer by which an area stands before the surface that it is a piece of. While

@@ -36,6 +36,8 @@ STEP = 1.25
 _FIRST_RADIUS = 1.0 / 80.0
 # Live figures may take this part of the time of a stroke.
 _LIVE_SHARE = 0.3
+# So many points show where a patch of a cloud is; more would only cover each other.
+DOTS = 20_000
 _QUICK_S = 0.01
 _REMOVED = (1.0, 1.0, 1.0)
 _NOTHING_PAINTED = "no patch is being painted"
@@ -43,8 +45,12 @@ _NOTHING_PAINTED = "no patch is being painted"
 
 @dataclass(eq=False)
 class _Stroke:
-    """From press to release. chosen : (n,) whether each face or point of the model is in; touched :
-    what has been added or taken away, as it is drawn; quick : the surface answers at once."""
+    """From press to release.
+
+    chosen : (n,) whether each face or point of the model is in
+    touched : what has been added or taken away as it is drawn, of points every `stride`-th
+    quick : the surface answers at once
+    """
 
     model: Model
     surface: PaintSurface
@@ -55,6 +61,7 @@ class _Stroke:
     resolution: float | None
     quick: bool
     touched: list[npt.NDArray[np.float32]] = field(default_factory=list)
+    stride: int = 1
     count: int = 0
     measured: int = 0
     measured_until: float = 0.0
@@ -243,7 +250,9 @@ class PatchTool:
         stroke.chosen[ids] = not stroke.removes
         stroke.count += len(ids)
         stroke.touched.append(
-            local_corners(stroke.surface.corners(ids), stroke.model, stroke.origin)
+            local_corners(
+                stroke.surface.corners(ids[:: stroke.stride]), stroke.model, stroke.origin
+            )
         )
 
     def _release(self) -> None:
@@ -453,6 +462,9 @@ class PatchTool:
         if stroke is not None and stroke.touched:
             if len(stroke.touched) > 1:
                 stroke.touched = [np.concatenate(stroke.touched)]
+            if stroke.surface.element == "point" and len(stroke.touched[0]) > 2 * DOTS:
+                stroke.touched = [stroke.touched[0][::2]]
+                stroke.stride *= 2
             area = Area(stroke.origin, stroke.touched[0], np.zeros((0, 2, 3), np.float32))
         if brush is None and measurement is None and area is None:
             self._context.show(None)
@@ -547,12 +559,15 @@ def area_of(patch: Patch, model: Model, surface: PaintSurface) -> Area | None:
     ids = known_ids(patch, surface.count)
     if not len(ids) or surface.element != patch.element:
         return None
+    border = surface.border(ids)
+    if surface.element == "point":
+        ids = ids[:: max(1, len(ids) // DOTS)]
     corners = surface.corners(ids)
     origin = transform.apply(model.to_world, [patch.mean])[0]
     return Area(
         origin,
         local_corners(corners, model, origin),
-        local_corners(surface.border(ids), model, origin),
+        local_corners(border, model, origin),
     )
 
 
