@@ -7,7 +7,9 @@ are drawn a second time by actors of their own, and so is what a brush is touchi
 
 from __future__ import annotations
 
+import math
 import zlib
+from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
@@ -20,13 +22,15 @@ from vomstudio.tools.types import Area
 
 Array = npt.NDArray[np.float64]
 Color = tuple[float, float, float]
+# Metres of a device pixel at a place (3,) in World.
+Pixel = Callable[[Array], float]
 
 BINS = 32
 OPACITY = 0.36
 SELECTED_OPACITY = 0.14
 BORDER_WIDTH = 2.0
 SELECTED_BORDER_WIDTH = 3.0
-DOT_SIZE = 3.0
+SMALLEST_DOT, LARGEST_DOT = 3.0, 9.0
 WHITE = (1.0, 1.0, 1.0)
 
 # Steps of the depth buffer by which an area stands before the surface that it is a piece of. While
@@ -36,12 +40,15 @@ OVER_STAND_IN = -600.0
 
 
 class _Piece:
-    """Two actors: the translucent areas and the lines around them."""
+    """Three actors: translucent faces, translucent dots, and the lines around them."""
 
     def __init__(self, renderer: vtkRenderer, opacity: float, width: float) -> None:
-        self.fill, self.border = vtkActor(), vtkActor()
-        self.width = width
-        for actor in (self.fill, self.border):
+        self.fill, self.dots, self.border = vtkActor(), vtkActor(), vtkActor()
+        self.opacity, self.width = opacity, width
+        # Of the dots: a place among them and the mean distance between neighbours.
+        self.place: Array | None = None
+        self.spacing = 0.0
+        for actor in (self.fill, self.dots, self.border):
             mapper = vtkPolyDataMapper()
             mapper.SetInputData(vtkPolyData())
             actor.SetMapper(mapper)
@@ -49,22 +56,51 @@ class _Piece:
             actor.VisibilityOff()
             renderer.AddActor(actor)
         self.fill.GetProperty().SetOpacity(opacity)
+        self.dots.GetProperty().SetOpacity(opacity)
 
     def set(self, areas: list[tuple[Area, Color, Color]], origin: Array) -> None:
         """Areas with the colours of their fill and of their border."""
-        self.fill.GetMapper().SetInputData(_fill(areas, origin))
-        self.border.GetMapper().SetInputData(_border(areas, origin))
-        for actor in (self.fill, self.border):
+        faces = [(a, a.corners, color) for a, color, _ in areas if a.corners.ndim == 3]
+        dots = [(a, _shuffled(a.corners), color) for a, color, _ in areas if a.corners.ndim == 2]
+        edges = [(a, a.border, color) for a, _, color in areas]
+        data = _points(faces, origin)
+        data.SetPolys(vtkdata.runs_of_cells(0, data.GetNumberOfPoints() // 3, 3))
+        self.fill.GetMapper().SetInputData(data)
+        data = _points(dots, origin)
+        data.SetVerts(vtkdata.runs_of_cells(0, data.GetNumberOfPoints(), 1))
+        self.dots.GetMapper().SetInputData(data)
+        data = _points(edges, origin)
+        data.SetLines(vtkdata.runs_of_cells(0, data.GetNumberOfPoints() // 2, 2))
+        self.border.GetMapper().SetInputData(data)
+        for actor in (self.fill, self.dots, self.border):
             actor.SetVisibility(actor.GetMapper().GetInput().GetNumberOfPoints() > 0)
+        self.place = dots[0][0].origin if dots else None
+        self.spacing = _spacing(dots[0][1]) if dots else 0.0
 
-    def stand(self, over: float, scale: float) -> None:
-        self.fill.GetProperty().SetPointSize(DOT_SIZE * scale)
+    def stand(self, over: float, scale: float, pixel: Pixel | None) -> None:
         self.border.GetProperty().SetLineWidth(self.width * scale)
-        for actor, way in ((self.fill, over), (self.border, 2.0 * over)):
+        for actor, way in ((self.fill, over), (self.dots, 4.0 * over), (self.border, 2.0 * over)):
             mapper = actor.GetMapper()
             mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0.0, way)
             mapper.SetRelativeCoincidentTopologyPointOffsetParameter(way)
             mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, way)
+        if self.place is not None and pixel is not None:
+            self._space(max(self.spacing / pixel(self.place), 1e-3), scale)
+
+    def _space(self, apart: float, scale: float) -> None:
+        """Dots that are `apart` pixels from each other: large enough to be seen from nearby, few
+        enough from afar not to hide the rock under many layers."""
+        size = min(max(1.3 * apart, SMALLEST_DOT * scale), LARGEST_DOT * scale)
+        halvings = max(0, math.floor(2.0 * math.log2(size / apart) - 1.0))
+        layers = max((size / apart) ** 2 / 2.0**halvings, 1.0)
+        self.dots.GetProperty().SetPointSize(size)
+        self.dots.GetProperty().SetOpacity(1.0 - (1.0 - self.opacity) ** (1.0 / layers))
+        data = self.dots.GetMapper().GetInput()
+        # They are in no order, so that the first of them stand for all.
+        count = -(-data.GetNumberOfPoints() // 2**halvings)
+        if data.GetNumberOfCells() != count:
+            data.SetVerts(vtkdata.runs_of_cells(0, count, 1))
+            data.Modified()
 
 
 class AreaLayer:
@@ -115,7 +151,7 @@ class AreaLayer:
         self._live = None if area is None else (area, color)
         self._live_stale = True
 
-    def refresh(self, *, moving: bool) -> None:
+    def refresh(self, *, moving: bool, pixel: Pixel | None = None) -> None:
         renderer = self._renderer
         if renderer is None:
             return
@@ -140,7 +176,7 @@ class AreaLayer:
         over = OVER_STAND_IN if moving else OVER_SURFACE
         for piece in (*self._bins.values(), self._chosen, self._live_piece):
             if piece is not None:
-                piece.stand(over, self.scale)
+                piece.stand(over, self.scale, pixel)
 
 
 def area_box(area: Area) -> Array:
@@ -153,25 +189,18 @@ def _bin(key: str) -> int:
     return zlib.crc32(key.encode()) % BINS
 
 
-def _fill(areas: list[tuple[Area, Color, Color]], origin: Array) -> vtkPolyData:
-    # Triangles first: cells of points and of triangles use their points in order.
-    ordered = sorted(areas, key=lambda each: -each[0].corners.ndim)
-    data = _points([(a, a.corners, color) for a, color, _ in ordered], origin)
-    faces = sum(len(a.corners) for a, _, _ in ordered if a.corners.ndim == 3)
-    dots = sum(len(a.corners) for a, _, _ in ordered if a.corners.ndim == 2)
-    if faces:
-        data.SetPolys(vtkdata.runs_of_cells(0, faces, 3))
-    if dots:
-        data.SetVerts(vtkdata.runs_of_cells(3 * faces, dots, 1))
-    return data
+def _shuffled(points: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    return points[np.random.default_rng(0).permutation(len(points))]
 
 
-def _border(areas: list[tuple[Area, Color, Color]], origin: Array) -> vtkPolyData:
-    data = _points([(a, a.border, color) for a, _, color in areas], origin)
-    count = sum(len(a.border) for a, _, _ in areas)
-    if count:
-        data.SetLines(vtkdata.runs_of_cells(0, count, 2))
-    return data
+def _spacing(points: npt.NDArray[np.float32]) -> float:
+    """Mean distance between neighbours on the surface that the points lie on, roughly."""
+    if len(points) < 3:
+        return 0.0
+    values = np.linalg.eigvalsh(np.cov(points.T.astype(np.float64)))
+    # A disc of radius R has variances of R^2 / 4 in its plane.
+    area = 4.0 * np.pi * float(np.sqrt(max(values[1], 0.0) * values[2]))
+    return float(np.sqrt(area / len(points)))
 
 
 def _points(parts: list[tuple[Area, npt.NDArray[np.float32], Color]], origin: Array) -> vtkPolyData:

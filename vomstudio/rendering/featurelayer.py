@@ -10,7 +10,7 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkMapper, vtkPolyDataMapper, vtkRenderer
 
 from vomstudio.rendering import vtkdata
-from vomstudio.rendering.arealayer import AreaLayer, area_box
+from vomstudio.rendering.arealayer import AreaLayer, Pixel, area_box
 from vomstudio.rendering.drawing import FeatureDrawing
 
 Array = npt.NDArray[np.float64]
@@ -123,11 +123,12 @@ class FeatureLayer:
         """(8, 3) World corners of all drawings, or none."""
         return self._corners
 
-    def refresh(self) -> None:
-        """Bring the actors up to date; called before every drawing of the layer."""
+    def refresh(self, pixel: Pixel | None = None) -> None:
+        """Bring the actors up to date; called before every drawing of the layer. pixel: metres of
+        a device pixel at a place in World."""
         if not self._actors:
             return
-        self.areas.refresh(moving=self.thin)
+        self.areas.refresh(moving=self.thin, pixel=pixel)
         if self._stale:
             self._stale = False
             self._chosen_stale = True

@@ -561,6 +561,8 @@ def area_of(patch: Patch, model: Model, surface: PaintSurface) -> Area | None:
         return None
     border = surface.border(ids)
     if surface.element == "point":
+        ring = np.array(patch.outline).reshape(-1, 3)
+        border = np.stack([ring, np.roll(ring, -1, axis=0)], axis=1)
         ids = ids[:: max(1, len(ids) // DOTS)]
     corners = surface.corners(ids)
     origin = transform.apply(model.to_world, [patch.mean])[0]
