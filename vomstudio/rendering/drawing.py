@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.tools.types import Area
+
 
 @dataclass(frozen=True, eq=False)
 class FeatureDrawing:
@@ -19,6 +21,7 @@ class FeatureDrawing:
     label : text beside the anchor, empty for none
     anchor : (3,) World point the label belongs to
     visible : False keeps it registered but draws nothing
+    area : the piece of the surface that it is, drawn translucent over it, or None
     """
 
     id: str
@@ -28,3 +31,4 @@ class FeatureDrawing:
     label: str
     anchor: npt.NDArray[np.float64]
     visible: bool = True
+    area: Area | None = None

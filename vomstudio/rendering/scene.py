@@ -663,6 +663,11 @@ class Scene:
         radius = float(np.linalg.norm(part.high - part.low)) / 2.0 * scale
         return scale, max(float(self.eye.depth(centre[None])[0]) - radius, self.eye.near)
 
+    def _pixel_at(self, place: Array) -> float:
+        """Metres of a device pixel at a place in World."""
+        depth = float((place - self.camera.position) @ self.camera.direction)
+        return self.camera.metres_per_pixel(self.size[1], max(depth, 1e-6))
+
     def _show(self, parts: list[Part]) -> None:
         wanted = {id(p) for p in parts}
         for model in self.models.values():
@@ -679,7 +684,7 @@ class Scene:
         self._surface.SetErase(erase)
         self._layer.SetDraw(layer)
         if layer:
-            self.features.refresh()
+            self.features.refresh(self._pixel_at)
         self._action = action
         if layer:
             self._depth = None

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import collections
 import contextlib
+import math
 import os
 import sys
 import threading
@@ -41,12 +42,13 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.discs import disc
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.rendering import painting
 from vomstudio.rendering.camera import STANDARD_VIEWS, VIEW_ALIASES, Camera
 from vomstudio.rendering.decluttering import LabelGrid, place_labels
 from vomstudio.rendering.drawing import FeatureDrawing
-from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent, Preview
+from vomstudio.tools.types import BrushRing, Button, Hit, Pointer, PointerEvent, Preview
 
 if TYPE_CHECKING:
     from vomstudio.rendering.scene import Scene
@@ -60,6 +62,8 @@ REST_MS = 250
 BACKGROUND = QColor.fromRgbF(0.36, 0.375, 0.39)
 """The scene's own, until there is a scene."""
 HOVER_S = 0.016
+STILL_MS = 150
+BRUSH_STEPS = 40
 DEGREES_PER_PIXEL = 0.35
 ZOOM_PER_NOTCH = 0.85
 
@@ -92,6 +96,7 @@ class Viewport(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setMinimumSize(160, 120)
         self.orbit_button = Qt.MouseButton.LeftButton
+        """The right one leaves drags with the left one to the tool, from the press on."""
         self.navigation = "turntable"
 
         self._scene: Scene | None = None
@@ -146,6 +151,10 @@ class Viewport(QWidget):
         self._hover = QTimer(self)
         self._hover.setSingleShot(True)
         self._hover.timeout.connect(self._emit_hover)
+        # A tool whose figures lag behind its drag catches up where the cursor stands still.
+        self._still = QTimer(self)
+        self._still.setInterval(STILL_MS)
+        self._still.timeout.connect(self._stand_still)
         self._handed.connect(self._take, Qt.ConnectionType.QueuedConnection)
         self._imported.connect(self._start, Qt.ConnectionType.QueuedConnection)
         self._importer: threading.Thread | None = None
@@ -206,7 +215,7 @@ class Viewport(QWidget):
         if self._closed:
             return
         self._closed = True
-        for timer in (self._rest, self._refine, self._hover):
+        for timer in (self._rest, self._refine, self._hover, self._still):
             timer.stop()
         for stop in self._jobs.values():
             stop.set()
@@ -466,7 +475,7 @@ class Viewport(QWidget):
         self._features_dirty = True
         self.update()
 
-    def pick_feature(self, x: float, y: float) -> str | None:
+    def pick_feature(self, x: float, y: float, *, discs: bool = True) -> str | None:
         """Id of the feature whose label, line or disc lies under a pixel, in this order."""
         for key, box in self._label_boxes:
             if box.contains(x, y):
@@ -489,7 +498,7 @@ class Viewport(QWidget):
             if len(off) and off.min() <= FEATURE_PIXELS:
                 return lines[int(owner[int(np.argmin(off))])].id
         best, found = np.inf, None
-        for d in shown:
+        for d in shown if discs else ():
             if d.disc is None:
                 continue
             ring, depth = self._camera.project(np.asarray(d.disc, float), self._extent())
@@ -499,7 +508,12 @@ class Viewport(QWidget):
 
     def set_preview(self, preview: Preview | None) -> None:
         """What an unfinished tool shows; None for nothing."""
-        self._preview = preview
+        before, self._preview = self._preview, preview
+        area = None if preview is None else preview.area
+        if area is not (None if before is None else before.area) and self._scene is not None:
+            color = (1.0, 1.0, 1.0) if preview is None else preview.color
+            self._scene.features.areas.set_live(area, color)
+            self._features_dirty = True
         self.update()
 
     # -- camera
@@ -791,6 +805,9 @@ class Viewport(QWidget):
                         hot=i == self._hot_handle,
                         marked=i == preview.marked,
                     )
+        clear = 0.0
+        if preview.brush is not None:
+            clear = self._paint_brush(painter, preview.brush, color)
         if self._cursor is not None:
             painting.draw_reading(
                 painter,
@@ -800,7 +817,16 @@ class Viewport(QWidget):
                 preview.verdict,
                 width,
                 height,
+                clear=min(clear, 0.2 * width),
             )
+
+    def _paint_brush(self, painter: QPainter, brush: BrushRing, color: QColor) -> float:
+        """Flat on the surface where it is known how that lies, else towards the viewer. Its half
+        width in pixels."""
+        normal = self._camera.direction if brush.normal is None else brush.normal
+        ring, _ = self._camera.project(disc(brush.centre, normal, brush.radius), self._extent())
+        painting.draw_brush(painter, ring, color, removes=brush.removes)
+        return float(np.ptp(ring[:, 0])) / 2.0 if np.isfinite(ring).all() else 0.0
 
     def _paint_line(self, painter: QPainter, line: Array, color: QColor, wide: float) -> None:
         """A World line, cut finely enough to tell its hidden parts."""
@@ -910,6 +936,9 @@ class Viewport(QWidget):
             self._action = "orbit"
             if at is not None:
                 self._camera.set_pivot(at)
+        elif button == Qt.MouseButton.LeftButton:
+            self._action = "tool"
+            self.pointer.emit(self._event(Pointer.DRAG_START, self._press, button, event))
         elif button == Qt.MouseButton.RightButton:
             self._action = "zoom"
             if at is not None:
@@ -934,6 +963,9 @@ class Viewport(QWidget):
             move = self._event(Pointer.DRAG_MOVE, at, self._press_button, event)
             self.pointer.emit(replace(move, handle=self._press_handle))
             return
+        if self._action == "tool":
+            self._drag_tool(event, at, at - QPointF(dx, dy))
+            return
         if self._action == "orbit":
             if self.navigation == "trackball":
                 self._camera.tumble(dx * DEGREES_PER_PIXEL, dy * DEGREES_PER_PIXEL)
@@ -947,6 +979,30 @@ class Viewport(QWidget):
             return
         self._moved()
 
+    def _drag_tool(self, event: QMouseEvent, at: QPointF, last: QPointF) -> None:
+        """Tell the tool of the way from `last` to `at`, in steps that leave no gap between the
+        places of its brush."""
+        way, steps = at - last, 1
+        brush = self._preview.brush if self._preview is not None else None
+        if brush is not None:
+            depth = float((brush.centre - self._camera.position) @ self._camera.direction)
+            pixels = brush.radius / self._camera.metres_per_pixel(self._extent()[1], depth)
+            length = max(abs(way.x()), abs(way.y()))
+            steps = min(max(1, math.ceil(2.0 * length / max(pixels, 2.0))), BRUSH_STEPS)
+        self._still.start()
+        for step in range(1, steps + 1):
+            there = last + way * (step / steps)
+            move = self._event(Pointer.DRAG_MOVE, there, self._press_button, event)
+            self.pointer.emit(replace(move, handle=None, more=step < steps))
+
+    def _stand_still(self) -> None:
+        if self._action != "tool" or self._press is None or self._closed:
+            self._still.stop()
+            return
+        x, y = self._last.x(), self._last.y()
+        button = BUTTONS.get(self._press_button, Button.NONE)
+        self.pointer.emit(PointerEvent(Pointer.DRAG_MOVE, x, y, button, hit=self.pick(x, y)))
+
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802 - Qt's name
         if self._press is None or event.button() != self._press_button:
             return
@@ -955,6 +1011,9 @@ class Viewport(QWidget):
         if action == "handle":
             end = self._event(Pointer.DRAG_END, event.position(), event.button(), event)
             self.pointer.emit(replace(end, handle=self._press_handle))
+        elif action == "tool":
+            end = self._event(Pointer.DRAG_END, event.position(), event.button(), event)
+            self.pointer.emit(replace(end, handle=None))
         elif action is None and not self._after_double_click:
             click = self._event(Pointer.CLICK, press, event.button(), event)
             self.pointer.emit(click)
@@ -964,6 +1023,10 @@ class Viewport(QWidget):
     _after_double_click = False
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:  # noqa: N802 - Qt's name
+        if self.orbit_button != Qt.MouseButton.LeftButton:
+            # Quick strokes of a brush are strokes.
+            self.mousePressEvent(event)
+            return
         self._press = self._last = event.position()
         self._press_button = event.button()
         self._action = None

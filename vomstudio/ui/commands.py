@@ -12,7 +12,7 @@ from vomstudio.document import edits
 from vomstudio.document.records import FEATURES, Model
 from vomstudio.errors import VomError
 from vomstudio.tools.polyline import PolylineTool
-from vomstudio.ui import line_commands, ortho_dialog
+from vomstudio.ui import line_commands, ortho_dialog, patch_commands
 from vomstudio.ui.actions import Command
 
 if TYPE_CHECKING:
@@ -48,6 +48,7 @@ def commands(w: MainWindow) -> list[Command]:
         *_tools(w),
         *ortho_dialog.commands(w),
         *line_commands.commands(w),
+        *patch_commands.commands(w),
         *_help(w),
     ]
 
@@ -270,11 +271,14 @@ def _tools(w: MainWindow) -> list[Command]:
         return None if studio.models else "open a model first"
 
     def cannot_finish() -> str | None:
-        unfinished = studio.open_tool
+        unfinished = studio.open_tool or studio.tool
         return NOTHING_OPEN if unfinished is None else unfinished.why_not_finish()
 
     def nothing_open() -> str | None:
         return NOTHING_OPEN if studio.open_tool is None else None
+
+    def cannot_cancel() -> str | None:
+        return None if studio.patch_tool.current is not None else nothing_open()
 
     def no_vertex() -> str | None:
         if (tool := picking()) is None:
@@ -348,7 +352,7 @@ def _tools(w: MainWindow) -> list[Command]:
         Command("finish", "Finish", studio.finish_tool, "check", ("Return", "Enter"),
                 "Keep what is being picked", cannot_finish, in_viewport=True),
         Command("cancel", "Cancel", studio.cancel_tool, "close", "Esc",
-                "Give up what is being picked; a continued one stays as it was", nothing_open,
+                "Give up what is being picked; a continued one stays as it was", cannot_cancel,
                 in_viewport=True),
         Command("continue_trace", "Continue", continue_feature, "vector-polyline-plus", (),
                 "Take the selected trace, line or measurement up again: add, move, insert or "
@@ -363,7 +367,8 @@ def _tools(w: MainWindow) -> list[Command]:
                 in_viewport=True),
         Command("along_beta", "Look along &beta", lambda: w.view_panel.along_beta(), None, "B",
                 "Orthographic view down the fold axis of the bedding", no_beta, in_viewport=True),
-        Command("face_plane", "Face the &plane", lambda: w.view_panel.face(), None, "P",
+        Command("face_plane", "Face the &plane", lambda: w.view_panel.face(), None,
+                "Shift+P",
                 "Orthographic view at right angles to the selected plane", no_plane,
                 in_viewport=True),
         Command("show_stereonet", "Show the &stereonet", lambda: w.docks["stereonet"].raise_()),
@@ -411,6 +416,7 @@ def _shortcuts(w: MainWindow) -> None:
     mouse = (
         "<p><b>Mouse</b>: drag orbits about the point under the cursor, wheel zooms to the cursor, "
         "middle button or Shift+drag pans, double click sets the pivot. While picking: click adds, "
-        "drag a vertex moves it, Ctrl+click inserts, Enter or double click finishes.</p>"
+        "drag a vertex moves it, Ctrl+click inserts, Enter or double click finishes. With the "
+        "brush of Patch: drag paints, Ctrl+drag takes away, the right button orbits.</p>"
     )
     QMessageBox.information(w, "Shortcuts", f"<table>{''.join(rows)}</table>{mouse}")

@@ -32,7 +32,15 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio import __version__
-from vomstudio.document.records import FEATURES, Dimension, Lineation, Model, Record, Trace
+from vomstudio.document.records import (
+    FEATURES,
+    Dimension,
+    Lineation,
+    Model,
+    Patch,
+    Record,
+    Trace,
+)
 from vomstudio.io.settings import Settings
 from vomstudio.ui import theme
 from vomstudio.ui.actions import Actions
@@ -51,8 +59,9 @@ _MENUS = (
                "view_east", "view_south", "view_west", "view_bottom", "|", "*notation",
                "*display", "trackball", "|", "only_outcrop", "*docks")),
     ("&Model", ("declare_frame", "locate", "copy_model", "export_model", "remove_model")),
-    ("&Interpret", ("navigate", "trace", "line", "measure", "|", "finish", "cancel",
-                    "continue_trace", "delete_vertex")),
+    ("&Interpret", ("navigate", "trace", "patch", "line", "measure", "|", "finish", "cancel",
+                    "continue_trace", "delete_vertex", "|", "continue_patch", "brush_removes",
+                    "brush_smaller", "brush_larger")),
     ("&Analyse", ("along_beta", "along_line", "face_plane", "|", "keep_intersection",
                   "intersection_of_sets", "|", "orthophoto", "|", "show_stereonet")),
     ("&Help", ("shortcuts", "about")),
@@ -129,6 +138,7 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.line_panel import LinePanel
         from vomstudio.ui.measure_panel import MeasurePanel
         from vomstudio.ui.messages_panel import MessagesPanel
+        from vomstudio.ui.patch_panel import PatchPanel
         from vomstudio.ui.project_tree import ProjectTree
         from vomstudio.ui.properties_panel import PropertiesPanel
         from vomstudio.ui.table_panel import TablePanel
@@ -139,6 +149,7 @@ class MainWindow(QMainWindow):
         self.docks: dict[str, QDockWidget] = {}
         self.tree = ProjectTree(self.studio, self._record_actions)
         self.trace_panel = TracePanel(self.studio, actions)
+        self.patch_panel = PatchPanel(self.studio, actions)
         self.line_panel = LinePanel(self.studio, actions)
         self.measure_panel = MeasurePanel(self.studio, actions)
         self.view_panel = ViewPanel(self.studio, self.look)
@@ -160,6 +171,7 @@ class MainWindow(QMainWindow):
         self.setCorner(Qt.Corner.BottomRightCorner, right)
         self._dock("project", self.tr("Project"), self.tree, left)
         self._dock("trace", self.tr("Trace"), self.trace_panel, left)
+        self._dock("patch", self.tr("Patch"), self.patch_panel, left)
         self._dock("line", self.tr("Line"), self.line_panel, left)
         self._dock("measure", self.tr("Measure"), self.measure_panel, left)
         self._dock("stereonet", self.tr("Stereonet"), self._net_place, right)
@@ -179,7 +191,7 @@ class MainWindow(QMainWindow):
         docks = self.docks
         self.tabifyDockWidget(docks["stereonet"], docks["view"])
         self.tabifyDockWidget(docks["table"], docks["messages"])
-        for tool in ("line", "measure"):
+        for tool in ("patch", "line", "measure"):
             self.tabifyDockWidget(docks["trace"], docks[tool])
         docks["trace"].raise_()
         docks["stereonet"].raise_()
@@ -228,7 +240,7 @@ class MainWindow(QMainWindow):
         bar = QToolBar(self.tr("Tools"))
         bar.setObjectName("toolbar")
         bar.setMovable(False)
-        names = ("open", "save", "|", "navigate", "trace", "line", "measure", "|",
+        names = ("open", "save", "|", "navigate", "trace", "patch", "line", "measure", "|",
                  "undo", "redo", "|", "home", "frame_selection",
                  "orthographic", "*views")  # fmt: skip
         for name in names:
@@ -369,6 +381,8 @@ class MainWindow(QMainWindow):
             if isinstance(record, Model)
             else ("frame_selection", "continue_trace", "face_plane", "rename", "delete")
             if isinstance(record, Trace | Lineation | Dimension)
+            else ("frame_selection", "continue_patch", "face_plane", "rename", "delete")
+            if isinstance(record, Patch)
             else ("frame_selection", "along_line", "face_plane", "rename", "delete")
             if isinstance(record, FEATURES)
             else ()
@@ -435,6 +449,10 @@ class MainWindow(QMainWindow):
             picking = name in self.studio.tools
             cursor = Qt.CursorShape.CrossCursor if picking else Qt.CursorShape.ArrowCursor
             self.viewport.setCursor(cursor)
+            # A brush paints with the left button.
+            self.viewport.orbit_button = (
+                Qt.MouseButton.RightButton if name == "patch" else Qt.MouseButton.LeftButton
+            )
         self._refresh()
 
     def _refresh(self, *_: object) -> None:

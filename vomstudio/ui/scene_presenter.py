@@ -24,9 +24,11 @@ from vomstudio.document.records import (
 from vomstudio.geology.orientation import slip_from_rake
 from vomstudio.geometry import transform
 from vomstudio.geometry.discs import disc
+from vomstudio.geometry.patches import has_id
 from vomstudio.rendering.drawing import FeatureDrawing
 from vomstudio.rendering.viewport import Viewport
-from vomstudio.tools.types import Button, Pointer, PointerEvent, Preview
+from vomstudio.tools.patch import area_of
+from vomstudio.tools.types import Area, Button, Pointer, PointerEvent, Preview
 from vomstudio.ui.first_view import first_view
 from vomstudio.ui.project_tree import DIMENSIONS
 from vomstudio.ui.studio import Studio
@@ -40,6 +42,7 @@ class ScenePresenter:
         self._shown: set[str] = set()
         self._features: set[str] = set()
         self._placed = False
+        self._areas: dict[str, tuple[Patch, Model, Area | None]] = {}
         studio.project_opened.connect(self.rebuild)
         studio.edited.connect(self._edited)
         studio.model_loaded.connect(self._model_loaded)
@@ -55,6 +58,7 @@ class ScenePresenter:
         self._shown.clear()
         self._viewport.set_features(dict.fromkeys(self._features))
         self._features.clear()
+        self._areas.clear()
         self._placed = self._take_camera()
         for model_id in self._studio.models:
             self._model_loaded(model_id)
@@ -92,6 +96,7 @@ class ScenePresenter:
         self._viewport.set_model_visible(model_id, self._model_visible(model_id))
         self._shown.add(model_id)
         self._frame()
+        self._draw(p.id for p in self._studio.session.of(Patch) if p.model_id == model_id)
 
     def see_all(self) -> None:
         """All visible models, from the exposed side of the first."""
@@ -175,6 +180,7 @@ class ScenePresenter:
             changes[id_] = drawing
             if drawing is None:
                 self._features.discard(id_)
+                self._areas.pop(id_, None)
             else:
                 self._features.add(id_)
         if changes:
@@ -182,15 +188,16 @@ class ScenePresenter:
 
     def _drawing(self, feature: Feature, measured: Measurement) -> FeatureDrawing | None:
         """None where the feature has no place in the outcrop."""
-        line = self._line(feature, measured)
-        if not len(line):
+        area = self._area(feature) if isinstance(feature, Patch) else None
+        line = self._line(feature, measured) if area is None else np.zeros((0, 3))
+        if not len(line) and area is None:
             return None
         group = DIMENSIONS if isinstance(feature, Dimension) else feature.type_id
         kind = self._studio.records.get(group)
         fit = measured.fit
         text = orientation_text(measured, self._studio.settings.notation)
         ring = None
-        if fit is not None and fit.extent is not None:
+        if fit is not None and fit.extent is not None and area is None:
             ring = disc(fit.centroid, fit.normal, 0.5 * fit.extent)
         return FeatureDrawing(
             id=feature.id,
@@ -198,9 +205,40 @@ class ScenePresenter:
             disc=ring,
             color=_rgb(kind.color if isinstance(kind, FeatureType) else "#ffffff"),
             label=feature.name if text == "–" else f"{feature.name}  {text}",
-            anchor=_anchor(feature, line),
+            anchor=_anchor(feature, line) if area is None else _middle(area),
             visible=self._studio.visible(feature.id) and self._studio.visible(group),
+            area=area,
         )
+
+    def _area(self, patch: Patch) -> Area | None:
+        """The painted piece of an open model, made once."""
+        model, opened = (
+            self._studio.records.get(patch.model_id),
+            self._studio.models.get(patch.model_id),
+        )
+        if opened is None or not isinstance(model, Model):
+            return None
+        kept = self._areas.get(patch.id)
+        if kept is None or kept[0].runs is not patch.runs or kept[1].to_world != model.to_world:
+            kept = (patch, model, area_of(patch, model, opened.surface))
+            self._areas[patch.id] = kept
+        return kept[2]
+
+    def _patch_at(self, x: float, y: float) -> str | None:
+        """The smallest visible patch that has the face or point under a pixel."""
+        hit = self._viewport.pick(x, y)
+        if hit is None:
+            return None
+        found = [
+            (patch.n, patch.id)
+            for patch in self._studio.session.of(Patch)
+            if patch.model_id == hit.model_id
+            and patch.element == hit.element
+            and has_id(patch.runs, hit.index)
+            and self._studio.visible(patch.id)
+            and self._studio.visible(patch.type_id)
+        ]
+        return min(found)[1] if found else None
 
     def _line(self, feature: Feature, measured: Measurement) -> npt.NDArray[np.float64]:
         points = measured.points
@@ -246,11 +284,22 @@ class ScenePresenter:
         if self._studio.tool_name != "navigate":
             self._studio.pointer(event)
         elif event.kind is Pointer.CLICK and event.button is Button.LEFT:
-            found = self._viewport.pick_feature(event.x, event.y)
+            found = (
+                self._viewport.pick_feature(event.x, event.y, discs=False)
+                or self._patch_at(event.x, event.y)
+                or self._viewport.pick_feature(event.x, event.y)
+            )
             if found is not None and event.ctrl:
                 self._studio.selection.toggle(found)
             elif not event.ctrl:
                 self._studio.selection.set([] if found is None else [found])
+
+
+def _middle(area: Area) -> npt.NDArray[np.float64]:
+    """A point of the surface in the middle of an area."""
+    points = area.corners.reshape(-1, 3)
+    off = ((points - points.mean(axis=0)) ** 2).sum(axis=1)
+    return area.origin + points[int(off.argmin())]
 
 
 def _rgb(color: str) -> tuple[float, float, float]:

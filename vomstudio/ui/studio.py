@@ -28,13 +28,14 @@ from vomstudio.document.records import (
 from vomstudio.document.selection import Selection
 from vomstudio.document.session import Session
 from vomstudio.errors import VomError
-from vomstudio.geometry.surface import Surface
+from vomstudio.geometry.brush import PaintSurface
 from vomstudio.io.project import Project, create_untitled, is_free, is_project, untitled_projects
 from vomstudio.io.settings import Settings, write_settings
 from vomstudio.jobs.events import Failed
 from vomstudio.tools.context import Tool
 from vomstudio.tools.line import LineTool
 from vomstudio.tools.measure import MeasureTool
+from vomstudio.tools.patch import PatchTool
 from vomstudio.tools.trace import TraceTool
 from vomstudio.tools.types import PointerEvent, Preview
 from vomstudio.ui.job_bridge import JobBridge
@@ -94,10 +95,12 @@ class Studio(QObject):
         self._layers_timer.setInterval(_LAYERS_IDLE_MS)
         self._layers_timer.timeout.connect(self.write_layers)
         self.trace_tool = TraceTool(self)
+        self.patch_tool = PatchTool(self)
         self.line_tool = LineTool(self)
         self.measure_tool = MeasureTool(self)
         self.tools: dict[str, Tool] = {
             "trace": self.trace_tool,
+            "patch": self.patch_tool,
             "line": self.line_tool,
             "measure": self.measure_tool,
         }
@@ -195,7 +198,8 @@ class Studio(QObject):
 
     def discard(self) -> None:
         """Leave what was not saved to the history. Raises VomError."""
-        self.cancel_tool()
+        if (tool := self.open_tool) is not None:
+            tool.cancel()
         if self.session.dirty:
             self.session.discard_unsaved()
 
@@ -278,6 +282,7 @@ class Studio(QObject):
         self.measurements.forget_all_but(self.records)
         self.selection.keep(self.records)
         self.edited.emit(edit)
+        self.patch_tool.look_again()
         if not self.project.untitled:
             self._layers_timer.start()
 
@@ -471,6 +476,9 @@ class Studio(QObject):
     def activate(self, name: str) -> None:
         if name == self.tool_name:
             return
+        if self.tool_name == "patch":
+            # A stroke that is being made is kept: there is no way back to it.
+            self.patch_tool.leave()
         open_tool = self.open_tool
         if open_tool is not None and self.tools.get(name) is not open_tool:
             waits = "finish it with Enter or cancel it with Esc"
@@ -493,11 +501,11 @@ class Studio(QObject):
         return next((tool for tool in self.tools.values() if tool.open), None)
 
     def finish_tool(self) -> None:
-        if (tool := self.open_tool) is not None:
+        if (tool := self.open_tool or self.tool) is not None:
             tool.finish()
 
     def cancel_tool(self) -> None:
-        if (tool := self.open_tool) is not None:
+        if (tool := self.open_tool or self.tool) is not None:
             tool.cancel()
 
     def pointer(self, event: PointerEvent) -> None:
@@ -511,7 +519,7 @@ class Studio(QObject):
             tool.set_type(type_id, set_name)
 
     # --- ToolContext -------------------------------------------------------------------------
-    def surface(self, model_id: str) -> Surface | None:
+    def surface(self, model_id: str) -> PaintSurface | None:
         found = self.models.get(model_id)
         return found.surface if found else None
 
