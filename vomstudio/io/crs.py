@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from pathlib import Path
 
 from vomstudio.errors import InputError
@@ -41,6 +42,22 @@ def crs_name(code: str) -> str:
     from pyproj import CRS
 
     return str(CRS.from_user_input(code).name)
+
+
+def convergence_deg(code: str, x: float, y: float) -> float | None:
+    """Meridian convergence at a place of a projected CRS: by how much grid north lies east of true
+    north, so that grid azimuth = true azimuth - convergence. None where the place is outside what
+    the CRS covers."""
+    from pyproj import Proj
+    from pyproj.exceptions import ProjError
+
+    try:
+        projection = Proj(code)
+        longitude, latitude = projection(x, y, inverse=True, errcheck=True)
+        value = float(projection.get_factors(longitude, latitude).meridian_convergence)
+    except ProjError:
+        return None
+    return value if isfinite(value) else None
 
 
 def sidecar_crs(model: Path) -> tuple[str | None, str | None]:

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QInputDialog, QMessageBox
 from vomstudio.document import edits
 from vomstudio.document.records import FEATURES, Model, Trace
 from vomstudio.errors import VomError
-from vomstudio.ui import ortho_dialog
+from vomstudio.ui import net_commands, ortho_dialog
 from vomstudio.ui.actions import Command
 
 if TYPE_CHECKING:
@@ -46,6 +46,7 @@ def commands(w: MainWindow) -> list[Command]:
         *_models(w),
         *_tools(w),
         *ortho_dialog.commands(w),
+        *net_commands.commands(w),
         *_help(w),
     ]
 

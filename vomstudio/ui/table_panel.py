@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from PySide6.QtCore import (
@@ -29,9 +30,10 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.document import edits
+from vomstudio.document.comparison import NearestPick
 from vomstudio.document.edit import Edit
 from vomstudio.document.measurements import Measurement
-from vomstudio.document.records import TYPED, FeatureType, Typed
+from vomstudio.document.records import TYPED, FeatureType, Reading, Typed
 from vomstudio.ui import theme
 from vomstudio.ui.studio import Studio
 from vomstudio.ui.wording import area, degrees, length, natural, number, orientation_text
@@ -61,6 +63,8 @@ class Row:
     kind: FeatureType | None
     measured: Measurement
     notation: str
+    nearest: Callable[[], NearestPick | None] = lambda: None
+    """Of a compass reading: asked for when shown, since it rests on the other rows."""
 
     @property
     def azimuth(self) -> float | None:
@@ -85,6 +89,11 @@ class Row:
         if self.measured.verdict is None:
             return self.measured.problem or ""
         return "; ".join(self.measured.verdict.reasons)
+
+    @property
+    def to_pick(self) -> float | None:
+        found = self.nearest()
+        return None if found is None else found.angle_deg
 
     @property
     def ratio(self) -> float | None:
@@ -158,6 +167,13 @@ COLUMNS: tuple[Column, ...] = (
         lambda r: r.rake,
     ),
     Column(
+        "To pick",
+        "Of a compass reading: its angle from the nearest pick of the same type, or from the most "
+        "alike where the reading has no position",
+        lambda r: degrees(r.to_pick),
+        lambda r: r.to_pick,
+    ),
+    Column(
         "Ext./res.",
         "Extent over the model's resolution: 100 is wanted",
         lambda r: number(r.ratio, 2),
@@ -168,6 +184,8 @@ COLUMNS: tuple[Column, ...] = (
            None, True),
     Column("Notes", "Notes", lambda r: r.feature.notes, lambda r: r.feature.notes, "notes", True),
 )  # fmt: skip
+
+_TO_PICK = next(i for i, column in enumerate(COLUMNS) if column.title == "To pick")
 
 
 class OrientationModel(QAbstractTableModel):
@@ -214,7 +232,17 @@ class OrientationModel(QAbstractTableModel):
             kind if isinstance(kind, FeatureType) else None,
             measured,
             self._studio.settings.notation,
+            partial(self._studio.nearest_pick, feature.id)
+            if isinstance(feature, Reading)
+            else lambda: None,
         )
+
+    def compare_again(self) -> None:
+        """Readings are compared with other rows, which have changed."""
+        if any(isinstance(row.feature, Reading) for row in self._rows):
+            self.dataChanged.emit(
+                self.index(0, _TO_PICK), self.index(len(self._rows) - 1, _TO_PICK)
+            )
 
     def id_at(self, row: int) -> str:
         return self._rows[row].feature.id
@@ -377,6 +405,7 @@ class TablePanel(QWidget):
             return
         first = self.model.rowCount() == 0
         self.model.update(ids)
+        self.model.compare_again()
         self._counted()
         if first:
             self._fit_columns()
