@@ -139,6 +139,6 @@ def summary(readings: list[str], picks: Mapping[str, NearestPick]) -> str:
     words = f"{n} reading{'s' if n != 1 else ''}"
     if not angles:
         return f"{words}; no pick of the same type to compare with yet."
-    among = "" if len(angles) == n else f" ({len(angles)} have one)"
+    among = "" if len(angles) == n else f" ({len(angles)} of them have one of their type)"
     what = "median difference" if len(angles) > 1 else "difference"
     return f"{words}, {what} to the nearest pick{among} {np.median(angles):.0f}°."

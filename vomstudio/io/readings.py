@@ -141,7 +141,7 @@ class Turn:
         if self.north == "magnetic":
             side = "E" if self.declination_deg >= 0 else "W"
             verb = "adds" if self.declination_deg >= 0 else "subtracts"
-            steps.append(f"{verb} {abs(self.declination_deg):.1f}° {side} declination")
+            steps.append(f"{verb} {abs(self.declination_deg):.4g}° {side} declination")
         if self.convergence_deg is None:
             steps.append("no meridian convergence, for no CRS says it")
         else:
@@ -191,7 +191,9 @@ def read_field_table(path: str | Path) -> FieldTable:
         while len(row) > width and not row[-1]:
             row.pop()
         if len(row) != width:
-            ragged[i] = f"it has {len(row)} cells and not {width}"
+            ragged[i] = f"it has {len(row)} cells and not {width}" + (
+                "; put a cell with commas in quotation marks" if len(row) > width else ""
+            )
             row[:] = (row + [""] * width)[:width]
     return FieldTable(path, names, width, delimiter, rows, numbers, ragged, tuple(notes))
 

@@ -44,6 +44,9 @@ OKABE_ITO = (
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 
+_SIZES = {"P": 1.4, "X": 1.3, "*": 1.5, "D": 0.85, "^": 1.1, "v": 1.1, "p": 1.15}
+"""Symbols of the same size do not look so: by how much each is drawn larger."""
+
 DENSITY_NAMES = {
     "kamb": "Density after Kamb, 3 σ",
     "exponential_kamb": "Density, exponential Kamb, 3 σ",
@@ -125,8 +128,8 @@ class NetContents:
     contour: one of `stereonet.DENSITY_METHODS`, of all poles and lines shown.
     notation, decimals: how orientations are written on the net.
     title, notes: over the net, and above its caption (frame, north, what was left out).
-    ellipse_in_legend: the selected pole's ellipse is explained; where the legend would move the net
-    at every click it is not.
+    compact: a net on the screen. Its legend is terse, and does not explain the selected pole's
+    ellipse: it would move the net at every click.
     """
 
     sets: tuple[NetSet, ...] = ()
@@ -142,7 +145,7 @@ class NetContents:
     decimals: int = 0
     title: str = ""
     notes: tuple[str, ...] = ()
-    ellipse_in_legend: bool = True
+    compact: bool = False
 
     def with_selection(
         self, selected: Iterable[str], ellipses: Sequence[NetEllipse] = ()
@@ -235,21 +238,45 @@ class NetStyle:
         for name, other in self.swaps.items():
             if name.casefold() == color.casefold():
                 return other
+        # A type's colour is made for a photograph: on a dark net a deep one is lifted.
+        if _lightness(self.net) < 0.2:
+            while _contrast(color, self.net) < 3.0:
+                color = _mixed(color, self.ink, 0.15)
         return color
 
     def symbol(self, s: NetSet) -> tuple[str, str, float]:
         """Face and edge colour of a set's symbols, and the edge's width in points."""
-        from matplotlib.colors import to_hex, to_rgb
-
         color = self.color(s.color)
         if s.variant % 4 == 1:
             return self.net, color, 1.5 * self.line_pt
-        if s.variant % 4 == 0:
-            return color, self.net, 0.5 * self.line_pt
-        other = to_rgb(self.net if s.variant % 4 == 2 else self.ink)
-        mixed = to_hex([0.5 * (a + b) for a, b in zip(to_rgb(color), other, strict=True)])
-        edge = color if s.variant % 4 == 2 else self.net
-        return mixed, edge, (1.2 if s.variant % 4 == 2 else 0.5) * self.line_pt
+        if s.variant % 4 == 2:
+            return _mixed(color, self.net), color, 1.2 * self.line_pt
+        face = color if s.variant % 4 == 0 else _mixed(color, self.ink)
+        if _contrast(face, self.net) < 1.8:  # yellow on white paper
+            return face, _mixed(face, self.ink), self.line_pt
+        return face, self.net, 0.5 * self.line_pt
+
+
+def _mixed(color: str, other: str, share: float = 0.5) -> str:
+    from matplotlib.colors import to_hex, to_rgb
+
+    pairs = zip(to_rgb(color), to_rgb(other), strict=True)
+    return to_hex([(1.0 - share) * a + share * b for a, b in pairs])
+
+
+@lru_cache(maxsize=256)
+def _lightness(color: str) -> float:
+    """Relative luminance, 0 to 1 (WCAG 2)."""
+    from matplotlib.colors import to_rgb
+
+    linear = [v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in to_rgb(color)]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def _contrast(a: str, b: str) -> float:
+    """Contrast ratio of two colours, 1 to 21 (WCAG 2)."""
+    low, high = sorted((_lightness(a), _lightness(b)))
+    return (high + 0.05) / (low + 0.05)
 
 
 PRINT = NetStyle()
@@ -331,7 +358,7 @@ class NetArtists:
         drawn anew only where the legend gains or loses the ellipse."""
         had_ellipse = bool(self.contents.ellipses)
         self.contents = self.contents.with_selection(selected, ellipses)
-        if had_ellipse != bool(ellipses) and self.contents.ellipse_in_legend:
+        if had_ellipse != bool(ellipses) and not self.contents.compact:
             figure = self.axes.get_figure(root=True)
             assert figure is not None
             anew = draw_stereonet(figure, self.contents, self.style)
@@ -664,6 +691,8 @@ class _Page:
             )
             arcs.append(lines)
             rows.append(keep)
+            if len(keep) <= AUTO_CIRCLES:
+                self.outlines += list(lines[:, ::4])
             if len(keep):
                 self.axes.add_collection(
                     LineCollection(
@@ -688,10 +717,11 @@ class _Page:
             up = up[: len(shown)]
             color = style.color(s.color)
             face, rim, edge = style.symbol(s)
-            if s.variant % 4 in (0, 3) and (dots or len(at) > 2000):
+            if rim == style.net and (dots or len(at) > 2000):
                 edge = 0.0
+            own = size * _SIZES.get(s.marker, 1.0)
             (line,) = self.axes.plot(
-                shown[~up, 0], shown[~up, 1], linestyle="none", marker=s.marker, markersize=size,
+                shown[~up, 0], shown[~up, 1], linestyle="none", marker=s.marker, markersize=own,
                 markerfacecolor=face, markeredgecolor=rim, markeredgewidth=edge, zorder=4,
                 alpha=0.4 if dots else 1.0,
             )  # fmt: skip
@@ -699,7 +729,7 @@ class _Page:
             if up.any():
                 self.axes.plot(
                     shown[up, 0], shown[up, 1], linestyle="none", marker=s.marker,
-                    markersize=size, markerfacecolor=style.net, markeredgecolor=color,
+                    markersize=own, markerfacecolor=style.net, markeredgecolor=color,
                     markeredgewidth=1.2 * style.line_pt, zorder=4,
                 )  # fmt: skip
         return drawn
@@ -830,6 +860,7 @@ class _Page:
             width = (1.4 if entry.outlined else 0.5) * style.line_pt
             if entry.like is not None:
                 face, edge, width = style.symbol(entry.like)
+                big = 1.1 * _SIZES.get(entry.marker, 1.0)
             self.axes.plot(
                 [(left[0] + right[0]) / 2], [left[1]], marker=entry.marker, zorder=8,
                 markersize=big * style.marker_pt, linestyle="none", markerfacecolor=face,
@@ -852,7 +883,7 @@ def _legend_entries(net: NetContents, style: NetStyle) -> list[_Entry]:
         what = "lines" if s.kind == "line" else "poles" if net.poles else "planes"
         entries.append(
             _Entry(
-                f"{s.name}, {what} (n = {len(s)})",
+                f"{s.name} ({len(s):,})" if net.compact else f"{s.name}, {what} (n = {len(s):,})",
                 style.color(s.color),
                 s.marker if net.poles else None,
                 "-" if circles else None,
@@ -864,13 +895,15 @@ def _legend_entries(net: NetContents, style: NetStyle) -> list[_Entry]:
         text = "β"
         if fold.max_confidence95_deg is not None and fold.min_confidence95_deg is not None:
             major, minor = fold.max_confidence95_deg, fold.min_confidence95_deg
-            text = f"β, joint 95 %: ±{major:.1f}° / ±{minor:.1f}°"
+            errors = f"±{major:.1f}° / ±{minor:.1f}°"
+            text = f"β {errors}" if net.compact else f"β, joint 95 %: {errors}"
         entries.append(_Entry(text, style.ink, "*"))
         plane = format_plane(fold.pi_plane, net.notation, net.decimals)
-        entries.append(_Entry(f"π-plane {plane}", style.ink, None, "--"))
+        name = "π" if net.compact else "π-plane"
+        entries.append(_Entry(f"{name} {plane}", style.ink, None, "--"))
     if net.means:
         entries.append(_Entry("open: mean", style.net, "o", None, outlined=True))
-    if net.ellipses and net.ellipse_in_legend:
+    if net.ellipses and not net.compact:
         entries.append(_Entry("joint 95 % of the selected pole", style.ink, None, "-"))
     return entries
 
@@ -883,7 +916,6 @@ def _draw_emphasis(
     from matplotlib.collections import LineCollection
 
     made: list[Artist] = []
-    size = style.marker_pt * max(1.5, 1.7 * _crowding(sum(len(s) for s in net.sets)))
     chosen = [
         np.array([i for i, name in enumerate(s.ids) if name in net.selected], dtype=np.intp)
         if net.selected
@@ -892,6 +924,11 @@ def _draw_emphasis(
     ]
     planes = sum(len(rows) for s, rows in zip(net.sets, chosen, strict=True) if s.kind == "plane")
     circles = planes <= AUTO_CIRCLES or not net.poles
+    # Rings around thousands would be one black blot.
+    many = float(np.interp(math.log10(1 + sum(map(len, chosen))), [1.5, 3.0], [0.0, 1.0]))
+    size = style.marker_pt * _crowding(sum(len(s) for s in net.sets))
+    size = max(size * (1.7 - 0.5 * many), (1.5 - 0.8 * many) * style.marker_pt)
+    ring = (1.6 - 1.2 * many) * style.line_pt
     for s, at, rows in zip(net.sets, positions, chosen, strict=True):
         if not len(rows):
             continue
@@ -906,9 +943,10 @@ def _draw_emphasis(
                 made.append(ax.add_collection(lines, autolim=False))
         if net.poles:
             made += ax.plot(
-                at[rows, 0], at[rows, 1], linestyle="none", marker=s.marker, markersize=size,
+                at[rows, 0], at[rows, 1], linestyle="none", marker=s.marker,
+                markersize=size * _SIZES.get(s.marker, 1.0),
                 markerfacecolor=style.symbol(s)[0], markeredgecolor=style.ink,
-                markeredgewidth=1.6 * style.line_pt, zorder=6.5,
+                markeredgewidth=ring, zorder=6.5,
             )  # fmt: skip
     for e in net.ellipses:
         for part in e.outline(net.projection):

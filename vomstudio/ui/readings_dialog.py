@@ -322,7 +322,10 @@ class ReadingsDialog(QDialog):
                 self.tr("not known: {0} lie outside {1}").format(where, place.crs)
             )
         else:
-            self._convergence.setText(f"{self._at:+.2f}° at {where} ({crs_name(place.crs)})")
+            sign = "−" if self._at < 0 else "+"
+            self._convergence.setText(
+                f"{sign}{abs(self._at):.2f}° at {where} ({crs_name(place.crs)})"
+            )
 
     def turn(self) -> Turn | None:
         """None until it is said."""

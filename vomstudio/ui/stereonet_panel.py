@@ -226,7 +226,7 @@ class StereonetPanel(QWidget):
             selected=frozenset(studio.selection.ids),
             ellipses=self._ellipses(),
             notation=studio.settings.notation,
-            ellipse_in_legend=False,
+            compact=True,
         )
 
     def for_print(self) -> NetContents:
@@ -236,7 +236,7 @@ class StereonetPanel(QWidget):
             self.contents().with_selection(()),
             title="" if project.untitled else project.name,
             notes=(frame,) if frame else (),
-            ellipse_in_legend=True,
+            compact=False,
         )
 
     def _ellipses(self) -> tuple[NetEllipse, ...]:
