@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.backend_bases import MouseEvent
 from matplotlib.backends.backend_qtagg import FigureCanvasQTAgg
 from matplotlib.figure import Figure
-from PySide6.QtCore import QPointF, Qt, QTimer
+from PySide6.QtCore import QPointF, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QAction,
     QPainter,
@@ -20,7 +20,6 @@ from PySide6.QtGui import (
     QPen,
     QPolygonF,
     QResizeEvent,
-    QShowEvent,
 )
 from PySide6.QtWidgets import (
     QHBoxLayout,
@@ -59,12 +58,14 @@ _MARKERS = {"circle": "o", "square": "s", "triangle": "^", "diamond": "D", "pent
 # A press that moves further than this draws a lasso.
 _CLICK_PX = 4
 _FONT_PX = 12.0
-# A redraw that took long waits for a pause in the edits: it must never hold up a pick.
-_SOON_MS, _QUICK_MS, _LATEST_MS = 30, 60, 1500
+# A redraw that takes long comes seldom: it must never hold up a row of picks.
+_SOON_MS, _QUICK_MS, _LATEST_MS = 30, 60, 500
 
 
 class NetCanvas(FigureCanvasQTAgg):
     """The net is drawn once; what is selected is put over it, and the lasso over both."""
+
+    painted = Signal()
 
     def __init__(self, figure: Figure) -> None:
         super().__init__(figure)
@@ -96,6 +97,7 @@ class NetCanvas(FigureCanvasQTAgg):
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
         super().paintEvent(event)
+        self.painted.emit()
         if len(self.lasso) > 1:
             painter = QPainter(self)
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -120,6 +122,8 @@ class StereonetPanel(QWidget):
         self.canvas.mpl_connect("motion_notify_event", self._moved)
         self.canvas.mpl_connect("button_release_event", self._released)
         self.canvas.mpl_connect("figure_leave_event", lambda _: self._say())
+        self.canvas.painted.connect(self._painted)
+        self._stale = True
         self._path: list[tuple[float, float]] = []
         self._projection = ComboBox()
         self._projection.addItem(self.tr("Equal area"), "area")
@@ -152,12 +156,12 @@ class StereonetPanel(QWidget):
         self._timer.setSingleShot(True)
         self._timer.setInterval(_SOON_MS)
         self._timer.timeout.connect(self.redraw)
-        studio.project_opened.connect(self._timer.start)
+        studio.project_opened.connect(self._soon)
         studio.edited.connect(self._edited)
-        studio.visibility_changed.connect(lambda _: self._timer.start())
-        studio.settings_changed.connect(self._timer.start)
+        studio.visibility_changed.connect(lambda _: self._soon())
+        studio.settings_changed.connect(self._soon)
         studio.selection_changed.connect(self._select)
-        self._timer.start()
+        self._soon()
 
     def _toggle(self, icon: str, tip: str, on: bool) -> QToolButton:
         button = QToolButton()
@@ -169,21 +173,26 @@ class StereonetPanel(QWidget):
         button.toggled.connect(lambda _: self.redraw())
         return button
 
+    def _soon(self) -> None:
+        """Draw anew, once for all that happens meanwhile."""
+        if not self._timer.isActive():
+            self._timer.start()
+
     def _chosen(self) -> None:
         self._studio.settings.projection = str(self._projection.currentData())
         self._studio.keep_settings()
 
     def _edited(self, edit: Edit) -> None:
         if self._studio.affected(edit):
-            self._timer.start()
+            self._soon()
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
         super().resizeEvent(event)
-        self._timer.start()
+        self._soon()
 
-    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802
-        super().showEvent(event)
-        self._timer.start()
+    def _painted(self) -> None:
+        if self._stale:
+            self._soon()
 
     # --- drawing -----------------------------------------------------------------------------
     def contents(self) -> NetContents:
@@ -257,8 +266,9 @@ class StereonetPanel(QWidget):
         )
 
     def redraw(self) -> None:
-        # Behind another tab nobody sees it: it is drawn when it comes forward.
-        if not self.isVisible() or self.canvas.width() < 50 or self.canvas.height() < 50:
+        # Behind another tab nobody sees it (Qt calls it visible): it is drawn when it is painted.
+        self._stale = self.canvas.visibleRegion().isEmpty()
+        if self._stale or self.canvas.width() < 50 or self.canvas.height() < 50:
             return
         start = perf_counter()
         dark = self.palette().color(QPalette.ColorRole.Window).lightness() < 128
