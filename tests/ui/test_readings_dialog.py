@@ -12,6 +12,7 @@ from tests.ui.conftest import add_bed, add_cliff
 from tests.ui.test_panels import column
 from vomstudio.document.records import FeatureType, Frame, Reading
 from vomstudio.geology.orientation import Plane, angle_between_planes
+from vomstudio.io.project_table import project_table
 from vomstudio.ui.net_commands import import_readings
 from vomstudio.ui.readings_dialog import ReadingsDialog
 
@@ -176,3 +177,16 @@ def test_a_file_that_is_no_table_is_said(window, studio, tmp_path):
     import_readings(window, path)
     assert "workbook" in studio.notices[-1].text
     assert not window.findChildren(ReadingsDialog)
+
+
+def test_the_export_says_what_was_added_and_how_far_the_pick_is(window, studio, book):
+    add_cliff(studio, UTM)
+    add_bed(studio, "t1", "B01", dip=1.0)
+    dialog = ask(window, book)
+    choose(dialog._north, "magnetic")
+    QTest.keyClicks(dialog._declination, "10")
+    QTest.mouseClick(ok(dialog), driver.LEFT)
+    rows = {row["name"]: row for row in project_table(studio.records).rows}
+    assert "azimuth as read +10.0" in rows["F1"]["notes"]
+    assert "from B01" in rows["F1"]["notes"]
+    assert rows["B01"]["notes"] is None

@@ -248,13 +248,16 @@ class NetStyle:
         """Face and edge colour of a set's symbols, and the edge's width in points."""
         color = self.color(s.color)
         if s.variant % 4 == 1:
-            return self.net, color, 1.5 * self.line_pt
+            return self.net, self.outline(color), 1.5 * self.line_pt
         if s.variant % 4 == 2:
-            return _mixed(color, self.net), color, 1.2 * self.line_pt
+            return _mixed(color, self.net), self.outline(color), 1.2 * self.line_pt
         face = color if s.variant % 4 == 0 else _mixed(color, self.ink)
-        if _contrast(face, self.net) < 1.8:  # yellow on white paper
-            return face, _mixed(face, self.ink), self.line_pt
-        return face, self.net, 0.5 * self.line_pt
+        edge = self.outline(face)
+        return (face, self.net, 0.5 * self.line_pt) if edge == face else (face, edge, self.line_pt)
+
+    def outline(self, color: str) -> str:
+        """A colour for thin lines: yellow would be lost on white paper."""
+        return _mixed(color, self.ink) if _contrast(color, self.net) < 1.8 else color
 
 
 def _mixed(color: str, other: str, share: float = 0.5) -> str:
@@ -696,7 +699,8 @@ class _Page:
             if len(keep):
                 self.axes.add_collection(
                     LineCollection(
-                        list(lines), colors=style.color(s.color), linewidths=style.line_pt,
+                        list(lines), colors=style.outline(style.color(s.color)),
+                        linewidths=style.line_pt,
                         alpha=min(1.0, max(0.15, 12.0 / math.sqrt(many) / 3.0)), zorder=2,
                     )
                 )  # fmt: skip
@@ -759,7 +763,7 @@ class _Page:
         wanted: list[tuple[Array, str, str]] = []
         for mean in net.means:
             at = nets.project(mean.line.vector(), net.projection)[0]
-            color = style.color(mean.color)
+            color = style.outline(style.color(mean.color))
             self.axes.plot(
                 *at[:, None], marker=mean.marker, markersize=2.0 * style.marker_pt,
                 markerfacecolor=style.net, markeredgecolor=color,
@@ -878,12 +882,16 @@ def circles_shown(net: NetContents) -> bool:
 
 def _legend_entries(net: NetContents, style: NetStyle) -> list[_Entry]:
     entries = []
+    names = [s.name for s in net.sets]
     for s in net.sets:
         circles = s.kind == "plane" and circles_shown(net)
+        terse = s.name
+        if s.kind == "line" and names.count(s.name) > 1:
+            terse += ", lines"
         what = "lines" if s.kind == "line" else "poles" if net.poles else "planes"
         entries.append(
             _Entry(
-                f"{s.name} ({len(s):,})" if net.compact else f"{s.name}, {what} (n = {len(s):,})",
+                f"{terse} ({len(s):,})" if net.compact else f"{s.name}, {what} (n = {len(s):,})",
                 style.color(s.color),
                 s.marker if net.poles else None,
                 "-" if circles else None,

@@ -388,6 +388,7 @@ def _shortcuts(w: MainWindow) -> None:
     mouse = (
         "<p><b>Mouse</b>: drag orbits about the point under the cursor, wheel zooms to the cursor, "
         "middle button or Shift+drag pans, double click sets the pivot. While picking: click adds, "
-        "drag a vertex moves it, Ctrl+click inserts, Enter or double click finishes.</p>"
+        "drag a vertex moves it, Ctrl+click inserts, Enter or double click finishes. "
+        "On the net: click a pole or a great circle, drag a lasso around poles; Ctrl adds.</p>"
     )
     QMessageBox.information(w, "Shortcuts", f"<table>{''.join(rows)}</table>{mouse}")

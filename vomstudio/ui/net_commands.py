@@ -31,7 +31,7 @@ def commands(w: MainWindow) -> list[Command]:
         Command("import_readings", "Import &field measurements…", lambda: choose_readings(w),
                 "compass-outline", (), "Compass readings from a table, to compare with what is "
                 "picked on the model"),
-        Command("export_net", "Export stereo&net…", lambda: choose_picture(w), "chart-donut", (),
+        Command("export_net", "Export stereo&net…", lambda: choose_picture(w), "export-variant", (),
                 "The net as a figure: SVG, PDF or PNG", no_net),
     ]  # fmt: skip
 
@@ -101,6 +101,9 @@ _PATTERNS = {
 }
 
 
+_LEGEND_ROW_MM = 4.8
+
+
 def choose_picture(w: MainWindow) -> None:
     stem = "stereonet" if w.studio.project.untitled else f"{w.studio.project.name}-stereonet"
     name, pattern = QFileDialog.getSaveFileName(
@@ -119,13 +122,15 @@ def choose_picture(w: MainWindow) -> None:
 def export_net(w: MainWindow, path: Path) -> None:
     """Write what the net shows, on white, at the size of a figure."""
     from vomstudio.io.atomic import atomic_write
-    from vomstudio.products.stereonet import write_stereonet
+    from vomstudio.products.stereonet import PRINT_SIZE_MM, write_stereonet
 
     def write() -> None:
+        net = w.net.for_print()
+        wide, high = PRINT_SIZE_MM
+        high = max(high, _LEGEND_ROW_MM * (len(net.sets) + 8))  # a figure shows the whole legend
+        format_ = path.suffix.lower().removeprefix(".")
         with atomic_write(path, True) as temporary:
-            write_stereonet(
-                temporary, w.net.for_print(), format=path.suffix.lower().removeprefix(".")
-            )
+            write_stereonet(temporary, net, format=format_, size_mm=(wide, high))
         w.studio.info(f"Written: {path}")
 
     w.files.attempt(write)

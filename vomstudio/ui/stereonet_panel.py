@@ -396,6 +396,5 @@ def _sets(
         azimuth = np.array([line.trend_deg for _, line in lines], dtype=float)
         angle = np.array([line.plunge_deg for _, line in lines], dtype=float)
         ids = tuple(id_ for id_, _ in lines)
-        title = f"{name}, lines" if planes else name
-        result.append(NetSet(title, "line", azimuth, angle, ids, kind.color, marker, variant))
+        result.append(NetSet(name, "line", azimuth, angle, ids, kind.color, marker, variant))
     return result
