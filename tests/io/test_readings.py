@@ -13,7 +13,7 @@ from vomstudio.document.records import Reading
 from vomstudio.errors import InputError
 from vomstudio.geology.notation import NOTATIONS, format_plane
 from vomstudio.geology.orientation import Plane, angle_between_planes
-from vomstudio.io.crs import convergence_deg
+from vomstudio.io.crs import convergence_deg, from_degrees
 from vomstudio.io.orientation_table import orientation_row, write_orientation_csv
 from vomstudio.io.readings import (
     Turn,
@@ -181,7 +181,23 @@ def test_a_quadrant_that_the_strike_cannot_dip_to_is_refused(tmp_path):
 def test_half_a_position_is_left_out_and_said(tmp_path):
     understood = read(tmp_path, "dip direction,dip,x,y,z\n132,41,1,2,\n132,41,1,2,3\n132,41,,,\n")
     assert [r.position for r in understood.rows] == [None, (1.0, 2.0, 3.0), None]
-    assert "1 readings" in understood.remarks[0] or "line 2" in understood.remarks[0]
+    assert understood.remarks[0].startswith("1 reading has no whole position")
+    assert "line 2" in understood.remarks[0]
+
+
+def test_a_position_in_degrees_lands_where_the_crs_has_it(tmp_path):
+    text = "dipAzimuth,dip,latitude,longitude,altitude\n132,41,46.0,15.0,350\n"
+    table = table_of(tmp_path, text)
+    found = guess(table)
+    assert found.notation == "dipdir/dip"
+    with_crs = understand(table, found.columns, found.notation, from_degrees("EPSG:32633"))
+    x, y, z = with_crs.rows[0].position
+    assert (x, z) == (pytest.approx(500_000.0, abs=1e-3), 350.0)  # on the central meridian
+    # The meridian's arc from the equator, integrated over WGS 84, times 0.9996.
+    assert y == pytest.approx(5_096_085.926 * 0.9996, abs=0.01)
+    without = understand(table, found.columns, found.notation)
+    assert without.rows[0].position is None
+    assert "needs a project with a CRS" in without.remarks[0]
 
 
 @pytest.mark.parametrize("text", ["", "# only\n", "strike,dip\n"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import isfinite
 from pathlib import Path
 
@@ -58,6 +59,20 @@ def convergence_deg(code: str, x: float, y: float) -> float | None:
     except ProjError:
         return None
     return value if isfinite(value) else None
+
+
+def from_degrees(code: str) -> Callable[[float, float], tuple[float, float] | None]:
+    """What turns longitude and latitude (WGS 84) into x and y of a projected CRS in metres; None
+    where a place is outside what the CRS covers."""
+    from pyproj import Transformer
+
+    transformer = Transformer.from_crs("EPSG:4326", code, always_xy=True)
+
+    def to_grid(longitude: float, latitude: float) -> tuple[float, float] | None:
+        x, y = transformer.transform(longitude, latitude)
+        return (float(x), float(y)) if isfinite(x) and isfinite(y) else None
+
+    return to_grid
 
 
 def sidecar_crs(model: Path) -> tuple[str | None, str | None]:

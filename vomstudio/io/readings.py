@@ -10,7 +10,7 @@ from __future__ import annotations
 import csv
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -34,14 +34,18 @@ from vomstudio.io.text_tables import COORDINATES, FARTHEST_M, lines_in_words, pl
 NOTATIONS = ("dipdir/dip", "strike/dip", "strike/dip lhr", "quadrant", "trend/plunge")
 """What the two angles of a row are; the last one makes them lines."""
 
+ToGrid = Callable[[float, float], tuple[float, float] | None]
+"""From longitude and latitude to x and y of the project."""
+
 NORTHS = ("magnetic", "true", "grid")
 
 ROLES = ("name", "azimuth", "inclination", "quadrant", "text", "trend", "plunge", "geometry",
-         "type", "set", "overturned", "x", "y", "z", "notes")  # fmt: skip
+         "type", "set", "overturned", "x", "y", "z", "longitude", "latitude", "notes")  # fmt: skip
 """What a column can be. `azimuth` and `inclination` are the two angles of the notation, `trend` and
 `plunge` those of rows that are lines in a table of planes, `text` both angles in one cell."""
 
 _NAMES = {"name", "label", "reading", "measurement", "station", "locality", "site", "dataid"}
+_DEGREES = {"longitude": {"longitude", "long", "lon", "lng"}, "latitude": {"latitude", "lat"}}
 _NOTES = {"notes", "note", "comment", "comments", "remark", "remarks", "description"}
 _OVERTURNED = {"overturned", "inverted", "overturnedbed"}
 _YES = {"1", "true", "yes", "y", "x", "overturned", "inverted"}
@@ -247,6 +251,8 @@ def guess(table: FieldTable) -> Guess:
         found[letter] = first({letter})
         if found[letter] is None:
             found[letter] = first(COORDINATES[letter])
+    if found["x"] is None or found["y"] is None:
+        found |= {role: first(aliases) for role, aliases in _DEGREES.items()}
     direction, strike, azimuth = of("dip direction"), of("strike"), of("azimuth")
     dip, quadrant = of("dip"), of("quadrant")
     trend, plunge = of("trend"), of("plunge")
@@ -367,11 +373,17 @@ def what_is_missing(columns: Mapping[str, int], notation: str | None) -> str | N
     return None
 
 
-def understand(table: FieldTable, columns: Mapping[str, int], notation: str) -> FieldReadings:
+def understand(
+    table: FieldTable,
+    columns: Mapping[str, int],
+    notation: str,
+    to_grid: ToGrid | None = None,
+) -> FieldReadings:
     """The readings of a table, as written: no azimuth is turned here.
 
     columns: role (of `ROLES`) to column. notation: one of `NOTATIONS`. A line that points up is
-    given by its other end. A position needs x, y and z; without them the reading has none.
+    given by its other end. A position needs x, y and z, or longitude, latitude and z and what turns
+    degrees into x and y (`io.crs.from_degrees`); else the reading has none.
     """
     if notation not in NOTATIONS:
         raise ValueError(notation)
@@ -392,8 +404,8 @@ def understand(table: FieldTable, columns: Mapping[str, int], notation: str) -> 
         if inclination < 0:
             turned_over.append(line)
             azimuth, inclination = float(wrap360(azimuth + 180.0)), -inclination
-        position = _position(word, table)
-        if position is None and any(word.get(c) for c in "xyz"):
+        position = _position(word, table, to_grid)
+        if position is None and any(word.get(c) for c in ("x", "y", "longitude", "latitude")):
             placeless.append(line)
         rows.append(
             FieldRow(
@@ -416,8 +428,13 @@ def understand(table: FieldTable, columns: Mapping[str, int], notation: str) -> 
             f"{lines_in_words(turned_over)}."
         )
     if placeless:
+        n = len(placeless)
+        why = "have no whole position (x, y and z)" if n > 1 else "has no whole position"
+        if "longitude" in columns and to_grid is None:
+            why = "have" if n > 1 else "has"
+            why += " a position in degrees, which needs a project with a CRS,"
         remarks.append(
-            f"{len(placeless)} readings have no whole position (x, y and z) and come without one: "
+            f"{n} reading{'s' if n > 1 else ''} {why} and come{'' if n > 1 else 's'} without one: "
             f"{lines_in_words(placeless)}."
         )
     return FieldReadings(tuple(rows), tuple(bad), tuple(remarks))
@@ -474,11 +491,15 @@ def _line(trend: str, plunge: str, table: FieldTable) -> tuple[str, float, float
     return "line", line.trend_deg, line.plunge_deg
 
 
-def _position(word: Mapping[str, str], table: FieldTable) -> Point | None:
-    values = [_number(word.get(letter, ""), table) for letter in "xyz"]
-    if any(v is None or abs(v) > FARTHEST_M for v in values):
+def _position(word: Mapping[str, str], table: FieldTable, to_grid: ToGrid | None) -> Point | None:
+    x, y, z, longitude, latitude = (
+        _number(word.get(role, ""), table) for role in ("x", "y", "z", "longitude", "latitude")
+    )
+    if (x is None or y is None) and to_grid and longitude is not None and latitude is not None:
+        found = to_grid(longitude, latitude) if abs(latitude) <= 90.0 else None
+        x, y = found if found is not None else (None, None)
+    if x is None or y is None or z is None or max(abs(x), abs(y), abs(z)) > FARTHEST_M:
         return None
-    x, y, z = (float(v) for v in values if v is not None)
     return x, y, z
 
 

@@ -25,7 +25,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.document.edits import suggest_type
 from vomstudio.document.records import FeatureType, Reading, Record
-from vomstudio.io.crs import convergence_deg, crs_name
+from vomstudio.io.crs import convergence_deg, crs_name, from_degrees
 from vomstudio.io.readings import (
     FieldReadings,
     FieldTable,
@@ -73,6 +73,8 @@ _ROLES = (
     ("X (East)", "x"),
     ("Y (North)", "y"),
     ("Z (height)", "z"),
+    ("Longitude", "longitude"),
+    ("Latitude", "latitude"),
     ("Notes", "notes"),
 )
 
@@ -105,6 +107,7 @@ class ReadingsDialog(QDialog):
         self.resize(820, 680)
         self._table, self._records, self._place = table, records, place
         self._kinds = [r for r in records.values() if isinstance(r, FeatureType)]
+        self._to_grid = None if place.crs is None else from_degrees(place.crs)
         self._understood = FieldReadings((), (), ())
         self.readings: list[Reading] = []
         self.types: list[FeatureType] = []
@@ -247,7 +250,7 @@ class ReadingsDialog(QDialog):
         self._understood = (
             FieldReadings((), (), ())
             if self._missing
-            else understand(self._table, self.columns(), notation)
+            else understand(self._table, self.columns(), notation, self._to_grid)
         )
         self._ask_for_types()
         self._show_bad()

@@ -42,6 +42,8 @@ _Index = QModelIndex | QPersistentModelIndex
 _SORT = Qt.ItemDataRole.UserRole
 # Column widths are taken from so many rows: all of a thousand would hold the window up.
 _MEASURED_ROWS = 50
+# More rows than this are sorted in anew together, not one by one.
+_AT_ONCE = 200
 _QUALITY_ORDER = {"good": 0, "doubtful": 1, "poor": 2, None: 3}
 
 
@@ -205,7 +207,7 @@ class OrientationModel(QAbstractTableModel):
 
     def update(self, ids: list[str]) -> None:
         """Some features are new, other, or gone."""
-        if any(self._studio.records.get(i) is None for i in ids):
+        if len(ids) > _AT_ONCE or any(self._studio.records.get(i) is None for i in ids):
             self.reset()
             return
         measured = self._studio.measured(ids)
