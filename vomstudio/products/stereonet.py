@@ -253,6 +253,8 @@ class NetStyle:
             return _mixed(color, self.net), self.outline(color), 1.2 * self.line_pt
         face = color if s.variant % 4 == 0 else _mixed(color, self.ink)
         edge = self.outline(face)
+        if s.marker in "PX" and edge == face:  # a light rim would leave little of their arms
+            return face, face, 0.5 * self.line_pt
         return (face, self.net, 0.5 * self.line_pt) if edge == face else (face, edge, self.line_pt)
 
     def outline(self, color: str) -> str:
