@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from operator import is_not
 from typing import Any
 
 import numpy as np
@@ -90,15 +91,18 @@ class Measurements:
 
     def of(self, records: Records, ids: Iterable[str]) -> dict[str, Measurement]:
         """The measurements of those `ids` that are features; new ones are fitted in one batch."""
-        features = [r for i in ids if isinstance(r := records.get(i), FEATURES)]
-        sources = {f.id: sources_of(records, f) for f in features}
-        new = [
-            feature
-            for feature in features
-            if (kept := self._kept.get(feature.id)) is None
-            or len(kept[0]) != len(sources[feature.id])
-            or any(a is not b for a, b in zip(kept[0], sources[feature.id], strict=True))
-        ]
+        # The window asks for all of thousands at every edit: one pass, no generators.
+        features, new, sources = [], [], {}
+        for id_ in ids:
+            feature = records.get(id_)
+            if not isinstance(feature, FEATURES):
+                continue
+            features.append(feature)
+            rests_on = sources_of(records, feature)
+            kept = self._kept.get(id_)
+            if kept is None or len(kept[0]) != len(rests_on) or any(map(is_not, kept[0], rests_on)):
+                new.append(feature)
+                sources[id_] = rests_on
         for feature, measurement in zip(new, self._measure(records, new), strict=True):
             self._kept[feature.id] = (sources[feature.id], measurement)
         return {feature.id: self._kept[feature.id][1] for feature in features}

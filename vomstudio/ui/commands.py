@@ -12,7 +12,7 @@ from vomstudio.document import edits
 from vomstudio.document.records import FEATURES, Model
 from vomstudio.errors import VomError
 from vomstudio.tools.polyline import PolylineTool
-from vomstudio.ui import line_commands, ortho_dialog, patch_commands
+from vomstudio.ui import line_commands, net_commands, ortho_dialog, patch_commands
 from vomstudio.ui.actions import Command
 
 if TYPE_CHECKING:
@@ -49,6 +49,7 @@ def commands(w: MainWindow) -> list[Command]:
         *ortho_dialog.commands(w),
         *line_commands.commands(w),
         *patch_commands.commands(w),
+        *net_commands.commands(w),
         *_help(w),
     ]
 
@@ -417,6 +418,7 @@ def _shortcuts(w: MainWindow) -> None:
         "<p><b>Mouse</b>: drag orbits about the point under the cursor, wheel zooms to the cursor, "
         "middle button or Shift+drag pans, double click sets the pivot. While picking: click adds, "
         "drag a vertex moves it, Ctrl+click inserts, Enter or double click finishes. With the "
-        "brush of Patch: drag paints, Ctrl+drag takes away, the right button orbits.</p>"
+        "brush of Patch: drag paints, Ctrl+drag takes away, the right button orbits. "
+        "On the net: click a pole or a great circle, drag a lasso around poles; Ctrl adds.</p>"
     )
     QMessageBox.information(w, "Shortcuts", f"<table>{''.join(rows)}</table>{mouse}")

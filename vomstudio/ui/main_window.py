@@ -53,7 +53,8 @@ if TYPE_CHECKING:
 _LAYOUT_VERSION = 2
 _MENUS = (
     ("&File", ("new", "open", "open_project", "*recent", "*discarded", "|", "save", "save_as", "|",
-               "export_csv", "export_gpkg", "export_shp", "export_dxf", "|", "quit")),
+               "import_readings", "|", "export_csv", "export_gpkg", "export_shp", "export_dxf",
+               "export_net", "|", "quit")),
     ("&Edit", ("undo", "redo", "|", "delete", "rename", "|", "select_all", "|", "find_command")),
     ("&View", ("home", "frame_selection", "orthographic", "|", "view_top", "view_north",
                "view_east", "view_south", "view_west", "view_bottom", "|", "*notation",
@@ -346,7 +347,7 @@ class MainWindow(QMainWindow):
             return
         from vomstudio.ui.stereonet_panel import StereonetPanel
 
-        self.net = StereonetPanel(self.studio)
+        self.net = StereonetPanel(self.studio, self.actions_table.all["export_net"])
         self.docks["stereonet"].setWidget(self.net)
         self._net_place.deleteLater()
         self.studio.jobs.submit(

@@ -27,6 +27,7 @@ from vomstudio.document.records import (
     FeatureType,
     Lineation,
     Model,
+    Reading,
     Trace,
 )
 from vomstudio.geometry.mesh import Mesh
@@ -73,6 +74,9 @@ class PropertiesPanel(QWidget):
         self._method.activated.connect(lambda _: self._change(method=self._method.currentData()))
         self._notes = QLineEdit()
         self._notes.editingFinished.connect(self._typed)
+        self._compass = QLabel()
+        self._compass.setWordWrap(True)
+        self._compass.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._fields = {"name": self._name, "set_name": self._set, "notes": self._notes}
         self._fit = FitView()
         self._slip = ComboBox()
@@ -105,6 +109,7 @@ class PropertiesPanel(QWidget):
         layout.addWidget(self._relation)
         layout.addWidget(self._keep)
         layout.addWidget(self._fit)
+        layout.addWidget(self._compass)
         layout.addLayout(form)
         layout.addStretch()
         return page
@@ -206,6 +211,9 @@ class PropertiesPanel(QWidget):
         if isinstance(feature, Lineation):
             self._form.setRowVisible(self._slip, bool(feature.plane_id))
             self._slip.setCurrentIndex(self._slip.findData(feature.slip))
+        self._compass.setVisible(isinstance(feature, Reading))
+        if isinstance(feature, Reading):
+            self._compass.setText("\n".join(self._of_reading(feature)))
         with QSignalBlocker(self._type):
             self._type.clear()
             for kind in self._studio.session.of(FeatureType):
@@ -217,6 +225,14 @@ class PropertiesPanel(QWidget):
         self._overturned.setChecked(getattr(feature, "overturned", False))
         if isinstance(feature, Trace):
             self._method.setCurrentIndex(self._method.findData(feature.method))
+
+    def _of_reading(self, reading: Reading) -> list[str]:
+        lines = [f"Compass reading, {self._studio.nearest_text(reading.id)}"]
+        if reading.turned_deg:
+            lines.append(f"Azimuth as read {reading.turned_deg:+.2f}° (to grid north)")
+        if reading.source:
+            lines.append(f"From {reading.source}")
+        return lines
 
     def _show_model(self, model: Model) -> None:
         lines = [f"<b>{model.name}</b>", model.path]

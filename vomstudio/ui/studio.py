@@ -11,6 +11,7 @@ from typing import Any
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from vomstudio.document import edits
+from vomstudio.document.comparison import NearestPick, nearest_picks
 from vomstudio.document.edit import Edit
 from vomstudio.document.measurements import Measurement, Measurements, sources_of
 from vomstudio.document.records import (
@@ -40,7 +41,7 @@ from vomstudio.tools.trace import TraceTool
 from vomstudio.tools.types import PointerEvent, Preview
 from vomstudio.ui.job_bridge import JobBridge
 from vomstudio.ui.model_loader import ModelLoader, OpenModel
-from vomstudio.ui.wording import plane_text
+from vomstudio.ui.wording import degrees, length, plane_text
 
 _LAYERS_IDLE_MS = 2000
 _LAYERS_PATIENCE_S = 10.0
@@ -81,6 +82,7 @@ class Studio(QObject):
         self.selection = Selection()
         self.selection.changed.connect(self.selection_changed.emit)
         self.measurements = Measurements(settings.thresholds)
+        self._nearest: dict[str, NearestPick] | None = None
         self.models: dict[str, OpenModel] = {}
         self.hidden: set[str] = set()
         self.tool_name = "navigate"
@@ -140,6 +142,7 @@ class Studio(QObject):
         if self.project is not None:
             self._leave()
         self.project = project
+        self._nearest = None
         self.session.changed.connect(self._on_edit)
         self.session.history_changed.connect(lambda _: self.history_changed.emit())
         self._mark_open(True)
@@ -276,6 +279,7 @@ class Studio(QObject):
             self.fail(error)
 
     def _on_edit(self, edit: Edit) -> None:
+        self._nearest = None
         for id_, record in edit.after.items():
             if isinstance(record, Model) and id_ not in self.models:
                 self._load(record)
@@ -435,6 +439,21 @@ class Studio(QObject):
     # --- derived -----------------------------------------------------------------------------
     def measured(self, ids: Iterable[str]) -> dict[str, Measurement]:
         return self.measurements.of(self.records, ids)
+
+    def nearest_pick(self, reading_id: str) -> NearestPick | None:
+        """The pick to which a compass reading is compared; worked out for all readings at once, and
+        again after an edit."""
+        if self._nearest is None:
+            self._nearest = nearest_picks(self.records, self.measurements)
+        return self._nearest.get(reading_id)
+
+    def nearest_text(self, reading_id: str) -> str:
+        """How far a reading is from the nearest pick, and from which, in words."""
+        found = self.nearest_pick(reading_id)
+        if found is None:
+            return "No pick of the same type to compare with"
+        how = "the most alike" if found.distance_m is None else f"{length(found.distance_m)} away"
+        return f"{degrees(found.angle_deg)} from {found.name}, {how}"
 
     def north_known(self) -> bool:
         """Every model of the project knows its north."""

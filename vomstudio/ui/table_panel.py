@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from PySide6.QtCore import (
@@ -29,9 +30,10 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.document import edits
+from vomstudio.document.comparison import NearestPick
 from vomstudio.document.edit import Edit
 from vomstudio.document.measurements import Measurement
-from vomstudio.document.records import TYPED, FeatureType, Typed
+from vomstudio.document.records import TYPED, FeatureType, Reading, Typed
 from vomstudio.ui import theme
 from vomstudio.ui.studio import Studio
 from vomstudio.ui.wording import area, degrees, length, natural, number, orientation_text
@@ -40,6 +42,8 @@ _Index = QModelIndex | QPersistentModelIndex
 _SORT = Qt.ItemDataRole.UserRole
 # Column widths are taken from so many rows: all of a thousand would hold the window up.
 _MEASURED_ROWS = 50
+# More rows than this are sorted in anew together, not one by one.
+_AT_ONCE = 200
 _QUALITY_ORDER = {"good": 0, "doubtful": 1, "poor": 2, None: 3}
 
 
@@ -61,6 +65,8 @@ class Row:
     kind: FeatureType | None
     measured: Measurement
     notation: str
+    nearest: Callable[[], NearestPick | None] = lambda: None
+    """Of a compass reading: asked for when shown, since it rests on the other rows."""
 
     @property
     def azimuth(self) -> float | None:
@@ -85,6 +91,11 @@ class Row:
         if self.measured.verdict is None:
             return self.measured.problem or ""
         return "; ".join(self.measured.verdict.reasons)
+
+    @property
+    def to_pick(self) -> float | None:
+        found = self.nearest()
+        return None if found is None else found.angle_deg
 
     @property
     def ratio(self) -> float | None:
@@ -158,6 +169,13 @@ COLUMNS: tuple[Column, ...] = (
         lambda r: r.rake,
     ),
     Column(
+        "To pick",
+        "Of a compass reading: its angle from the nearest pick of the same type, or from the most "
+        "alike where the reading has no position",
+        lambda r: degrees(r.to_pick),
+        lambda r: r.to_pick,
+    ),
+    Column(
         "Ext./res.",
         "Extent over the model's resolution: 100 is wanted",
         lambda r: number(r.ratio, 2),
@@ -168,6 +186,8 @@ COLUMNS: tuple[Column, ...] = (
            None, True),
     Column("Notes", "Notes", lambda r: r.feature.notes, lambda r: r.feature.notes, "notes", True),
 )  # fmt: skip
+
+_TO_PICK = next(i for i, column in enumerate(COLUMNS) if column.title == "To pick")
 
 
 class OrientationModel(QAbstractTableModel):
@@ -187,7 +207,7 @@ class OrientationModel(QAbstractTableModel):
 
     def update(self, ids: list[str]) -> None:
         """Some features are new, other, or gone."""
-        if any(self._studio.records.get(i) is None for i in ids):
+        if len(ids) > _AT_ONCE or any(self._studio.records.get(i) is None for i in ids):
             self.reset()
             return
         measured = self._studio.measured(ids)
@@ -214,7 +234,17 @@ class OrientationModel(QAbstractTableModel):
             kind if isinstance(kind, FeatureType) else None,
             measured,
             self._studio.settings.notation,
+            partial(self._studio.nearest_pick, feature.id)
+            if isinstance(feature, Reading)
+            else lambda: None,
         )
+
+    def compare_again(self) -> None:
+        """Readings are compared with other rows, which have changed."""
+        if any(isinstance(row.feature, Reading) for row in self._rows):
+            self.dataChanged.emit(
+                self.index(0, _TO_PICK), self.index(len(self._rows) - 1, _TO_PICK)
+            )
 
     def id_at(self, row: int) -> str:
         return self._rows[row].feature.id
@@ -377,6 +407,7 @@ class TablePanel(QWidget):
             return
         first = self.model.rowCount() == 0
         self.model.update(ids)
+        self.model.compare_again()
         self._counted()
         if first:
             self._fit_columns()
