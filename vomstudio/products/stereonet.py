@@ -827,6 +827,8 @@ def _draw_emphasis(
     ax: Axes, net: NetContents, style: NetStyle, positions: list[Array]
 ) -> list[object]:
     """Selected features: the same colour, larger, ringed, their great circles cased."""
+    from matplotlib.collections import LineCollection
+
     made: list[object] = []
     size = style.marker_pt * max(1.5, 1.7 * _crowding(sum(len(s) for s in net.sets)))
     for s, at in zip(net.sets, positions, strict=True):
@@ -837,9 +839,13 @@ def _draw_emphasis(
             continue
         color = style.color(s.color)
         if s.kind == "plane":
-            for arc in nets.great_circles(s.azimuth_deg[rows], s.angle_deg[rows], net.projection):
-                made += ax.plot(*arc.T, color=style.ink, linewidth=3.4 * style.line_pt, zorder=5.5)
-                made += ax.plot(*arc.T, color=color, linewidth=2.0 * style.line_pt, zorder=5.6)
+            # As two collections: a line of its own for each of a thousand takes half a second.
+            arcs = nets.great_circles(s.azimuth_deg[rows], s.angle_deg[rows], net.projection)
+            for tint, wide, z in ((style.ink, 3.4, 5.5), (color, 2.0, 5.6)):
+                cased = LineCollection(
+                    list(arcs), colors=tint, linewidths=wide * style.line_pt, zorder=z
+                )
+                made.append(ax.add_collection(cased, autolim=False))
         if net.poles:
             made += ax.plot(
                 at[rows, 0], at[rows, 1], linestyle="none", marker=s.marker, markersize=size,

@@ -21,7 +21,8 @@ from vomstudio.document.records import (
 )
 from vomstudio.geometry import transform
 from vomstudio.geometry.discs import disc
-from vomstudio.rendering.drawing import FeatureDrawing
+from vomstudio.rendering.drawing import FeatureDrawing, Symbol
+from vomstudio.rendering.symbols import small_disc, symbol_of_line, symbol_of_plane
 from vomstudio.rendering.viewport import Viewport
 from vomstudio.tools.types import Button, Pointer, PointerEvent, Preview
 from vomstudio.ui.first_view import first_view
@@ -186,9 +187,17 @@ class ScenePresenter:
         kind = self._studio.records.get(group)
         fit = measured.fit
         text = orientation_text(measured, self._studio.settings.notation)
-        ring = None
-        if fit is not None and fit.extent is not None:
+        planes_as = self._studio.settings.planes_as
+        extent = extent_of(measured)
+        ring, symbol = None, None
+        if planes_as == "symbols":
+            symbol = symbol_of(feature, measured, extent)
+            if symbol is not None:
+                # Its number stands beside the symbol.
+                text = "–"
+        elif planes_as == "discs" and fit is not None and fit.extent is not None:
             ring = disc(fit.centroid, fit.normal, 0.5 * fit.extent)
+            symbol = small_disc(fit.centroid, fit.extent)
         return FeatureDrawing(
             id=feature.id,
             line=line,
@@ -197,6 +206,8 @@ class ScenePresenter:
             label=feature.name if text == "–" else f"{feature.name}  {text}",
             anchor=line[len(line) // 2],
             visible=self._studio.visible(feature.id) and self._studio.visible(group),
+            symbol=symbol,
+            extent=extent,
         )
 
     def _line(self, feature: Feature, measured: Measurement) -> npt.NDArray[np.float64]:
@@ -232,6 +243,34 @@ class ScenePresenter:
                 self._studio.selection.toggle(found)
             elif not event.ctrl:
                 self._studio.selection.set([] if found is None else [found])
+
+
+def extent_of(measured: Measurement) -> float:
+    """m, how far a feature reaches: its longest axis or the size of its box; 0 for a point."""
+    if measured.fit is not None and measured.fit.extent is not None:
+        return float(measured.fit.extent)
+    if not len(measured.points):
+        return 0.0
+    return float(np.linalg.norm(np.ptp(measured.points, axis=0)))
+
+
+def symbol_of(feature: Feature, measured: Measurement, extent: float) -> Symbol | None:
+    """Strike and dip, or trend and plunge, at the middle of a feature that has one."""
+    if isinstance(feature, Dimension) or not len(measured.points):
+        return None
+    place = measured.points.mean(axis=0) if measured.fit is None else measured.fit.centroid
+    if measured.plane is not None:
+        plane = measured.plane
+        return symbol_of_plane(
+            plane.dip_direction_deg,
+            plane.dip_deg,
+            place,
+            extent,
+            overturned=bool(getattr(feature, "overturned", False)),
+        )
+    if measured.line is not None:
+        return symbol_of_line(measured.line.trend_deg, measured.line.plunge_deg, place, extent)
+    return None
 
 
 def _rgb(color: str) -> tuple[float, float, float]:
