@@ -14,6 +14,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from vomstudio.errors import UsageError
 from vomstudio.geology.folds import fold_axis
@@ -174,7 +175,8 @@ def test_selection_emphasises_in_the_same_colour_and_can_be_taken_back() -> None
     _, artists = draw(replace(FULL, selected=frozenset(), ellipses=()))
     count = len(artists.axes.lines)
     artists.select({"Joints4"})
-    fills = {line.get_markerfacecolor() for line in artists.emphasis if line.get_marker() == "^"}  # type: ignore[attr-defined]
+    marks = [a for a in artists.emphasis if isinstance(a, Line2D) and a.get_marker() == "^"]
+    fills = {mark.get_markerfacecolor() for mark in marks}
     assert fills == {SETS[2].color}
     assert len(artists.axes.lines) > count
     artists.select(())

@@ -312,17 +312,13 @@ class Annotations:
         self._corners = {ids[i]: int(corners[i]) for i in placed}
 
     # --- memory ------------------------------------------------------------------------------
-    def _patient(
-        self, ids: list[str], seen: Flags, shown: dict[str, int], moving: bool
-    ) -> Flags:
+    def _patient(self, ids: list[str], seen: Flags, shown: dict[str, int], moving: bool) -> Flags:
         """What is seen, and while the view moves what was shown and seen a few frames ago."""
         if not moving or not shown:
             return seen
         return seen | np.array([shown.get(i, _PATIENCE) < _PATIENCE for i in ids], np.bool_)
 
-    def _remember(
-        self, shown: dict[str, int], now: list[str], ids: list[str], seen: Flags
-    ) -> None:
+    def _remember(self, shown: dict[str, int], now: list[str], ids: list[str], seen: Flags) -> None:
         """For each that is shown, for how many frames it has not been seen."""
         before = dict(shown)
         shown.clear()

@@ -63,7 +63,7 @@ def place_labels(
     jump about their anchors while the view turns; written anew for those that are placed.
     """
     placed: dict[int, tuple[float, float]] = {}
-    finite = np.isfinite(anchors).all(axis=1)
+    finite = np.asarray(np.isfinite(anchors).all(axis=1))
     # Plain numbers: taking them one by one out of arrays would cost more than the placing.
     wanted = order[finite[order]]
     each = zip(wanted.tolist(), anchors[wanted].tolist(), sizes[wanted].tolist(), strict=True)

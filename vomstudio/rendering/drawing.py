@@ -8,7 +8,6 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-
 SymbolKind = Literal["plane", "overturned", "vertical", "horizontal", "line", "disc"]
 
 

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QInputDialog, QMessageBox
 from vomstudio.document import edits
 from vomstudio.document.records import FEATURES, Model, Trace
 from vomstudio.errors import VomError
+from vomstudio.ui import feature_commands
 from vomstudio.ui.actions import Command
 
 if TYPE_CHECKING:
@@ -38,7 +39,15 @@ _DISPLAYS = (
 
 
 def commands(w: MainWindow) -> list[Command]:
-    return [*_files(w), *_edits(w), *_views(w), *_models(w), *_tools(w), *_help(w)]
+    return [
+        *_files(w),
+        *_edits(w),
+        *_views(w),
+        *_models(w),
+        *_tools(w),
+        *feature_commands.commands(w),
+        *_help(w),
+    ]
 
 
 def _files(w: MainWindow) -> list[Command]:

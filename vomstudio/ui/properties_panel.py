@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QPalette
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -21,15 +21,14 @@ from vomstudio.document.records import (
     FEATURES,
     TYPED,
     Feature,
-    FeatureType,
     Lineation,
     Model,
     Trace,
 )
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.ui import theme
 from vomstudio.ui.fit_view import FitView
 from vomstudio.ui.studio import Studio
+from vomstudio.ui.type_box import TypeBox
 from vomstudio.ui.widgets import ComboBox
 from vomstudio.ui.wording import length
 
@@ -57,7 +56,7 @@ class PropertiesPanel(QWidget):
         page = QWidget()
         self._name = QLineEdit()
         self._name.editingFinished.connect(self._typed)
-        self._type = ComboBox()
+        self._type = TypeBox(self._studio)
         self._type.activated.connect(lambda _: self._change(type_id=self._type.currentData()))
         self._set = QLineEdit()
         self._set.editingFinished.connect(self._typed)
@@ -169,12 +168,8 @@ class PropertiesPanel(QWidget):
         if isinstance(feature, Lineation):
             self._form.setRowVisible(self._slip, bool(feature.plane_id))
             self._slip.setCurrentIndex(self._slip.findData(feature.slip))
-        with QSignalBlocker(self._type):
-            self._type.clear()
-            for kind in self._studio.session.of(FeatureType):
-                self._type.addItem(theme.swatch(kind.color), kind.name, kind.id)
-            if isinstance(feature, TYPED):
-                self._type.setCurrentIndex(self._type.findData(feature.type_id))
+        if isinstance(feature, TYPED):
+            self._type.choose(feature.type_id)
         for name, field in self._fields.items():
             field.setText(getattr(feature, name, ""))
         self._overturned.setChecked(getattr(feature, "overturned", False))

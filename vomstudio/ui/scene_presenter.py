@@ -26,8 +26,7 @@ from vomstudio.rendering.symbols import small_disc, symbol_of_line, symbol_of_pl
 from vomstudio.rendering.viewport import Viewport
 from vomstudio.tools.types import Button, Pointer, PointerEvent, Preview
 from vomstudio.ui.first_view import first_view
-from vomstudio.ui.project_tree import DIMENSIONS
-from vomstudio.ui.studio import Studio
+from vomstudio.ui.studio import DIMENSIONS, Studio, group_of
 from vomstudio.ui.wording import drawn_points, length, orientation_text
 
 
@@ -183,7 +182,7 @@ class ScenePresenter:
         line = self._line(feature, measured)
         if not len(line):
             return None
-        group = DIMENSIONS if isinstance(feature, Dimension) else feature.type_id
+        group = group_of(feature)
         kind = self._studio.records.get(group)
         fit = measured.fit
         text = orientation_text(measured, self._studio.settings.notation)
