@@ -31,6 +31,10 @@ coarser model comes and goes."""
 _ROOM = 13.0
 """Half the side of the square that a symbol keeps free of other symbols, in pixels."""
 _DOT = 6.0
+_CAP = 1.2
+_FEW = 12
+_CASED = 1200
+"""Strokes above which symbols have one casing instead of two."""
 _REACH = 7.0
 _LABEL_GAP = 7.0
 _SYMBOL_GAP = 17.0
@@ -56,6 +60,7 @@ class Annotations:
         self.labels = painting.LabelCache()
         self.label_boxes: list[tuple[str, QRectF]] = []
         self._numbers: dict[tuple[str, float], QPixmap] = {}
+        self._dots: dict[tuple[tuple[float, float, float], float, float], QPixmap] = {}
         self._ready: _Ready | None = None
         self._corners: dict[str, int] = {}
         self._labels_shown: dict[str, int] = {}
@@ -175,11 +180,14 @@ class Annotations:
         # A margin all round: a symbol half out of the image is one all the same.
         room = LabelGrid(size[0] + 40.0, size[1] + 40.0)
         full, dots, discs = [], [], []
+        # A few selected ones lie over all others; many of them would pile up too.
+        few = np.flatnonzero(chosen[rows])
+        certain = set(few.tolist()) if len(few) <= _FEW else set()
         for i in order[wanted[order]].tolist():
             x, y = signs.pixels[i]
             if ready.discs[i]:
                 discs.append(i)
-            elif chosen[rows[i]] or room.take(
+            elif i in certain or room.take(
                 x + 20.0 - _ROOM, y + 20.0 - _ROOM, 2 * _ROOM, 2 * _ROOM
             ):
                 full.append(i)
@@ -208,12 +216,26 @@ class Annotations:
         colors: list[tuple[float, float, float]],
         width: float,
     ) -> None:
-        for wide, halo in ((width, True), (width - 2.0, False)):
-            for color in dict.fromkeys(colors[i] for i in dots):
-                pen = QPen(painting.DARK if halo else painting.to_color(color), wide)
-                pen.setCapStyle(Qt.PenCapStyle.RoundCap)
-                painter.setPen(pen)
-                painter.drawPoints([QPointF(*pixels[i]) for i in dots if colors[i] == color])
+        ratio = painter.device().devicePixelRatioF()
+        half = width / 2.0 + 1.0
+        for i in dots:
+            x, y = pixels[i]
+            painter.drawPixmap(QPointF(x - half, y - half), self._dot(colors[i], width, ratio))
+
+    def _dot(self, color: tuple[float, float, float], width: float, ratio: float) -> QPixmap:
+        """Kept as a small picture: round points take Qt ten times as long."""
+        key = (color, width, ratio)
+        found = self._dots.get(key)
+        if found is None:
+            found = _blank(width + 2.0, width + 2.0, ratio)
+            inner = QPainter(found)
+            inner.setRenderHint(QPainter.RenderHint.Antialiasing)
+            inner.setPen(QPen(painting.DARK, 1.2))
+            inner.setBrush(painting.to_color(color))
+            inner.drawEllipse(QRectF(1.0, 1.0, width, width))
+            inner.end()
+            self._dots[key] = found
+        return found
 
     def _paint_strokes(
         self,
@@ -225,7 +247,11 @@ class Annotations:
     ) -> None:
         if not len(strokes):
             return
-        lines = [QLineF(*ends) for ends in strokes.reshape(-1, 4).tolist()]
+        # Flat ends, drawn a little longer, take a third of the time of round ones.
+        along = strokes[:, 1] - strokes[:, 0]
+        along *= _CAP / np.maximum(np.hypot(*along.T), 1e-9)[:, None]
+        longer = strokes + np.stack([-along, along], axis=1)
+        lines = [QLineF(*ends) for ends in longer.reshape(-1, 4).tolist()]
         groups: dict[tuple[bool, tuple[float, float, float]], list[QLineF]] = {}
         for line, owner in zip(lines, owners.tolist(), strict=True):
             groups.setdefault((bool(chosen[owner]), colors[owner]), []).append(line)
@@ -237,17 +263,15 @@ class Annotations:
             every = [line for part in own.values() for line in part]
             if not every:
                 continue
-            # A light casing within the dark one: a symbol may lie on the line of its own trace.
             wider = 2.0 if selected else 0.0
-            for tint, wide in ((shade, 6.2 + wider), (painting.TEXT, 4.6 + wider)):
-                halo = QPen(tint, wide)
-                halo.setCapStyle(Qt.PenCapStyle.RoundCap)
-                painter.setPen(halo)
+            # A light casing within the dark one: a symbol may lie on the line of its own trace.
+            # Among very many there is time for one of them only.
+            casing = [(shade, 6.2), (painting.TEXT, 4.6)]
+            for tint, wide in casing if len(every) < _CASED else [(painting.TEXT, 4.6)]:
+                painter.setPen(_flat(tint, wide + wider))
                 painter.drawLines(every)
             for color, part in own.items():
-                pen = QPen(painting.to_color(color), 3.2 if selected else 2.2)
-                pen.setCapStyle(Qt.PenCapStyle.RoundCap)
-                painter.setPen(pen)
+                painter.setPen(_flat(painting.to_color(color), 3.2 if selected else 2.4))
                 painter.drawLines(part)
 
     def _paint_numbers(
@@ -273,9 +297,7 @@ class Annotations:
             font = painting.system_font(bold=True)
             metrics = QFontMetricsF(font)
             wide, tall = metrics.horizontalAdvance(text) + 6.0, metrics.height() + 4.0
-            found = QPixmap(int(np.ceil(wide * ratio)), int(np.ceil(tall * ratio)))
-            found.setDevicePixelRatio(ratio)
-            found.fill(Qt.GlobalColor.transparent)
+            found = _blank(wide, tall, ratio)
             inner = QPainter(found)
             painting.outlined_text(inner, 3.0, 2.0 + metrics.ascent(), text, font)
             inner.end()
@@ -325,3 +347,17 @@ class Annotations:
         really = dict(zip(ids, seen.tolist(), strict=True))
         for i in now:
             shown[i] = 0 if really[i] else before.get(i, 0) + 1
+
+
+def _flat(color: QColor, width: float) -> QPen:
+    pen = QPen(color, width)
+    pen.setCapStyle(Qt.PenCapStyle.FlatCap)
+    return pen
+
+
+def _blank(width: float, height: float, ratio: float) -> QPixmap:
+    """A clear picture of so many logical pixels."""
+    made = QPixmap(int(np.ceil(width * ratio)), int(np.ceil(height * ratio)))
+    made.setDevicePixelRatio(ratio)
+    made.fill(Qt.GlobalColor.transparent)
+    return made

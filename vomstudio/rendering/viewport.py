@@ -700,8 +700,8 @@ class Viewport(QWidget):
         """The picture with all that moves only with the camera."""
         width, height = self._extent()
         if self._picture is not None:
-            # Painted upon in place: whoever wants it anew takes it anew from the scene.
-            base = self._picture
+            # Qt paints quickest upon its own order of bytes, and the screen takes it as it is.
+            base = self._picture.convertToFormat(QImage.Format.Format_RGB32)
         else:
             ratio = self.devicePixelRatioF()
             base = QImage(
