@@ -94,6 +94,5 @@ def by_importance(
     """The order in which labels or symbols (n,) get their places: the selected ones, then the
     larger features. Those shown last stay before all others while the view moves, and before those
     that are not much larger when it rests: what comes and goes at every step cannot be read."""
-    weight = extents * np.where(kept, np.inf if moving else 1.5, 1.0)
-    weight = np.where(kept & (extents <= 0.0), np.inf if moving else 0.0, weight)
-    return np.lexsort((-extents, -weight, ~selected))
+    weight = extents if moving else extents * np.where(kept, 1.5, 1.0)
+    return np.lexsort((-weight, ~kept & moving, ~selected))
