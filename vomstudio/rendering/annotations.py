@@ -37,16 +37,20 @@ _CASED = 1200
 """Strokes above which symbols have one casing instead of two."""
 _REACH = 7.0
 _LABEL_GAP = 7.0
+_ALONG = (0.25, 0.75, 0.0, 1.0)
+"""Where on a feature's line its label and symbol may stand if its anchor is not seen."""
 _SYMBOL_GAP = 17.0
 
 
 @dataclass(frozen=True, eq=False)
 class _Ready:
-    """The visible drawings, worked out once for all the frames until they change."""
+    """The visible drawings, worked out once for all the frames until they change.
+
+    places : (n, 5, 3) World, where label and symbol may stand: the anchor, then along the line
+    """
 
     drawings: list[FeatureDrawing]
     places: Array
-    anchors: Array
     extents: Array
     sizes: Array
     labelled: Flags
@@ -65,6 +69,7 @@ class Annotations:
         self._corners: dict[str, int] = {}
         self._labels_shown: dict[str, int] = {}
         self._symbols_shown: dict[str, int] = {}
+        self._stood: dict[str, int] = {}
         self._strokes: Array = np.zeros((0, 2, 2))
         self._owners: npt.NDArray[np.int64] = np.zeros(0, np.int64)
 
@@ -115,19 +120,20 @@ class Annotations:
             return
         ratio = painter.device().devicePixelRatioF()
         count = len(ready.drawings)
-        both, seen = project(np.concatenate([ready.anchors, ready.places]))
-        anchors = both[:count].copy()
-        seen = seen[:count] | seen[count:]
+        pixels, there = project(ready.places.reshape(-1, 3))
+        at = self._stand(ready, there.reshape(count, -1), moving)
+        anchors = pixels.reshape(count, -1, 2)[np.arange(count), at]
+        seen = there.reshape(count, -1)[np.arange(count), at]
         chosen = np.array([d.id in selected for d in ready.drawings])
         grid = LabelGrid(*size)
         for box in kept_free:
             grid.block(box.x(), box.y(), box.width(), box.height())
         gap = _LABEL_GAP
         if len(ready.symbol_rows):
-            signs = ready.symbols.signs(camera, size)
+            rows = ready.symbol_rows
+            signs = ready.symbols.signs(camera, size, ready.places[rows, at[rows]])
             self._paint_symbols(painter, ready, signs, seen, chosen, grid, size, moving)
             if not ready.discs.all():
-                anchors[ready.symbol_rows] = signs.pixels
                 gap = _SYMBOL_GAP
         self._paint_labels(painter, ready, anchors, seen, chosen, grid, gap, moving, ratio)
 
@@ -135,14 +141,9 @@ class Annotations:
         drawings = [d for d in features.values() if d.visible and (d.label or d.symbol)]
         rows = [i for i, d in enumerate(drawings) if d.symbol is not None]
         symbols = [s for d in drawings if (s := d.symbol) is not None]
-        anchors = np.array([d.anchor for d in drawings], float).reshape(-1, 3)
-        places = anchors.copy()
-        if rows:
-            places[rows] = [s.place for s in symbols]
         return _Ready(
             drawings,
-            places,
-            anchors,
+            np.array([_places(d) for d in drawings], float).reshape(-1, 1 + len(_ALONG), 3),
             np.array([d.extent for d in drawings], float),
             np.array([self.labels.size(d.label) for d in drawings], float).reshape(-1, 2),
             np.array([bool(d.label) for d in drawings], np.bool_),
@@ -150,6 +151,22 @@ class Annotations:
             SymbolSet(symbols),
             np.array([s.kind == "disc" for s in symbols], np.bool_),
         )
+
+    def _stand(self, ready: _Ready, seen: Flags, moving: bool) -> npt.NDArray[np.int64]:
+        """(n,) at which of its places each feature is named: where it was last as long as that is
+        seen, else at the first that is; so a long trace is named however near the viewer is."""
+        ids = [d.id for d in ready.drawings]
+        last = np.array([self._stood.get(i, 0) for i in ids], np.int64)
+        # The anchor again, once everything rests.
+        first = last if moving else np.zeros_like(last)
+        kept = seen[np.arange(len(ids)), first] | ~seen.any(axis=1)
+        if moving:
+            kept |= np.array(
+                [0 < self._labels_shown.get(i, 0) < _PATIENCE for i in ids], np.bool_
+            ) | np.array([0 < self._symbols_shown.get(i, 0) < _PATIENCE for i in ids], np.bool_)
+        at = np.where(kept, first, np.argmax(seen, axis=1))
+        self._stood = {i: k for i, k in zip(ids, at.tolist(), strict=True) if k}
+        return at
 
     # --- symbols -----------------------------------------------------------------------------
     def _paint_symbols(
@@ -353,6 +370,16 @@ def _flat(color: QColor, width: float) -> QPen:
     pen = QPen(color, width)
     pen.setCapStyle(Qt.PenCapStyle.FlatCap)
     return pen
+
+
+def _places(drawing: FeatureDrawing) -> Array:
+    """(5, 3) World"""
+    line = np.asarray(drawing.line, float).reshape(-1, 3)
+    anchor = np.asarray(drawing.anchor, float)
+    if len(line) < 2:
+        return np.repeat(anchor[None], 1 + len(_ALONG), axis=0)
+    rows = np.round(np.array(_ALONG) * (len(line) - 1)).astype(int)
+    return np.concatenate([anchor[None], line[rows]])
 
 
 def _blank(width: float, height: float, ratio: float) -> QPixmap:

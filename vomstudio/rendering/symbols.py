@@ -121,10 +121,16 @@ class SymbolSet:
         self._across = _stacked([s.across for s in symbols])
         self._lines = np.array([k == "line" for k in self.kinds], np.bool_)
 
-    def signs(self, camera: Camera, size: tuple[float, float]) -> Signs:
-        """Where and how the symbols are seen by a camera whose image has `size`, in pixels."""
-        pixels, depth = camera.project(self.places, size)
-        away = self.places - camera.position
+    def signs(
+        self, camera: Camera, size: tuple[float, float], places: Array | None = None
+    ) -> Signs:
+        """Where and how the symbols are seen by a camera whose image has `size`, in pixels.
+
+        places : (n, 3) World, where they stand instead of at their own places
+        """
+        places = self.places if places is None else places
+        pixels, depth = camera.project(places, size)
+        away = places - camera.position
         front = np.maximum(away @ camera.direction, 1e-9)
         reach = np.full(len(front), camera.distance) if camera.orthographic else front
         metres = 2.0 * camera.tangent / max(size[1], 1.0) * reach

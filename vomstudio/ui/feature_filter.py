@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -102,10 +103,11 @@ def _test(token: str) -> Test:
     key = _OTHER_NAMES.get(key, key)
     field = _FIELDS.get(key)
     if field is None:
-        names = ", ".join(_FIELDS)
+        near = difflib.get_close_matches(key, _FIELDS, 1, 0.4)
+        meant = f"did you mean {near[0]}? " if near else ""
         raise UsageError(
-            f"There is no “{condition['key']}” to filter by. There are {names}. For the word "
-            f'itself write "{token}" in quotes.'
+            f"There is no “{condition['key']}” to filter by: {meant}The names are in the tip of "
+            "this line; words with : stand in quotes."
         )
     op, value = condition["op"], condition["value"].replace('"', "").strip()
     if not value:

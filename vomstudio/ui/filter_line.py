@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QColor, QPalette
-from PySide6.QtWidgets import QLabel, QLineEdit
+from PySide6.QtWidgets import QLabel, QLineEdit, QSizePolicy
 
 from vomstudio.errors import UsageError
 from vomstudio.ui.feature_filter import HELP, Test, parse_filter
@@ -16,11 +16,14 @@ class FilterLine(QLineEdit):
 
     changed = Signal()
 
-    def __init__(self, placeholder: str) -> None:
+    def __init__(self, placeholder: str, *, wraps: bool = False) -> None:
         super().__init__()
         self.test: Test | None = None
         self.problem = QLabel()
-        self.problem.setWordWrap(True)
+        self.problem.setWordWrap(wraps)
+        if not wraps:
+            # Cut off rather than make the panel wider; the tip has all of it.
+            self.problem.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.problem.hide()
         self.setPlaceholderText(placeholder)
         self.setClearButtonEnabled(True)

@@ -62,7 +62,7 @@ from vomstudio.ui.wording import natural, orientation_text
 _ID = Qt.ItemDataRole.UserRole
 _SORT = Qt.ItemDataRole.UserRole + 1
 NAME, ORIENTATION, SET = 0, 1, 2
-_SET_WIDTH = 74
+_SET_WIDTH = 80
 _OVERTURNED = "\N{CLOCKWISE TOP SEMICIRCLE ARROW}"
 _FEATURES_MIME = "application/x-vomstudio-features"
 # Above so many, one selection of ranges is quicker than one after the other.
@@ -218,7 +218,7 @@ class ProjectTree(QWidget):
         self.tree.itemSelectionChanged.connect(self._selected)
         self.tree.itemChanged.connect(self._changed)
         self.tree.dropped.connect(self._dropped)
-        self.filter = FilterLine(self.tr("Filter: words, or dip>30"))
+        self.filter = FilterLine(self.tr("Filter: words, or dip>30"), wraps=True)
         self.filter.changed.connect(self._filtered)
         self.empty_types = QToolButton()
         self.empty_types.setIcon(theme.icon("shape-plus-outline"))

@@ -18,6 +18,7 @@ from vomstudio.document.records import (
     FeatureType,
     Model,
     Patch,
+    Trace,
 )
 from vomstudio.geometry import transform
 from vomstudio.geometry.discs import disc
@@ -203,7 +204,7 @@ class ScenePresenter:
             disc=ring,
             color=_rgb(kind.color if isinstance(kind, FeatureType) else "#ffffff"),
             label=feature.name if text == "–" else f"{feature.name}  {text}",
-            anchor=line[len(line) // 2],
+            anchor=middle_of(feature, measured),
             visible=self._studio.visible(feature.id) and self._studio.visible(group),
             symbol=symbol,
             extent=extent,
@@ -253,11 +254,21 @@ def extent_of(measured: Measurement) -> float:
     return float(np.linalg.norm(np.ptp(measured.points, axis=0)))
 
 
+def middle_of(feature: Feature, measured: Measurement) -> npt.NDArray[np.float64]:
+    """(3,) where a feature is named: on the rock, so of a trace the vertex nearest its centroid,
+    which itself may lie in the air or inside."""
+    points = measured.points
+    centre = points.mean(axis=0) if measured.fit is None else measured.fit.centroid
+    if isinstance(feature, Trace):
+        centre = points[int(np.argmin(np.linalg.norm(points - centre, axis=1)))]
+    return np.asarray(centre, float)
+
+
 def symbol_of(feature: Feature, measured: Measurement, extent: float) -> Symbol | None:
     """Strike and dip, or trend and plunge, at the middle of a feature that has one."""
     if isinstance(feature, Dimension) or not len(measured.points):
         return None
-    place = measured.points.mean(axis=0) if measured.fit is None else measured.fit.centroid
+    place = middle_of(feature, measured)
     if measured.plane is not None:
         plane = measured.plane
         return symbol_of_plane(
