@@ -838,7 +838,7 @@ def _draw_emphasis(
         if not rows:
             continue
         color = style.color(s.color)
-        if s.kind == "plane":
+        if s.kind == "plane" and (circles_shown(net) or len(rows) <= AUTO_CIRCLES):
             # As two collections: a line of its own for each of a thousand takes half a second.
             arcs = nets.great_circles(s.azimuth_deg[rows], s.angle_deg[rows], net.projection)
             for tint, wide, z in ((style.ink, 3.4, 5.5), (color, 2.0, 5.6)):

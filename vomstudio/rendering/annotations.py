@@ -200,8 +200,9 @@ class Annotations:
         # A few selected ones lie over all others; many of them would pile up too.
         few = np.flatnonzero(chosen[rows])
         certain = set(few.tolist()) if len(few) <= _FEW else set()
+        places = signs.pixels.tolist()
         for i in order[wanted[order]].tolist():
-            x, y = signs.pixels[i]
+            x, y = places[i]
             if ready.discs[i]:
                 discs.append(i)
             elif i in certain or room.take(

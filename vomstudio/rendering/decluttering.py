@@ -30,12 +30,15 @@ class LabelGrid:
         """Take a rectangle; False (and nothing taken) where it collides or leaves the image."""
         if x < 0 or y < 0 or x + width > self.width or y + height > self.height:
             return False
-        first, last, mask = self._cells(x, y, width, height)
+        # As in `_cells`, but it lies inside.
+        left = int(x) // CELL
+        mask = ((2 << (int(x + width) // CELL - left)) - 1) << left
         rows = self._rows
-        for row in range(first, last):
+        span = range(int(y) // CELL, int(y + height) // CELL + 1)
+        for row in span:
             if rows[row] & mask:
                 return False
-        for row in range(first, last):
+        for row in span:
             rows[row] |= mask
         return True
 

@@ -443,18 +443,24 @@ class TablePanel(QWidget):
         self._studio.selection.set(ids)
 
     def _show_selection(self, ids: tuple[str, ...]) -> None:
-        chosen = QItemSelection()
         last = QModelIndex()
+        rows = []
         for id_ in ids:
             place = self.model.place(id_)
-            index = (
-                QModelIndex()
-                if place is None
-                else self._sorted.mapFromSource(self.model.index(place, 0))
-            )
-            if index.isValid():
-                chosen.select(index, index)
-                last = index
+            if place is not None:
+                index = self._sorted.mapFromSource(self.model.index(place, 0))
+                if index.isValid():
+                    rows.append(index.row())
+                    last = index
+        # As runs of rows: Qt looks at every column of every range.
+        rows.sort()
+        chosen = QItemSelection()
+        start = 0
+        for i in range(1, len(rows) + 1):
+            if i == len(rows) or rows[i] != rows[i - 1] + 1:
+                first, end = rows[start], rows[i - 1]
+                chosen.select(self._sorted.index(first, 0), self._sorted.index(end, 0))
+                start = i
         selection = self.view.selectionModel()
         self._showing = True
         selection.select(
