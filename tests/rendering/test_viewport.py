@@ -330,7 +330,7 @@ def test_the_feature_under_the_cursor_is_named(stage: Stage) -> None:
     assert stage.view.pick_feature(middle[0], middle[1] + 2.0) == "trace"
     assert stage.view.pick_feature(*pixels[2:].mean(axis=0)) == "disc"
     assert stage.view.pick_feature(5.0, 5.0) is None
-    label = stage.view._label_boxes[0]
+    label = stage.view._annotations.label_boxes[0]
     assert stage.view.pick_feature(label[1].center().x(), label[1].center().y()) == "trace"
     stage.view.set_features({"trace": None})
     QApplication.processEvents()

@@ -63,6 +63,10 @@ class FeatureLayer:
             actor.SetMapper(mapper)
             look = actor.GetProperty()
             look.LightingOff()
+            # Drawn one over the other in this order, and without a trace in the depth buffer: what
+            # stands before the surface by an offset would hide the very points that it runs through
+            # from `Scene.seen`.
+            actor.ForceTranslucentOn()
             selected = name.endswith("+")
             over = 2.5 * OVER_SURFACE if selected else OVER_SURFACE
             if name == "discs":

@@ -45,8 +45,8 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.discs import disc
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.rendering import painting
+from vomstudio.rendering.annotations import Annotations
 from vomstudio.rendering.camera import STANDARD_VIEWS, VIEW_ALIASES, Camera
-from vomstudio.rendering.decluttering import LabelGrid, place_labels
 from vomstudio.rendering.drawing import FeatureDrawing
 from vomstudio.tools.types import BrushRing, Button, Hit, Pointer, PointerEvent, Preview
 
@@ -117,8 +117,7 @@ class Viewport(QWidget):
         self._first_done = False
         self._warming: Iterator[None] = iter(())
         self._stages: dict[str, set[str]] = {}
-        self._label_boxes: list[tuple[str, QRectF]] = []
-        self._labels = painting.LabelCache()
+        self._annotations = Annotations()
         self._cursor: QPointF | None = None
 
         self._press: QPointF | None = None
@@ -462,6 +461,7 @@ class Viewport(QWidget):
                 self._features.pop(key, None)
             else:
                 self._features[key] = drawing
+        self._annotations.forget()
         if self._scene is not None:
             self._scene.set_features(changes)
         self._features_dirty = True
@@ -476,10 +476,9 @@ class Viewport(QWidget):
         self.update()
 
     def pick_feature(self, x: float, y: float, *, discs: bool = True) -> str | None:
-        """Id of the feature whose label, line or disc lies under a pixel, in this order."""
-        for key, box in self._label_boxes:
-            if box.contains(x, y):
-                return key
+        """Id of the feature whose label, symbol, line or disc lies under a pixel, in this order."""
+        if (found := self._annotations.at(x, y)) is not None:
+            return found
         shown = [d for d in self._features.values() if d.visible]
         lines = [d for d in shown if len(d.line) >= 2]
         if lines:
@@ -497,7 +496,7 @@ class Viewport(QWidget):
             off[(owner[:-1] != owner[1:]) | ~np.isfinite(off)] = np.inf
             if len(off) and off.min() <= FEATURE_PIXELS:
                 return lines[int(owner[int(np.argmin(off))])].id
-        best, found = np.inf, None
+        best = np.inf
         for d in shown if discs else ():
             if d.disc is None:
                 continue
@@ -724,8 +723,8 @@ class Viewport(QWidget):
         """The picture with all that moves only with the camera."""
         width, height = self._extent()
         if self._picture is not None:
-            # Painted upon in place: whoever wants it anew takes it anew from the scene.
-            base = self._picture
+            # Qt paints quickest upon its own order of bytes, and the screen takes it as it is.
+            base = self._picture.convertToFormat(QImage.Format.Format_RGB32)
         else:
             ratio = self.devicePixelRatioF()
             base = QImage(
@@ -751,27 +750,17 @@ class Viewport(QWidget):
         self._base = base
 
     def _paint_labels(self, painter: QPainter) -> None:
-        self._label_boxes = []
-        shown = [d for d in self._features.values() if d.visible and d.label]
-        if not shown or self._scene is None:
-            return
         width, height = self._extent()
-        anchors = np.array([np.asarray(d.anchor, float) for d in shown])
-        pixels, seen = self.project(anchors)
-        selected = np.array([d.id in self._selected for d in shown])
-        candidates = np.flatnonzero(seen | (selected & np.isfinite(pixels).all(axis=1)))
-        order = candidates[np.argsort(~selected[candidates], kind="stable")]
-        sizes = np.array([self._labels.size(d.label) for d in shown])
-        grid = LabelGrid(width, height)
-        for box in (painting.compass_box(height), painting.scale_bar_box(width, height)):
-            grid.block(box.x(), box.y(), box.width(), box.height())
-        ratio = self.devicePixelRatioF()
-        for i, (x, y) in place_labels(grid, pixels, sizes, order).items():
-            d = shown[i]
-            painter.drawPixmap(
-                QPointF(x, y), self._labels.picture(d.label, d.color, bool(selected[i]), ratio)
-            )
-            self._label_boxes.append((d.id, QRectF(x, y, float(sizes[i, 0]), float(sizes[i, 1]))))
+        self._annotations.paint(
+            painter,
+            self._features,
+            self._selected,
+            self._camera,
+            self.project,
+            (width, height),
+            kept_free=(painting.compass_box(height), painting.scale_bar_box(width, height)),
+            moving=self._moving,
+        )
 
     def _paint_preview(self, painter: QPainter) -> None:
         preview = self._preview
@@ -852,7 +841,7 @@ class Viewport(QWidget):
     def changeEvent(self, event: QEvent) -> None:  # noqa: N802 - Qt's name
         super().changeEvent(event)
         if event.type() == QEvent.Type.FontChange:
-            self._labels.clear()
+            self._annotations.forget_font()
             self._features_dirty = True
 
     def _rescale(self) -> None:

@@ -12,7 +12,13 @@ from vomstudio.document import edits
 from vomstudio.document.records import FEATURES, Model
 from vomstudio.errors import VomError
 from vomstudio.tools.polyline import PolylineTool
-from vomstudio.ui import line_commands, net_commands, ortho_dialog, patch_commands
+from vomstudio.ui import (
+    feature_commands,
+    line_commands,
+    net_commands,
+    ortho_dialog,
+    patch_commands,
+)
 from vomstudio.ui.actions import Command
 
 if TYPE_CHECKING:
@@ -50,6 +56,7 @@ def commands(w: MainWindow) -> list[Command]:
         *line_commands.commands(w),
         *patch_commands.commands(w),
         *net_commands.commands(w),
+        *feature_commands.commands(w),
         *_help(w),
     ]
 

@@ -58,11 +58,12 @@ _MENUS = (
     ("&Edit", ("undo", "redo", "|", "delete", "rename", "|", "select_all", "|", "find_command")),
     ("&View", ("home", "frame_selection", "orthographic", "|", "view_top", "view_north",
                "view_east", "view_south", "view_west", "view_bottom", "|", "*notation",
-               "*display", "trackball", "|", "only_outcrop", "*docks")),
+               "*display", "*planes", "trackball", "|", "show_chosen", "hide_chosen",
+               "show_only", "show_all", "|", "only_outcrop", "*docks")),
     ("&Model", ("declare_frame", "locate", "copy_model", "export_model", "remove_model")),
     ("&Interpret", ("navigate", "trace", "patch", "line", "measure", "|", "finish", "cancel",
                     "continue_trace", "delete_vertex", "|", "continue_patch", "brush_removes",
-                    "brush_smaller", "brush_larger")),
+                    "brush_smaller", "brush_larger", "|", "feature_types")),
     ("&Analyse", ("along_beta", "along_line", "face_plane", "|", "keep_intersection",
                   "intersection_of_sets", "|", "orthophoto", "|", "show_stereonet")),
     ("&Help", ("shortcuts", "about")),
@@ -136,6 +137,7 @@ class MainWindow(QMainWindow):
         self.setCentralWidget(centre)
 
     def _make_docks(self) -> None:
+        from vomstudio.ui.feature_commands import open_types
         from vomstudio.ui.line_panel import LinePanel
         from vomstudio.ui.measure_panel import MeasurePanel
         from vomstudio.ui.messages_panel import MessagesPanel
@@ -148,7 +150,9 @@ class MainWindow(QMainWindow):
 
         actions = self.actions_table.all
         self.docks: dict[str, QDockWidget] = {}
-        self.tree = ProjectTree(self.studio, self._record_actions)
+        self.tree = ProjectTree(
+            self.studio, self._record_actions, lambda type_id: open_types(self, type_id)
+        )
         self.trace_panel = TracePanel(self.studio, actions)
         self.patch_panel = PatchPanel(self.studio, actions)
         self.line_panel = LinePanel(self.studio, actions)
@@ -228,6 +232,11 @@ class MainWindow(QMainWindow):
             display = menu.addMenu(self.tr("&Display"))
             for each in ("textured", "colors", "plain", "wireframe", "points"):
                 display.addAction(self.actions_table.all[f"display_{each}"])
+        elif name == "planes":
+            planes = menu.addMenu(self.tr("&Planes as"))
+            planes.setToolTipsVisible(True)
+            for each in ("planes_discs", "planes_symbols", "planes_neither"):
+                planes.addAction(self.actions_table.all[each])
         elif name == "notation":
             notation = menu.addMenu(self.tr("&Notation"))
             for each in ("notation_dipdir", "notation_strike", "notation_quadrant"):
@@ -377,14 +386,15 @@ class MainWindow(QMainWindow):
     def _record_actions(self, record: Record) -> list[QAction]:
         table = self.actions_table
         table.refresh()
+        common = ("show_chosen", "hide_chosen", "show_only", "rename", "delete")
         names = (
             ("declare_frame", "locate", "copy_model", "remove_model")
             if isinstance(record, Model)
-            else ("frame_selection", "continue_trace", "face_plane", "rename", "delete")
+            else ("frame_selection", "continue_trace", "face_plane", *common)
             if isinstance(record, Trace | Lineation | Dimension)
-            else ("frame_selection", "continue_patch", "face_plane", "rename", "delete")
+            else ("frame_selection", "continue_patch", "face_plane", *common)
             if isinstance(record, Patch)
-            else ("frame_selection", "along_line", "face_plane", "rename", "delete")
+            else ("frame_selection", "along_line", "face_plane", *common)
             if isinstance(record, FEATURES)
             else ()
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from html import escape
 
-from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QPalette
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -24,17 +24,17 @@ from vomstudio.document.records import (
     TYPED,
     Dimension,
     Feature,
-    FeatureType,
     Lineation,
     Model,
     Reading,
     Trace,
 )
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.ui import relations, theme
+from vomstudio.ui import relations
 from vomstudio.ui.fit_view import FitView
 from vomstudio.ui.plane_box import PlaneBox
 from vomstudio.ui.studio import Studio
+from vomstudio.ui.type_box import TypeBox
 from vomstudio.ui.widgets import ComboBox
 from vomstudio.ui.wording import length, slip_names
 
@@ -62,7 +62,7 @@ class PropertiesPanel(QWidget):
         page = QWidget()
         self._name = QLineEdit()
         self._name.editingFinished.connect(self._typed)
-        self._type = ComboBox()
+        self._type = TypeBox(self._studio)
         self._type.activated.connect(lambda _: self._change(type_id=self._type.currentData()))
         self._set = QLineEdit()
         self._set.editingFinished.connect(self._typed)
@@ -214,12 +214,8 @@ class PropertiesPanel(QWidget):
         self._compass.setVisible(isinstance(feature, Reading))
         if isinstance(feature, Reading):
             self._compass.setText("\n".join(self._of_reading(feature)))
-        with QSignalBlocker(self._type):
-            self._type.clear()
-            for kind in self._studio.session.of(FeatureType):
-                self._type.addItem(theme.swatch(kind.color), kind.name, kind.id)
-            if isinstance(feature, TYPED):
-                self._type.setCurrentIndex(self._type.findData(feature.type_id))
+        if isinstance(feature, TYPED):
+            self._type.choose(feature.type_id)
         for name, field in self._fields.items():
             field.setText(getattr(feature, name, ""))
         self._overturned.setChecked(getattr(feature, "overturned", False))

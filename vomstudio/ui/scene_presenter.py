@@ -20,18 +20,19 @@ from vomstudio.document.records import (
     Lineation,
     Model,
     Patch,
+    Trace,
 )
 from vomstudio.geology.orientation import slip_from_rake
 from vomstudio.geometry import transform
 from vomstudio.geometry.discs import disc
 from vomstudio.geometry.patches import has_id
-from vomstudio.rendering.drawing import FeatureDrawing
+from vomstudio.rendering.drawing import FeatureDrawing, Symbol
+from vomstudio.rendering.symbols import small_disc, symbol_of_line, symbol_of_plane
 from vomstudio.rendering.viewport import Viewport
 from vomstudio.tools.patch import area_of
 from vomstudio.tools.types import Area, Button, Pointer, PointerEvent, Preview
 from vomstudio.ui.first_view import first_view
-from vomstudio.ui.project_tree import DIMENSIONS
-from vomstudio.ui.studio import Studio
+from vomstudio.ui.studio import DIMENSIONS, Studio, group_of
 from vomstudio.ui.wording import drawn_points, length, orientation_text
 
 
@@ -192,22 +193,32 @@ class ScenePresenter:
         line = self._line(feature, measured) if area is None else np.zeros((0, 3))
         if not len(line) and area is None:
             return None
-        group = DIMENSIONS if isinstance(feature, Dimension) else feature.type_id
+        group = group_of(feature)
         kind = self._studio.records.get(group)
         fit = measured.fit
         text = orientation_text(measured, self._studio.settings.notation)
-        ring = None
-        if fit is not None and fit.extent is not None and area is None:
+        planes_as = self._studio.settings.planes_as
+        extent = extent_of(measured)
+        ring, symbol = None, None
+        if planes_as == "symbols":
+            symbol = symbol_of(feature, measured, extent)
+            if symbol is not None:
+                # Its number stands beside the symbol.
+                text = "–"
+        elif planes_as == "discs" and fit is not None and fit.extent is not None and area is None:
             ring = disc(fit.centroid, fit.normal, 0.5 * fit.extent)
+            symbol = small_disc(fit.centroid, fit.extent)
         return FeatureDrawing(
             id=feature.id,
             line=line,
             disc=ring,
             color=_rgb(kind.color if isinstance(kind, FeatureType) else "#ffffff"),
             label=feature.name if text == "–" else f"{feature.name}  {text}",
-            anchor=_anchor(feature, line) if area is None else _middle(area),
+            anchor=middle_of(feature, measured, line) if area is None else _middle(area),
             visible=self._studio.visible(feature.id) and self._studio.visible(group),
             area=area,
+            symbol=symbol,
+            extent=extent,
         )
 
     def _area(self, patch: Patch) -> Area | None:
@@ -302,17 +313,52 @@ def _middle(area: Area) -> npt.NDArray[np.float64]:
     return area.origin + points[int(off.argmin())]
 
 
+def extent_of(measured: Measurement) -> float:
+    """m, how far a feature reaches: its longest axis or the size of its box; 0 for a point."""
+    if measured.fit is not None and measured.fit.extent is not None:
+        return float(measured.fit.extent)
+    if not len(measured.points):
+        return 0.0
+    return float(np.linalg.norm(np.ptp(measured.points, axis=0)))
+
+
+def middle_of(
+    feature: Feature, measured: Measurement, line: npt.NDArray[np.float64]
+) -> npt.NDArray[np.float64]:
+    """(3,) where a feature is named: on the rock, so of a trace the vertex nearest its centroid,
+    which itself may lie in the air or inside; half way along what has two ends."""
+    if isinstance(feature, Lineation | Dimension | Intersection) and len(line) > 1:
+        if isinstance(feature, Lineation):
+            line = line[: len(feature.vertices)]
+        lengths = np.linalg.norm(np.diff(line, axis=0), axis=1)
+        along = np.concatenate([[0.0], np.cumsum(lengths)])
+        return np.array([np.interp(0.5 * along[-1], along, line[:, i]) for i in range(3)])
+    points = measured.points if len(measured.points) else line
+    centre = points.mean(axis=0) if measured.fit is None else measured.fit.centroid
+    if isinstance(feature, Trace):
+        centre = points[int(np.argmin(np.linalg.norm(points - centre, axis=1)))]
+    return np.asarray(centre, float)
+
+
+def symbol_of(feature: Feature, measured: Measurement, extent: float) -> Symbol | None:
+    """Strike and dip, or trend and plunge, at the middle of a feature that has one."""
+    if isinstance(feature, Dimension) or not len(measured.points):
+        return None
+    place = middle_of(feature, measured, measured.points)
+    if measured.plane is not None:
+        plane = measured.plane
+        return symbol_of_plane(
+            plane.dip_direction_deg,
+            plane.dip_deg,
+            place,
+            extent,
+            overturned=bool(getattr(feature, "overturned", False)),
+        )
+    if measured.line is not None:
+        return symbol_of_line(measured.line.trend_deg, measured.line.plunge_deg, place, extent)
+    return None
+
+
 def _rgb(color: str) -> tuple[float, float, float]:
     red, green, blue = (int(color[i : i + 2], 16) / 255 for i in (1, 3, 5))
     return red, green, blue
-
-
-def _anchor(feature: Feature, line: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Where the label stands: half way along what has two ends."""
-    if len(line) < 2 or not isinstance(feature, Lineation | Dimension | Intersection):
-        return line[len(line) // 2]
-    if isinstance(feature, Lineation):
-        line = line[: len(feature.vertices)]
-    lengths = np.linalg.norm(np.diff(line, axis=0), axis=1)
-    along = np.concatenate([[0.0], np.cumsum(lengths)])
-    return np.array([np.interp(0.5 * along[-1], along, line[:, i]) for i in range(3)])

@@ -20,6 +20,7 @@ from vomstudio.document.records import (
     TYPED,
     Dimension,
     Feature,
+    FeatureType,
     Frame,
     Intersection,
     Lineation,
@@ -43,6 +44,8 @@ from vomstudio.ui.job_bridge import JobBridge
 from vomstudio.ui.model_loader import ModelLoader, OpenModel
 from vomstudio.ui.wording import degrees, length, plane_text
 
+DIMENSIONS = "dimensions"
+"""Stands for all dimensions where types stand for the other features."""
 _LAYERS_IDLE_MS = 2000
 _LAYERS_PATIENCE_S = 10.0
 
@@ -57,6 +60,11 @@ class Notice:
     action: str = ""
 
 
+def group_of(feature: Feature) -> str:
+    """The id that hides a feature together with its like."""
+    return DIMENSIONS if isinstance(feature, Dimension) else feature.type_id
+
+
 class Studio(QObject):
     """Views connect to these signals, never to a session: another project may take its place."""
 
@@ -66,6 +74,7 @@ class Studio(QObject):
     selection_changed = Signal(object)  # tuple of ids
     model_loaded = Signal(str)
     frame_wanted = Signal(str)
+    next_changed = Signal()
     tool_changed_signal = Signal()
     active_tool_changed = Signal(str)
     preview = Signal(object)  # Preview | None
@@ -147,6 +156,8 @@ class Studio(QObject):
         self.session.history_changed.connect(lambda _: self.history_changed.emit())
         self._mark_open(True)
         self.hidden = set(project.journal.view("hidden", []))
+        if self.next_type_id not in self.records:
+            self.next_type_id = self.session.of(FeatureType)[0].id
         self.selection.set(())
         self.project_opened.emit()
         self.history_changed.emit()
@@ -283,6 +294,8 @@ class Studio(QObject):
         for id_, record in edit.after.items():
             if isinstance(record, Model) and id_ not in self.models:
                 self._load(record)
+        if self.next_type_id not in self.records:
+            self.next_type_id = self.session.of(FeatureType)[0].id
         self.measurements.forget_all_but(self.records)
         self.selection.keep(self.records)
         self.edited.emit(edit)
@@ -430,11 +443,28 @@ class Studio(QObject):
     def visible(self, id_: str) -> bool:
         return id_ not in self.hidden
 
+    def show_only(self, ids: Iterable[str]) -> None:
+        """These features with their types, and no others; the models stay as they are."""
+        ids = set(ids)
+        features = self.session.features()
+        groups = {group_of(f) for f in features if f.id in ids}
+        hidden = {f.id for f in features if f.id not in ids}
+        changed = (self.hidden & (ids | groups)) | (hidden - self.hidden)
+        self._set_hidden((self.hidden - ids - groups) | hidden, changed)
+
+    def show_all(self) -> None:
+        self._set_hidden(set(), set(self.hidden))
+
+    def _set_hidden(self, hidden: set[str], changed: set[str]) -> None:
+        if changed:
+            self.hidden = hidden
+            self.project.journal.set_view("hidden", sorted(self.hidden))
+            self.visibility_changed.emit(tuple(changed))
+
     def set_visible(self, ids: Iterable[str], visible: bool) -> None:
         ids = tuple(ids)
-        self.hidden = self.hidden - set(ids) if visible else self.hidden | set(ids)
-        self.project.journal.set_view("hidden", sorted(self.hidden))
-        self.visibility_changed.emit(ids)
+        hidden = self.hidden - set(ids) if visible else self.hidden | set(ids)
+        self._set_hidden(hidden, set(ids))
 
     # --- derived -----------------------------------------------------------------------------
     def measured(self, ids: Iterable[str]) -> dict[str, Measurement]:
@@ -536,6 +566,7 @@ class Studio(QObject):
         self.next_type_id, self.next_set = type_id, set_name
         for tool in self.tools.values():
             tool.set_type(type_id, set_name)
+        self.next_changed.emit()
 
     # --- ToolContext -------------------------------------------------------------------------
     def surface(self, model_id: str) -> PaintSurface | None:

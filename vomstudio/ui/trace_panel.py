@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QSignalBlocker
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QFormLayout, QLabel, QLineEdit, QVBoxLayout, QWidget
 
-from vomstudio.document.records import FeatureType
-from vomstudio.ui import theme
 from vomstudio.ui.fit_view import FitView
 from vomstudio.ui.studio import Studio
+from vomstudio.ui.type_box import TypeBox
 from vomstudio.ui.vertex_table import VertexTable, parse_number
-from vomstudio.ui.widgets import ComboBox, action_buttons
+from vomstudio.ui.widgets import action_buttons
 
 __all__ = ["TracePanel", "parse_number"]
 
@@ -21,7 +19,7 @@ class TracePanel(QWidget):
         super().__init__()
         self._studio = studio
         self._tool = studio.trace_tool
-        self.type_box = ComboBox()
+        self.type_box = TypeBox(studio)
         self.type_box.setObjectName("trace_type")
         self.type_box.currentIndexChanged.connect(self._next_changed)
         self.set_edit = QLineEdit()
@@ -48,30 +46,17 @@ class TracePanel(QWidget):
         layout.addWidget(self.table, 1)
         layout.addWidget(self._hint)
         layout.addLayout(action_buttons([actions[name] for name in names]))
-        studio.project_opened.connect(self._fill_types)
-        studio.edited.connect(self._edited)
+        # After the box, which follows them first.
+        studio.project_opened.connect(self.refresh)
+        studio.edited.connect(self.refresh)
         studio.tool_changed_signal.connect(self.refresh)
-
-    def _fill_types(self) -> None:
-        with QSignalBlocker(self.type_box):
-            self.type_box.clear()
-            for kind in self._studio.session.of(FeatureType):
-                self.type_box.addItem(theme.swatch(kind.color), kind.name, kind.id)
-            self.type_box.setCurrentIndex(max(0, self.type_box.findData(self._studio.next_type_id)))
-        self.refresh()
-
-    def _edited(self, edit: object) -> None:
-        known = {kind.id for kind in self._studio.session.of(FeatureType)}
-        shown = {self.type_box.itemData(i) for i in range(self.type_box.count())}
-        if known != shown:
-            self._fill_types()
-        self.refresh()
+        studio.next_changed.connect(self._show_kind)
 
     def _next_changed(self) -> None:
         self.set_edit.setModified(False)
         self._studio.set_next(str(self.type_box.currentData()), self.set_edit.text().strip())
 
-    def refresh(self) -> None:
+    def refresh(self, *_: object) -> None:
         tool = self._tool
         measured = tool.measurement if len(tool.vertices) > 2 else None
         self.fit_view.show_measurement(
@@ -96,8 +81,7 @@ class TracePanel(QWidget):
         trace, studio = self._tool.trace, self._studio
         type_id = trace.type_id if trace else studio.next_type_id
         set_name = trace.set_name if trace else studio.next_set
-        with QSignalBlocker(self.type_box):
-            self.type_box.setCurrentIndex(max(0, self.type_box.findData(type_id)))
+        self.type_box.choose(type_id)
         if not self.set_edit.isModified():
             self.set_edit.setText(set_name)
         for field in (self.type_box, self.set_edit):
