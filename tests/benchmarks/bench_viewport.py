@@ -2,6 +2,7 @@
 
     xvfb-run -a -s '-screen 0 1600x1000x24 +extension GLX' \\
         python tests/benchmarks/bench_viewport.py [--millions 1 5] [--clouds 5 9.4 FILE] [--stock]
+        python tests/benchmarks/bench_viewport.py --memory 5
 
 Prints, for each size: time to the stages of a model, longest freeze of the window while it loads
 and while it comes to rest (gaps of a 5 ms timer), a drag step through Qt beside a plain frame of
@@ -9,7 +10,9 @@ and while it comes to rest (gaps of a 5 ms timer), a drag step through Qt beside
 locator stands, a repaint with a live preview over the resting model, zooming in step by step until
 the finest textures are up and out again at once, and memory. Clouds, of so many million made points
 or from a file: stages, freezes, drag, picks and zoom. `--stock` drags the same meshes in
-pyvistaqt's QtInteractor.
+pyvistaqt's QtInteractor. Meshes and clouds are then shown by elevation, clipped by dragging a face
+of the box, and clouds under eye-dome lighting. `--memory` prints what drawing and picking a mesh
+takes beside the mesh itself and its textures, which are tiny for that; one size per process.
 """
 
 from __future__ import annotations
@@ -236,7 +239,139 @@ def run_cloud(app: QApplication, source: str, steps: int) -> None:
     rest = pump(app, 30.0, lambda: bool(view._scene.complete))  # type: ignore[union-attr]
     pump(app, 0.3)
     print(f"coming to rest                  {rest:6.2f} s, {heart.report()}")
+    display(app, view, heart, steps)
     zoom(app, view, heart)
+    window.close()
+    view.shutdown()
+
+
+def display(app: QApplication, view, heart: Heartbeat, steps: int) -> None:  # type: ignore[no-untyped-def]
+    """Fields, clipping and eye-dome lighting of the model "m"."""
+    from vomstudio.geometry.cloud import PointCloud
+    from vomstudio.rendering.clipping import ClipBox
+    from vomstudio.rendering.scalars import ELEVATION, FieldStyle
+
+    scene = view._scene
+
+    def whole() -> bool:
+        return bool(scene.complete) and not view._rest.isActive()
+
+    pump(app, 30.0, whole)
+    before = memory_mb()
+    heart.restart()
+    started = time.perf_counter()
+    view.set_display("field")
+    view.set_field("m", FieldStyle(ELEVATION))
+    pump(app, 60.0, lambda: view.scale_of("m") is not None)
+    there = time.perf_counter() - started
+    pump(app, 60.0, whole)
+    spent = time.perf_counter() - started
+    print(f"shown by elevation              {there:6.2f} s colours, {spent:.2f} s whole, "
+          f"{heart.report()}, {memory_mb() - before:+.0f} MB")  # fmt: skip
+    heart.restart()
+    started = time.perf_counter()
+    view.set_display("textured")
+    pump(app, 0.1)
+    pump(app, 60.0, whole)
+    print(f"and back                        {time.perf_counter() - started:6.2f} s, "
+          f"{heart.report()}, {memory_mb() - before:+.0f} MB")  # fmt: skip
+    box = ClipBox.around(scene.models["m"].corners_world())
+    view.set_clip_box(box)
+    pump(app, 0.1)
+    pump(app, 60.0, whole)
+    at = view._clip_places()[1][1]
+    heart.restart()
+    times = clip_drag(app, view, float(at[0]), float(at[1]), steps)
+    assert view.clip_box.high[0] < box.high[0]
+    print(f"drag step of a clipping face    {milliseconds(times)}")
+    heart.restart()
+    spent = pump(app, 60.0, whole)
+    pump(app, 0.3)
+    print(f"coming to rest, clipped         {spent:6.2f} s, {heart.report()}")
+    print(f"drag step, clipped              {milliseconds(drag(app, view, steps))}")
+    picks = []
+    for k in range(200):
+        t = time.perf_counter()
+        view.pick(SIZE[0] * (0.3 + 0.002 * k), SIZE[1] * 0.5)
+        picks.append(time.perf_counter() - t)
+    print(f"pick, clipped                   {milliseconds(picks)}")
+    view.set_clip_box(None)
+    pump(app, 0.1)
+    pump(app, 60.0, whole)
+    if isinstance(scene.models["m"].data, PointCloud):
+        bare = [redraw(app, view, whole) for _ in range(3)]
+        view.set_eye_dome(True)
+        pump(app, 0.1)
+        pump(app, 60.0, whole)
+        heart.restart()
+        shaded = [redraw(app, view, whole) for _ in range(3)]
+        print(f"rest frame                      {min(bare):6.2f} s, with eye-dome lighting "
+              f"{min(shaded):.2f} s, {heart.report()}")  # fmt: skip
+
+
+def redraw(app: QApplication, view, whole) -> float:  # type: ignore[no-untyped-def]
+    view._scene.abandon()
+    view._frame_dirty = False
+    started = time.perf_counter()
+    view._come_to_rest()
+    pump(app, 60.0, whole)
+    return time.perf_counter() - started
+
+
+def clip_drag(app: QApplication, widget: QWidget, x: float, y: float, steps: int) -> list[float]:
+    """Seconds per step of dragging the handle at a pixel to the left."""
+    left, none = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton
+    times = []
+    for k in range(steps + 3):
+        kind = QMouseEvent.Type.MouseMove if k else QMouseEvent.Type.MouseButtonPress
+        at = QPointF(x - 4.0 * k, y)
+        button = none if k else left
+        event = QMouseEvent(
+            kind, at, widget.mapToGlobal(at), button, left, Qt.KeyboardModifier.NoModifier
+        )
+        started = time.perf_counter()
+        app.sendEvent(widget, event)
+        app.processEvents()
+        times.append(time.perf_counter() - started)
+    end = QMouseEvent(
+        QMouseEvent.Type.MouseButtonRelease, at, widget.mapToGlobal(at), left, none,
+        Qt.KeyboardModifier.NoModifier,
+    )  # fmt: skip
+    app.sendEvent(widget, end)
+    return times[3:]
+
+
+def memory(app: QApplication, millions: float, folder: Path) -> None:
+    """Bytes per triangle of drawing and picking a textured mesh, beside mesh and textures."""
+    from vomstudio.rendering.viewport import Viewport
+
+    mesh = outcrop(int(millions * 1e6), folder)
+    for array in (mesh.vertices, mesh.faces, mesh.uv):
+        assert array is not None
+        array.sum()
+    window = QMainWindow()
+    window.resize(*SIZE)
+    view = Viewport()
+    window.setCentralWidget(view)
+    stages: set[str] = set()
+    view.model_stage.connect(lambda _, stage: stages.add(stage))
+    window.show()
+    # Also the proxy's decimation and the texture reader, whose libraries are no part of a triangle.
+    small = outcrop(200_000, folder)
+    view.add_model("s", small, np.eye(4), frame_camera=True)
+    pump(app, 60.0, lambda: {"complete", "pickable"} <= stages)
+    view.remove_model("s")
+    stages.clear()
+    pump(app, 1.0)
+    before = memory_mb()
+    view.add_model("m", mesh, np.eye(4), frame_camera=True)
+    pump(app, 120.0, lambda: {"complete", "pickable"} <= stages)
+    pump(app, 1.0)
+    grown = (memory_mb() - before) * 1e6
+    with open("/proc/self/status") as file:
+        peak = next(int(line.split()[1]) for line in file if line.startswith("VmHWM")) * 1024
+    print(f"drawing {len(mesh.faces):,} triangles: {grown / len(mesh.faces):.0f} bytes each, "
+          f"{(peak - before * 1e6) / len(mesh.faces):.0f} at the most")  # fmt: skip
     window.close()
     view.shutdown()
 
@@ -417,6 +552,7 @@ def run(app: QApplication, millions: float, steps: int, folder: Path) -> None:
         repaint.append(time.perf_counter() - t)
     print(f"repaint with a live preview     {milliseconds(repaint)}")
     view.set_preview(None)
+    display(app, view, heart, steps)
     zoom(app, view, heart)
     select = feature_changes(app, view, line)
     print(f"select one of 1000 features     {milliseconds(select)}")
@@ -457,10 +593,16 @@ def main() -> None:
     )
     parser.add_argument("--steps", type=int, default=60)
     parser.add_argument("--stock", action="store_true")
+    parser.add_argument("--memory", type=float, help="millions of triangles")
     options = parser.parse_args()
     app = QApplication([])
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
+        if options.memory:
+            global TEXTURE_SIDE
+            TEXTURE_SIDE = 64
+            memory(app, options.memory, folder)
+            return
         for k in range(TEXTURES):
             picture(folder, k)
         for millions in options.millions:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
@@ -385,7 +386,10 @@ def test_the_stand_in_of_a_large_mesh_is_small_coloured_and_in_place(tmp_path: P
         [np.stack([a, a + 1, a + n + 2], 1), np.stack([a, a + n + 2, a + n + 1], 1)]
     ).astype(np.int32)
     colors = np.full((len(points), 3), (10, 200, 30), np.uint8)
-    proxy = preparation.make_proxy(points, faces, colors, threading.Event())
+    made = preparation.make_proxy(points, faces, colors, threading.Event())
+    assert made is not None
+    proxy, rows = made
+    assert np.array_equal(vtk_to_numpy(proxy.GetPoints().GetData()), points[rows])
     assert proxy is not None
     assert 0.5 < proxy.GetNumberOfCells() / preparation.PROXY_FACES < 1.3
     assert proxy.GetNumberOfPoints() < proxy.GetNumberOfCells()

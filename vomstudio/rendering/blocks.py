@@ -8,6 +8,7 @@ position from the model's own float64 values.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -147,8 +148,13 @@ class PointChunk:
         return float(np.median(diagonals) / np.sqrt(2.0 * per_block))
 
 
-def first_face(chunks: list[FaceChunk], origin: Float, direction: Float) -> int | None:
-    """Row of the front-most face that a local ray hits, or None."""
+def first_face(
+    chunks: list[FaceChunk],
+    origin: Float,
+    direction: Float,
+    between: tuple[float, float] = (0.0, np.inf),
+) -> int | None:
+    """Row of the front-most face that a local ray hits between two depths, or None."""
     if not chunks:
         return None
     low = np.stack([c.blocks.low.min(axis=0) for c in chunks])
@@ -163,7 +169,7 @@ def first_face(chunks: list[FaceChunk], origin: Float, direction: Float) -> int 
             continue
         corners = chunk.points[chunk.faces[rows]].astype(np.float64)
         t, _, _, ok = ray_triangles(origin, direction, *(corners[:, k] for k in range(3)))
-        t = np.where(ok, t, np.inf)
+        t = np.where(ok & (t >= between[0]) & (t <= between[1]), t, np.inf)
         k = int(np.argmin(t))
         if t[k] < best:
             best, found = float(t[k]), int(chunk.face_ids[rows[k]])
@@ -178,12 +184,14 @@ def points_near_ray(
     radius: float,
     spread: float,
     thickness: float = np.inf,
+    counts: Callable[[Float], npt.NDArray[np.bool_]] | None = None,
 ) -> tuple[Index, Float, Float]:
     """Points within radius + spread * depth of a local ray.
 
     boxes : corners (n, 3), (n, 3) of the chunks
     thickness : chunks that begin further behind the front-most such point than this many times
         the allowed distance are not looked at
+    counts : which local points (n, 3) count at all; None for every one
 
     Returns rows in the cloud, depth along the ray, and distance from the ray divided by the
     allowed one (so 0..1).
@@ -209,6 +217,8 @@ def points_near_ray(
         off = np.sqrt(np.einsum("ij,ij->i", side, side))
         allowed = radius + spread * np.maximum(depth, 0.0)
         near = np.flatnonzero((depth > 0.0) & (off <= allowed))
+        if counts is not None and len(near):
+            near = near[counts(chunk.points[rows[near]].astype(np.float64))]
         if len(near):
             rows_out.append(chunk.point_ids[rows[near]].astype(np.int64))
             depth_out.append(depth[near])

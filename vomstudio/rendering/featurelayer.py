@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 import numpy.typing as npt
-from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkPlaneCollection, vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkMapper, vtkPolyDataMapper, vtkRenderer
 
 from vomstudio.rendering import vtkdata
@@ -88,6 +88,14 @@ class FeatureLayer:
         self._origin = origin
         self.areas.set_origin(origin)
         self._stale = True
+
+    def clip(self, planes: vtkPlaneCollection | None) -> None:
+        """Draw only what lies on the inner side of all these planes."""
+        for actor in self._actors.values():
+            if planes is None:
+                actor.GetMapper().RemoveAllClippingPlanes()
+            else:
+                actor.GetMapper().SetClippingPlanes(planes)
 
     def set_scale(self, scale: float) -> None:
         """Device pixels per logical pixel: widths are logical."""

@@ -23,6 +23,7 @@ from vomstudio.rendering.blocks import (
     first_face,
     points_near_ray,
 )
+from vomstudio.rendering.clipping import ClipBox, Limits, limits_for
 from vomstudio.tools.types import Hit
 
 Array = npt.NDArray[np.float64]
@@ -42,6 +43,7 @@ class Pickable(Protocol):
     origin: Array
     low: Array
     high: Array
+    to_world: Array
     from_world: Array
     locators: list[vtkStaticCellLocator]
     face_chunks: list[FaceChunk]
@@ -49,11 +51,18 @@ class Pickable(Protocol):
 
     def chunk_boxes(self) -> tuple[Array, Array]: ...
 
+    def corners_world(self) -> Array: ...
+
 
 def pick_model(
-    model: Pickable, origin: Array, direction: Array, radius: float, spread: float
+    model: Pickable,
+    origin: Array,
+    direction: Array,
+    radius: float,
+    spread: float,
+    box: ClipBox | None = None,
 ) -> Hit | None:
-    """The front-most point of a model that a World ray meets.
+    """The front-most point of a model that a World ray meets, inside the clipping box.
 
     radius, spread : size of a pixel in World metres at depth 0 and its growth per metre; only a
         cloud uses them
@@ -66,16 +75,29 @@ def pick_model(
     pad = (radius + spread * float(np.linalg.norm(start))) * scale * CLOUD_REACH_PIXELS
     if not boxes_hit((model.low - pad)[None], (model.high + pad)[None], start, heading)[0]:
         return None
+    limits = None
+    if box is not None:
+        reach = 0.0
+        if not isinstance(model.data, Mesh):
+            # A point inside may be near a ray that passes just beside the box.
+            distance = float(np.linalg.norm(model.corners_world() - origin, axis=1).max())
+            reach = (radius + spread * distance) * CLOUD_REACH_PIXELS
+        limits = limits_for(box, origin, direction, model.to_world, model.origin, reach)
+        if limits is None:
+            return None
     if isinstance(model.data, Mesh):
-        return _pick_mesh(model, model.data, start, heading)
-    return _pick_cloud(model, model.data, start, heading, radius * scale, spread)
+        return _pick_mesh(model, model.data, start, heading, limits)
+    return _pick_cloud(model, model.data, start, heading, radius * scale, spread, limits)
 
 
-def _pick_mesh(model: Pickable, mesh: Mesh, start: Array, heading: Array) -> Hit | None:
+def _pick_mesh(
+    model: Pickable, mesh: Mesh, start: Array, heading: Array, limits: Limits | None
+) -> Hit | None:
+    between = (0.0, np.inf) if limits is None else (limits.first, limits.last)
     face = (
-        _locate(model, start, heading)
+        _locate(model, start, heading, between)
         if model.locators
-        else first_face(model.face_chunks, start, heading)
+        else first_face(model.face_chunks, start, heading, between)
     )
     if face is None:
         return None
@@ -104,11 +126,18 @@ def _pick_mesh(model: Pickable, mesh: Mesh, start: Array, heading: Array) -> Hit
     )
 
 
-def _locate(model: Pickable, start: Array, heading: Array) -> int | None:
-    """Row of the first face, through the locators of the chunks whose boxes the ray meets."""
+def _locate(
+    model: Pickable, start: Array, heading: Array, between: tuple[float, float]
+) -> int | None:
+    """Row of the first face between two depths, through the locators of the chunks whose boxes the
+    ray meets."""
     low, high = model.chunk_boxes()
     enter, leave = box_range(low, high, start, heading)
-    met = np.flatnonzero((leave >= enter) & (leave >= 0.0))
+    slack = 1e-3 * (leave - enter) + 1e-6
+    # The chunk's own stretch a little lengthened, but never beyond what may be picked.
+    firsts = np.maximum(enter - slack, between[0])
+    lasts = np.minimum(leave + slack, between[1])
+    met = np.flatnonzero((leave >= enter) & (lasts >= firsts))
     best, found = np.inf, None
     t: Any = mutable(0.0)
     sub: Any = mutable(0)
@@ -117,9 +146,7 @@ def _locate(model: Pickable, start: Array, heading: Array) -> int | None:
     for i in met[np.argsort(enter[met])]:
         if enter[i] > best:
             break
-        # Only the stretch inside the chunk's box, a little lengthened.
-        slack = 1e-3 * (leave[i] - enter[i]) + 1e-6
-        first, last = max(float(enter[i] - slack), 0.0), float(leave[i] + slack)
+        first, last = float(firsts[i]), float(lasts[i])
         hit = model.locators[i].IntersectWithLine(
             (start + heading * first).tolist(),
             (start + heading * last).tolist(),
@@ -138,7 +165,13 @@ def _locate(model: Pickable, start: Array, heading: Array) -> int | None:
 
 
 def _pick_cloud(
-    model: Pickable, cloud: PointCloud, start: Array, heading: Array, radius: float, spread: float
+    model: Pickable,
+    cloud: PointCloud,
+    start: Array,
+    heading: Array,
+    radius: float,
+    spread: float,
+    limits: Limits | None,
 ) -> Hit | None:
     if not model.point_chunks:
         return None
@@ -150,6 +183,7 @@ def _pick_cloud(
         radius * CLOUD_REACH_PIXELS,
         spread * CLOUD_REACH_PIXELS,
         SURFACE_THICKNESS,
+        None if limits is None else limits.inside,
     )
     if not len(rows):
         return None

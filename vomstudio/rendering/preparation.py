@@ -8,7 +8,7 @@ VTK calls release the interpreter lock, so that a window beside it stays alive.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,12 +16,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkStaticCellLocator
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.rendering import blocks, vtkdata
 from vomstudio.rendering.blocks import FaceChunk, PointChunk
+from vomstudio.rendering.scalars import FieldStyle, Scale, make_scale, reader
 from vomstudio.rendering.textures import Texture, TextureProblem, load_texture, overview
 
 PROXY_FACES = 45_000
@@ -45,9 +47,13 @@ class Stopped(Exception):
 
 @dataclass(frozen=True, eq=False)
 class ProxyReady:
-    """What stands for the model while the camera moves: a mesh, or one set of a cloud's points."""
+    """What stands for the model while the camera moves: a mesh, or one set of a cloud's points.
+
+    rows : of the model's vertices or points, one for each point of `data`
+    """
 
     data: vtkPolyData
+    rows: npt.NDArray[np.int32]
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +99,16 @@ class Problem:
     text: str
 
 
+@dataclass(frozen=True, eq=False)
+class FieldReady:
+    """A model's field as colours: one array for each stand-in and each chunk, in their order."""
+
+    style: FieldStyle
+    scale: Scale
+    proxies: list[vtkUnsignedCharArray]
+    parts: list[vtkUnsignedCharArray]
+
+
 Event = (
     ProxyReady
     | MeshChunkReady
@@ -102,6 +118,7 @@ Event = (
     | TexturesDone
     | LocatorReady
     | Problem
+    | FieldReady
 )
 Emit = Callable[[Event], None]
 
@@ -157,7 +174,7 @@ def prepare_mesh(
     colors = vertex_colors(mesh, groups, stop)
     proxy = make_proxy(points, mesh.faces, colors, stop)
     if proxy is not None:
-        emit(ProxyReady(proxy))
+        emit(ProxyReady(*proxy))
     chunks = []
     for material, rows in groups:
         for event in mesh_chunks(mesh, points, colors, material, rows, stop):
@@ -231,8 +248,9 @@ def make_proxy(
     faces: npt.NDArray[np.int32],
     colors: Colors | None,
     stop: threading.Event,
-) -> vtkPolyData | None:
-    """About PROXY_FACES triangles with a colour per vertex, or None where the mesh is small.
+) -> tuple[vtkPolyData, npt.NDArray[np.int32]] | None:
+    """About PROXY_FACES triangles with a colour per vertex, and the rows of `points` that they use;
+    None where the mesh is small.
 
     All materials are merged first: decimated one by one they leave gaps at their borders.
     """
@@ -268,8 +286,9 @@ def make_proxy(
     return compact(out, colors is not None)
 
 
-def compact(data: vtkPolyData, colored: bool) -> vtkPolyData:
-    """The same triangles on only the points they use, neighbours near each other in memory.
+def compact(data: vtkPolyData, colored: bool) -> tuple[vtkPolyData, npt.NDArray[np.int32]]:
+    """The same triangles on only the points they use, neighbours near each other in memory, and
+    which points these are.
 
     The decimation keeps every point it was given, which makes drawing three times slower.
     """
@@ -284,7 +303,8 @@ def compact(data: vtkPolyData, colored: bool) -> vtkPolyData:
     place[order] = np.arange(len(used), dtype=np.int32)
     used = used[order]
     colors = vtk_to_numpy(data.GetPointData().GetScalars())[used] if colored else None
-    return vtkdata.triangles(points[used], place[inverse.reshape(-1)].reshape(-1, 3), colors=colors)
+    faces = place[inverse.reshape(-1)].reshape(-1, 3)
+    return vtkdata.triangles(points[used], faces, colors=colors), used.astype(np.int32)
 
 
 def mesh_chunks(
@@ -393,7 +413,8 @@ def prepare_cloud(
         # Neighbours in memory are neighbours in the picture, which halves the time it takes.
         at_low, at_high = np.nanmin(at, axis=0), np.nanmax(at, axis=0)
         order = np.argsort(blocks.morton(at, at_low, float(np.max(at_high - at_low))))
-        emit(ProxyReady(vtkdata.point_set(at[order], colors(rows[order]))))
+        rows = rows[order]
+        emit(ProxyReady(vtkdata.point_set(at[order], colors(rows)), rows.astype(np.int32)))
     points = local_points(cloud.points, origin, stop)
     count = len(points)
     low = np.nanmin(points, axis=0)
@@ -445,3 +466,31 @@ def cloud_colors(cloud: PointCloud) -> Callable[[npt.NDArray[np.int64]], Colors]
         return np.asarray(dark + np.nan_to_num(grey) * (light - dark), np.uint8)
 
     return ramp
+
+
+# -- fields
+
+
+def prepare_field(
+    data: Mesh | PointCloud,
+    style: FieldStyle,
+    to_world: npt.NDArray[np.float64],
+    proxies: Sequence[npt.NDArray[np.integer]],
+    parts: Sequence[npt.NDArray[np.integer]],
+    stop: threading.Event,
+    emit: Emit,
+) -> None:
+    """Emit the colours of a field for stand-ins and chunks, given the rows that each shows."""
+
+    def check() -> None:
+        if stop.is_set():
+            raise Stopped
+
+    scale = make_scale(data, style, to_world, check)
+    _, read = reader(data, style.name, to_world)
+
+    def colored(rows: npt.NDArray[np.integer]) -> vtkUnsignedCharArray:
+        check()
+        return vtkdata.color_array(scale.colors(read(rows)))
+
+    emit(FieldReady(style, scale, [colored(r) for r in proxies], [colored(r) for r in parts]))

@@ -11,6 +11,7 @@ All of this belongs to one thread.
 
 from __future__ import annotations
 
+import itertools
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -19,10 +20,11 @@ import numpy as np
 import numpy.typing as npt
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401 - registers the drawing classes
 from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkCommonCore import vtkFloatArray, vtkUnsignedCharArray
-from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
+from vtkmodules.vtkCommonCore import vtkDataArray, vtkFloatArray, vtkUnsignedCharArray
+from vtkmodules.vtkCommonDataModel import vtkPlane, vtkPlaneCollection, vtkStaticCellLocator
 from vtkmodules.vtkRenderingCore import (
     vtkActor,
+    vtkLight,
     vtkPointGaussianMapper,
     vtkPolyDataMapper,
     vtkRenderer,
@@ -36,13 +38,16 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.rendering import picking, skins, vtkdata
 from vomstudio.rendering.blocks import FaceChunk, PointChunk
 from vomstudio.rendering.camera import Camera, Eye
+from vomstudio.rendering.clipping import FACES, ClipBox
 from vomstudio.rendering.drawing import FeatureDrawing
+from vomstudio.rendering.eyedome import BANDS, EyeDome
 from vomstudio.rendering.featurelayer import FeatureLayer
 from vomstudio.rendering.pace import SLOW_FRAME_S, Pace, point_weight
 from vomstudio.rendering.preparation import (
     ChunksDone,
     CloudChunkReady,
     Event,
+    FieldReady,
     LocatorReady,
     MeshChunkReady,
     ProxyReady,
@@ -54,7 +59,10 @@ from vomstudio.tools.types import Hit
 
 Array = npt.NDArray[np.float64]
 
-DISPLAY_MODES = ("textured", "vertex_colors", "plain shaded", "wireframe", "points")
+DISPLAY_MODES = ("textured", "vertex_colors", "plain shaded", "wireframe", "points", "field")
+"""In "field" a model shows the field that has been given to it, else its textures."""
+LIT_MODES = frozenset({"plain shaded"})
+"""Lit unless told otherwise: what is coloured is easier to read without."""
 # One flat neutral: a gradient costs a software renderer 12 ms in every frame.
 BACKGROUND = (0.36, 0.375, 0.39)
 PLAIN_COLOR = (0.76, 0.74, 0.70)
@@ -86,6 +94,12 @@ class Part:
     uploaded: bool = False
     weight: float = 1.0
     """Cost of drawing an element, against one of least cost."""
+    rows: npt.NDArray[np.integer] = field(default_factory=lambda: np.zeros(0, np.int32))
+    """The model's vertices or points that are drawn, in order."""
+    own: vtkDataArray | None = None
+    """Its own colours while those of a field are shown."""
+    tinted: bool = False
+    """The colours of a field are shown."""
 
 
 @dataclass(eq=False)
@@ -108,6 +122,8 @@ class ModelScene:
     locators: list[vtkStaticCellLocator] = field(default_factory=list)
     chunks_done: bool = False
     textures_done: bool = False
+    field: FieldReady | None = None
+    """The field's colours that the model has been given."""
     _boxes: tuple[Array, Array] | None = None
 
     def chunk_boxes(self) -> tuple[Array, Array]:
@@ -139,6 +155,11 @@ class Scene:
         self.models: dict[str, ModelScene] = {}
         self.origin: Array | None = None
         self.mode = "textured"
+        self.lit = {mode: mode in LIT_MODES for mode in DISPLAY_MODES}
+        self.point_size: float | None = None
+        """Logical pixels; None closes the surface that the points lie on."""
+        self.eye_dome = False
+        self.clip: ClipBox | None = None
         self.features = FeatureLayer()
         self.size = (1, 1)
         self.software = True
@@ -156,9 +177,14 @@ class Scene:
         self._window: vtkRenderWindow | None = None
         self._pending: list[Part] | None = None
         self._batch_first = False
+        self._bands: list[tuple[int, int]] | None = None
+        self._dome = EyeDome()
+        self._planes = [vtkPlane() for _ in FACES]
+        self._cutting: list[int] = []
         self._outdated = False
         self._keep: vtkOpenGLFramebufferObject | None = None
         self._partial: vtkOpenGLFramebufferObject | None = None
+        self._flat: vtkOpenGLFramebufferObject | None = None
         self._kept = False
         self._action: Callable[[], None] | None = None
         self._pixels = vtkUnsignedCharArray()
@@ -190,7 +216,10 @@ class Scene:
             # Plain blending: the weighted kind needs three more full-screen passes.
             renderer.SetUseOIT(False)
             window.AddRenderer(renderer)
-        surface.CreateLight()
+        # A head light: what is seen is lit.
+        light = vtkLight()
+        light.SetLightTypeToHeadlight()
+        surface.AddLight(light)
         surface.GetActiveCamera()
         layer.SetActiveCamera(surface.GetActiveCamera())
         self._window, self._surface, self._layer = window, surface, layer
@@ -256,10 +285,11 @@ class Scene:
         window.MakeCurrent()
         for model_id in list(self.models):
             self.remove_model(model_id)
-        for buffer in (self._keep, self._partial):
+        for buffer in (self._keep, self._partial, self._flat):
             if buffer is not None:
                 buffer.ReleaseGraphicsResources(window)
-        self._keep = self._partial = None
+        self._keep = self._partial = self._flat = None
+        self._dome.release(window)
         self._layer.RemoveAllObservers()
         for renderer in (self._surface, self._layer):
             renderer.RemoveAllViewProps()
@@ -296,11 +326,13 @@ class Scene:
         placement = self._placement(model)
         for part in model.parts + model.proxies:
             part.actor.SetUserMatrix(placement)
+        self._place_planes()
         self.abandon()
 
     def set_origin(self, origin: npt.NDArray[np.floating]) -> None:
         self.origin = np.asarray(origin, np.float64)
         self.features.set_origin(self.origin)
+        self._place_planes()
         for model in self.models.values():
             for part in model.parts + model.proxies:
                 part.actor.SetUserMatrix(self._placement(model))
@@ -323,9 +355,97 @@ class Scene:
             raise ValueError(f"display mode {mode!r}; one of {', '.join(DISPLAY_MODES)}")
         self.mode = mode
         for model in self.models.values():
+            if any(p.tinted for p in model.parts + model.proxies) != self.shows_field(model):
+                self._tint(model)
+        self._redress()
+
+    def _redress(self) -> None:
+        for model in self.models.values():
             for part in model.parts + model.proxies:
                 self._dress(model, part)
         self.abandon()
+
+    def set_lit(self, mode: str, lit: bool) -> None:
+        """Whether a light at the viewer shades the meshes in a display mode."""
+        self.lit[mode] = lit
+        self._redress()
+
+    def set_point_size(self, pixels: float | None) -> None:
+        self.point_size = pixels
+        self._redress()
+
+    def set_eye_dome(self, on: bool) -> None:
+        self.eye_dome = on
+        self.abandon()
+
+    def set_clip(self, box: ClipBox | None) -> None:
+        """Draw and pick only what lies in a box; None for everything."""
+        before, self.clip = self.clip, box
+        self._place_planes()
+        if (before is None) != (box is None):
+            self.features.clip(None if box is None else collection(self._planes))
+        self.abandon()
+
+    def _place_planes(self) -> None:
+        """Bring the planes to the faces of the box. Models are cut only by those that they cross: a
+        software renderer takes a third longer with all six."""
+        cutting: list[int] = []
+        if self.clip is not None:
+            origin = np.zeros(3) if self.origin is None else self.origin
+            corners = [m.corners_world() for m in self.models.values()]
+            for k, (axis, side) in enumerate(FACES):
+                normal = np.zeros(3)
+                normal[axis] = -1.0 if side else 1.0
+                at = self.clip.face_centre(axis, side)
+                self._planes[k].SetNormal(*normal)
+                self._planes[k].SetOrigin(*(at - origin))
+                if any(((c - at) @ normal).min() < 0.0 for c in corners):
+                    cutting.append(k)
+        if cutting != self._cutting:
+            self._cutting = cutting
+            for model in self.models.values():
+                for part in model.parts + model.proxies:
+                    self._cut(part.actor)
+
+    def _cut(self, actor: vtkActor) -> None:
+        mapper = actor.GetMapper()
+        if self._cutting:
+            mapper.SetClippingPlanes(collection([self._planes[k] for k in self._cutting]))
+        else:
+            mapper.RemoveAllClippingPlanes()
+
+    def set_field(self, model_id: str, ready: FieldReady | None) -> None:
+        """Give a model the colours of a field, or take them away."""
+        model = self.models[model_id]
+        model.field = ready
+        self._tint(model)
+        self.abandon()
+
+    def shows_field(self, model: ModelScene) -> bool:
+        return self.mode == "field" and model.field is not None
+
+    def _tint(self, model: ModelScene) -> None:
+        """Put the colours of the field on, or the model's own back."""
+        ready = model.field if self.mode == "field" else None
+        fields = [] if ready is None else [*ready.parts, *ready.proxies]
+        every = [*model.parts, *model.proxies]
+        if ready is not None and (len(ready.parts), len(ready.proxies)) != (
+            len(model.parts),
+            len(model.proxies),
+        ):
+            raise ValueError("the colours are of another state of the model")
+        for k, part in enumerate(every):
+            values = part.actor.GetMapper().GetInput().GetPointData()
+            if fields:
+                if not part.tinted:
+                    part.own = values.GetScalars()
+                values.SetScalars(fields[k])
+                part.uploaded, part.tinted = False, True
+            elif part.tinted:
+                values.SetScalars(part.own)
+                part.own = None
+                part.uploaded, part.tinted = False, False
+            self._dress(model, part)
 
     def remove_model(self, model_id: str) -> None:
         model = self.models.pop(model_id, None)
@@ -352,12 +472,14 @@ class Scene:
             return
         if isinstance(event, ProxyReady):
             model.proxies.append(self._part(model, event.data))
+            model.proxies[-1].rows = event.rows
             self._dress(model, model.proxies[-1])
         elif isinstance(event, MeshChunkReady):
             part = self._part(model, event.data)
             part.material = event.chunk.material
             part.density = event.texels_per_metre
             part.has_uv = event.data.GetPointData().GetTCoords() is not None
+            part.rows = event.chunk.vertex_ids
             model.face_chunks.append(event.chunk)
             model.parts.append(part)
             self._dress(model, part)
@@ -365,6 +487,7 @@ class Scene:
             model.point_chunks.append(event.chunk)
             model.parts.append(self._part(model, event.data))
             model.parts[-1].spacing = event.spacing
+            model.parts[-1].rows = event.chunk.point_ids
             self._dress(model, model.parts[-1])
         elif isinstance(event, ChunksDone):
             model.chunks_done = True
@@ -375,6 +498,8 @@ class Scene:
             model.textures_done = True
         elif isinstance(event, LocatorReady):
             model.locators = event.locators
+        elif isinstance(event, FieldReady):
+            self.set_field(model_id, event)
         if isinstance(event, (ProxyReady, MeshChunkReady, CloudChunkReady, TextureReady)):
             self.complete = False
             self._outdated = True
@@ -396,6 +521,7 @@ class Scene:
         actor.ForceOpaqueOn()
         actor.SetVisibility(False)
         actor.SetUserMatrix(self._placement(model))
+        self._cut(actor)
         if self._window is not None:
             self._surface.AddActor(actor)
         part = Part(actor, bounds[:, 0], bounds[:, 1], elements)
@@ -406,21 +532,22 @@ class Scene:
         """Give a part the look of the display mode."""
         actor, mapper, look = part.actor, part.actor.GetMapper(), part.actor.GetProperty()
         look.SetColor(*PLAIN_COLOR)
-        look.SetPointSize(max(1.0, round(2.0 * self.point_scale)))
+        look.SetPointSize(max(1.0, round((self.point_size or 2.0) * self.point_scale)))
         look.SetAmbient(0.25)
         look.SetDiffuse(0.75)
         if isinstance(model.data, PointCloud):
             look.LightingOff()
-            mapper.SetScalarVisibility(part.has_colors and self.mode != "plain shaded")
+            colored = part.tinted or (part.has_colors and self.mode != "plain shaded")
+            mapper.SetScalarVisibility(colored)
             return
         skin = model.skins.get(part.material) if part.has_uv else None
         skins.take_off(actor)
-        textured = skin is not None and self.mode == "textured" and skin.wear(actor)
+        textured = skin is not None and self._textured(model) and skin.wear(actor)
         if textured:
             look.SetColor(1.0, 1.0, 1.0)
-        colored = part.has_colors and not textured and self.mode != "plain shaded"
+        colored = part.tinted or (part.has_colors and not textured and self.mode != "plain shaded")
         mapper.SetScalarVisibility(colored)
-        look.SetLighting(not textured and not colored)
+        look.SetLighting(self.lit[self.mode if textured or colored else "plain shaded"])
         if self.mode == "wireframe":
             look.SetRepresentationToWireframe()
             look.SetLighting(False)
@@ -466,10 +593,6 @@ class Scene:
         if eye.orthographic:
             drawn.SetParallelScale(eye.half_height)
         drawn.SetClippingRange(eye.near, eye.far)
-        # A head light: what is seen is lit.
-        light = self._surface.GetLights().GetItemAsObject(0)
-        if light is not None:
-            light.SetLightTypeToHeadlight()
         self.eye = eye
 
     @property
@@ -505,6 +628,8 @@ class Scene:
                 & (np.abs(q[:, 0]) <= tall * aspect + radius * slant)
                 & (q[:, 2] + radius > self.eye.near)
             )
+            if self.clip is not None:
+                inside &= self.clip.meets_balls(centre, radius)
             for i in np.flatnonzero(inside):
                 found.append((float(q[i, 2] - radius[i]), model, model.parts[i]))
         found.sort(key=lambda entry: entry[0])
@@ -548,7 +673,8 @@ class Scene:
         self.showing_proxy = proxy
         if not proxy:
             self.pace.learn(show, spent)
-            self.complete = not any(m.visible and self._skins_due(m) for m in self.models.values())
+            due = any(m.visible and self._skins_due(m) for m in self.models.values())
+            self.complete = not due and not self.domed
         else:
             if not fresh:
                 most = max((len(m.proxies) for m in self.models.values()), default=0)
@@ -603,6 +729,7 @@ class Scene:
         self._choose_levels()
         self._size_points()
         self._pending = [part for _, part in self._seen_parts()]
+        self._bands = None
         self._batch_first = True
         self._outdated = False
 
@@ -616,6 +743,8 @@ class Scene:
         if self._pending is None:
             return True
         if self._upload_one_texture():
+            return False
+        if not self._pending and not self._batch_first and self._shade_band():
             return False
         started = time.perf_counter()
         # Features, and the copy of the surface below them, are a piece of their own.
@@ -641,6 +770,41 @@ class Scene:
         self.showing_proxy = False
         return True
 
+    @property
+    def domed(self) -> bool:
+        """Whether the picture at rest is shaded by how far pixels lie behind their neighbours."""
+        return self.eye_dome and any(
+            m.visible and isinstance(m.data, PointCloud) for m in self.models.values()
+        )
+
+    def _shade_band(self) -> bool:
+        """Eye-dome lighting of a part of the finished surface; False once there is nothing to do
+        any more."""
+        assert self._window is not None
+        assert self.eye is not None
+        if not self.domed:
+            return False
+        if self._bands is None:
+            self._flat = self._buffer(self._flat)
+            self._blit(self._window.GetRenderFramebuffer(), self._flat)
+            self._bands = bands(self.size[1], BANDS if self.software else 1)
+        if not self._bands:
+            return False
+        assert self._flat is not None
+        self._dome.shade(
+            self._window,
+            self._flat,
+            self.size,
+            self._bands.pop(0),
+            near=self.eye.near,
+            far=self.eye.far,
+            distance=self.camera.distance,
+            orthographic=self.eye.orthographic,
+            scale=self.point_scale,
+        )
+        self._window.WaitForCompletion()
+        return True
+
     def _size_points(self) -> None:
         """Points just large enough to close the surface they lie on, within limits."""
         for model, part in self._seen_parts():
@@ -651,6 +815,8 @@ class Scene:
                 )
                 low, high = 2.0 * self.point_scale, 9.0 * self.point_scale
                 size = round(min(max(pixels, low), high))
+                if self.point_size is not None:
+                    size = max(1, round(self.point_size * self.point_scale))
                 part.actor.GetProperty().SetPointSize(size)
                 part.weight = point_weight(size)
 
@@ -741,7 +907,10 @@ class Scene:
     # -- textures
 
     def _skins_due(self, model: ModelScene) -> bool:
-        return self.mode == "textured" and any(s.too_coarse for s in model.skins.values())
+        return self._textured(model) and any(s.too_coarse for s in model.skins.values())
+
+    def _textured(self, model: ModelScene) -> bool:
+        return self.mode == "textured" or (self.mode == "field" and model.field is None)
 
     def _choose_levels(self) -> None:
         """Without hardware mipmaps: the coarsest level with about a texel per pixel."""
@@ -767,15 +936,12 @@ class Scene:
 
     def _upload_one_texture(self) -> bool:
         """Bring one piece of a texture to the graphics card; False where none is due."""
-        if self.mode != "textured":
-            return False
-        if any(s.level is None for m in self.models.values() for s in m.skins.values()):
+        models = [m for m in self.models.values() if m.visible and self._textured(m)]
+        if any(s.level is None for m in models for s in m.skins.values()):
             # A texture that has just come would go up in full, which holds the window up, only to
             # be replaced by the level that this view needs.
             self._choose_levels()
-        for model in self.models.values():
-            if not model.visible:
-                continue
+        for model in models:
             for material, skin in model.skins.items():
                 if skin.level == skin.wanted:
                     skin.forget_pieces(self._window)
@@ -836,7 +1002,7 @@ class Scene:
         for model in self.models.values():
             if not model.visible:
                 continue
-            hit = picking.pick_model(model, origin, direction, radius, spread)
+            hit = picking.pick_model(model, origin, direction, radius, spread, self.clip)
             if hit is None:
                 continue
             world = model.to_world[:3, :3] @ np.array(hit.position) + model.to_world[:3, 3]
@@ -844,3 +1010,16 @@ class Scene:
             if depth < best_depth:
                 best, best_depth = hit, depth
         return best
+
+
+def collection(planes: list[vtkPlane]) -> vtkPlaneCollection:
+    out = vtkPlaneCollection()
+    for plane in planes:
+        out.AddItem(plane)
+    return out
+
+
+def bands(height: int, count: int) -> list[tuple[int, int]]:
+    """Rows from the bottom in `count` runs, first and one past the last of each."""
+    ends = [round(k * height / count) for k in range(count + 1)]
+    return list(itertools.pairwise(ends))

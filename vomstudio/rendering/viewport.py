@@ -44,10 +44,12 @@ from PySide6.QtWidgets import QWidget
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.discs import disc
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.rendering import painting
+from vomstudio.rendering import barpainting, painting
 from vomstudio.rendering.annotations import Annotations
 from vomstudio.rendering.camera import STANDARD_VIEWS, VIEW_ALIASES, Camera
+from vomstudio.rendering.clipping import FACES, ClipBox, along_axis
 from vomstudio.rendering.drawing import FeatureDrawing
+from vomstudio.rendering.scalars import ELEVATION, FieldStyle, Scale
 from vomstudio.tools.types import BrushRing, Button, Hit, Pointer, PointerEvent, Preview
 
 if TYPE_CHECKING:
@@ -57,6 +59,7 @@ Array = npt.NDArray[np.float64]
 
 CLICK_PIXELS = 4.0
 HANDLE_PIXELS = 9.0
+FACE_PIXELS = 14.0
 FEATURE_PIXELS = 7.0
 REST_MS = 250
 BACKGROUND = QColor.fromRgbF(0.36, 0.375, 0.39)
@@ -85,6 +88,10 @@ class Viewport(QWidget):
     """model id and "shown", "complete" or "pickable" """
     problem = Signal(str)
     """One sentence about something that cannot be drawn as it should."""
+    field_shown = Signal(str)
+    """model id: the colours of its field are there, and `scale_of` tells them"""
+    clip_changed = Signal(object)
+    """ClipBox, while a handle is dragged"""
 
     _handed = Signal()
     _imported = Signal()
@@ -137,6 +144,15 @@ class Viewport(QWidget):
         self._framing: set[str] = set()
         self._hidden: set[str] = set()
         self._transforms: dict[str, Array] = {}
+        self._styles: dict[str, FieldStyle] = {}
+        self._captions: dict[str, str] = {}
+        self._field_jobs: dict[str, threading.Event] = {}
+        self._bars: list[barpainting.ColorBar] = []
+        self._mode = "textured"
+        self._clip: ClipBox | None = None
+        self._clip_handles = True
+        self._press_face: int | None = None
+        self._hot_face: int | None = None
         self._pool: ThreadPoolExecutor | None = None
 
         self._rest = QTimer(self)
@@ -216,7 +232,7 @@ class Viewport(QWidget):
         self._closed = True
         for timer in (self._rest, self._refine, self._hover, self._still):
             timer.stop()
-        for stop in self._jobs.values():
+        for stop in (*self._jobs.values(), *self._field_jobs.values()):
             stop.set()
         if self._importer is not None and self._importer.is_alive():
             self._importer.join()
@@ -272,16 +288,9 @@ class Viewport(QWidget):
             return
         from vomstudio.rendering import preparation
 
-        if self._pool is None:
-            self._pool = ThreadPoolExecutor(2, thread_name_prefix="viewport", initializer=give_way)
-        pool = self._pool
+        pool = self._workers()
         limit, whole_side = self._scene.texture_limit, self._scene.whole_texture_side
-
-        def emit(event: Any) -> None:
-            if stop.is_set():
-                raise preparation.Stopped
-            self._inbox.append((model_id, token, event))
-            self._handed.emit()
+        emit = self._emitter(model_id, token, stop)
 
         def shape() -> None:
             try:
@@ -311,6 +320,23 @@ class Viewport(QWidget):
 
         pool.submit(shape)
 
+    def _workers(self) -> ThreadPoolExecutor:
+        if self._pool is None:
+            self._pool = ThreadPoolExecutor(2, thread_name_prefix="viewport", initializer=give_way)
+        return self._pool
+
+    def _emitter(self, model_id: str, token: int, stop: threading.Event) -> Callable[[Any], None]:
+        """What a worker hands its events over with."""
+        from vomstudio.rendering import preparation
+
+        def emit(event: Any) -> None:
+            if stop.is_set():
+                raise preparation.Stopped
+            self._inbox.append((model_id, token, event))
+            self._handed.emit()
+
+        return emit
+
     @staticmethod
     def _tell(emit: Callable[[Any], None], preparation: Any, error: Exception) -> None:
         with contextlib.suppress(preparation.Stopped):
@@ -333,8 +359,13 @@ class Viewport(QWidget):
                 continue
             if isinstance(event, _Registered):
                 self._register(model_id, event)
+            elif isinstance(event, preparation.FieldReady):
+                self._take_field(model_id, event)
+                continue
             else:
                 self._scene.take(model_id, event)
+            if isinstance(event, preparation.ChunksDone):
+                self._color(model_id)
             if isinstance(event, preparation.LocatorReady):
                 self._reach(model_id, "pickable")
             else:
@@ -381,6 +412,7 @@ class Viewport(QWidget):
         self._tokens.pop(model_id, None)
         self._stages.pop(model_id, None)
         self._transforms.pop(model_id, None)
+        self._forget_field(model_id)
         self._framing.discard(model_id)
         self._hidden.discard(model_id)
         if self._scene is not None and model_id in self._scene.models:
@@ -401,16 +433,185 @@ class Viewport(QWidget):
         if self._scene is not None and model_id in self._scene.models:
             self._scene.set_to_world(model_id, self._transforms[model_id])
             self._redraw()
+            if model_id in self._styles and self._styles[model_id].name == ELEVATION:
+                self._color(model_id)
+
+    # -- display
 
     def set_display(self, mode: str) -> None:
-        """ "textured", "vertex_colors", "plain shaded", "wireframe" or "points"."""
+        """ "textured", "vertex_colors", "plain shaded", "wireframe", "points" or "field"."""
+        self._mode = mode
 
+        def apply(scene: Scene) -> None:
+            if mode != "field":
+                # The colours would only take memory.
+                for model_id in list(scene.models):
+                    scene.set_field(model_id, None)
+            scene.set_mode(mode)
+            for model_id in self._styles:
+                self._color(model_id)
+
+        self._display(apply)
+
+    def set_lit(self, mode: str, lit: bool) -> None:
+        """Whether a light at the viewer shades the meshes in a display mode."""
+        self._display(lambda scene: scene.set_lit(mode, lit))
+
+    def set_point_size(self, pixels: float | None) -> None:
+        """Size of the points of clouds in logical pixels; None closes their surface."""
+        self._display(lambda scene: scene.set_point_size(pixels))
+
+    def set_eye_dome(self, on: bool) -> None:
+        """Shade clouds at rest by how far pixels lie behind their neighbours."""
+        self._display(lambda scene: scene.set_eye_dome(on))
+
+    def _display(self, change: Callable[[Scene], None]) -> None:
         def apply() -> None:
             assert self._scene is not None
-            self._scene.set_mode(mode)
-            self._redraw()
+            change(self._scene)
+            self._renew()
 
         self._when_started(apply)
+
+    def _renew(self) -> None:
+        """The models look different: draw the whole picture anew. The old one stays until it is
+        there, unless something can stand for the models at once."""
+        assert self._scene is not None
+        if any(m.visible and m.proxies for m in self._scene.models.values()):
+            self._redraw()
+            return
+        self._scene.abandon()
+        self._refine.stop()
+        if not self._frame_dirty:
+            self._rest.start(1)
+
+    # -- fields
+
+    def set_field(self, model_id: str, style: FieldStyle | None, caption: str = "") -> None:
+        """The field that the display mode "field" shows of a model; None for none.
+
+        caption : names the model where several of them show a field
+        """
+        self._captions[model_id] = caption
+        if style == self._styles.get(model_id):
+            return
+        self._forget_field(model_id)
+        if style is not None:
+            self._styles[model_id] = style
+            self._color(model_id)
+        elif self._scene is not None and model_id in self._scene.models:
+            self._scene.set_field(model_id, None)
+            self._renew()
+
+    def _forget_field(self, model_id: str) -> None:
+        self._styles.pop(model_id, None)
+        stop = self._field_jobs.pop(model_id, None)
+        if stop is not None:
+            stop.set()
+
+    def scale_of(self, model_id: str) -> Scale | None:
+        """What the colours of a model mean, where it shows a field."""
+        model = None if self._scene is None else self._scene.models.get(model_id)
+        if model is None or model.field is None or self._mode != "field":
+            return None
+        return model.field.scale
+
+    def _color(self, model_id: str) -> None:
+        """Have a worker make the colours of a model's field, where they are wanted now."""
+        model = None if self._scene is None else self._scene.models.get(model_id)
+        style = self._styles.get(model_id)
+        if model is None or style is None or self._mode != "field" or not model.chunks_done:
+            return
+        from vomstudio.rendering import preparation
+
+        if model_id in self._field_jobs:
+            self._field_jobs[model_id].set()
+        stop = self._field_jobs[model_id] = threading.Event()
+        emit = self._emitter(model_id, self._tokens[model_id], stop)
+        data, to_world = model.data, model.to_world.copy()
+        proxies, parts = [p.rows for p in model.proxies], [p.rows for p in model.parts]
+
+        def work() -> None:
+            try:
+                preparation.prepare_field(data, style, to_world, proxies, parts, stop, emit)
+            except preparation.Stopped:
+                pass
+            except Exception as error:  # noqa: BLE001 - a thread has nobody above it to tell
+                with contextlib.suppress(preparation.Stopped):
+                    emit(preparation.Problem(f"The field {style.name} cannot be shown: {error}"))
+
+        self._workers().submit(work)
+
+    def _take_field(self, model_id: str, event: Any) -> None:
+        assert self._scene is not None
+        if self._mode == "field" and self._styles.get(model_id) == event.style:
+            self._scene.take(model_id, event)
+            self._renew()
+            self.field_shown.emit(model_id)
+
+    # -- clipping box
+
+    @property
+    def clip_box(self) -> ClipBox | None:
+        return self._clip
+
+    def set_clip_box(self, box: ClipBox | None, *, handles: bool = True) -> None:
+        """Show and pick only what lies in a box; None for everything. `handles` to drag its faces
+        with are drawn or not."""
+        if handles != self._clip_handles:
+            self._clip_handles = handles
+            self.update()
+        if box != self._clip:
+            self._clip = box
+            self._annotations.forget()
+
+            def apply() -> None:
+                assert self._scene is not None
+                self._scene.set_clip(self._clip)
+                self._redraw()
+
+            self._when_started(apply)
+
+    def _clip_places(self) -> tuple[Array, Array, list[bool]]:
+        """Pixels of the box's corners and handles, and which handles can be dragged from here."""
+        assert self._clip is not None
+        extent = self._extent()
+        corners, _ = self._camera.project(self._clip.corners(), extent)
+        centres = np.stack([self._clip.face_centre(*face) for face in FACES])
+        pixels, _ = self._camera.project(centres, extent)
+        usable = []
+        for (axis, _side), at in zip(FACES, pixels, strict=True):
+            good = bool(np.isfinite(at).all())
+            if good:
+                origin, direction = self._camera.ray(float(at[0]), float(at[1]), extent)
+                good = along_axis(origin, direction, np.zeros(3), axis) is not None
+            usable.append(good)
+        return corners, pixels, usable
+
+    def _face_at(self, x: float, y: float) -> int | None:
+        """Which handle of the clipping box lies under a pixel."""
+        if self._clip is None or not self._clip_handles:
+            return None
+        _, pixels, usable = self._clip_places()
+        off = np.hypot(pixels[:, 0] - x, pixels[:, 1] - y)
+        off = np.where(np.isfinite(off) & np.array(usable), off, np.inf)
+        best = int(np.argmin(off))
+        return best if off[best] <= FACE_PIXELS else None
+
+    def _drag_face(self, at: QPointF) -> None:
+        assert self._clip is not None
+        assert self._press_face is not None
+        axis, side = FACES[self._press_face]
+        origin, direction = self._camera.ray(at.x(), at.y(), self._extent())
+        value = along_axis(origin, direction, self._clip.face_centre(axis, side), axis)
+        if value is None:
+            return
+        self._clip = self._clip.with_face(axis, side, value)
+        self._annotations.forget()
+        if self._scene is not None:
+            self._scene.set_clip(self._clip)
+        self._stir()
+        self.clip_changed.emit(self._clip)
 
     # -- picking and projecting
 
@@ -480,6 +681,10 @@ class Viewport(QWidget):
         if (found := self._annotations.at(x, y)) is not None:
             return found
         shown = [d for d in self._features.values() if d.visible]
+        if self._clip is not None:
+            # What is cut away cannot be meant.
+            clip = self._clip
+            shown = [d for d in shown if clip.holds(d.line if len(d.line) else d.anchor).any()]
         lines = [d for d in shown if len(d.line) >= 2]
         if lines:
             sizes = [len(d.line) for d in lines]
@@ -603,6 +808,10 @@ class Viewport(QWidget):
     def _moved(self) -> None:
         """The camera has changed: draw once in the next paint, rest a little later."""
         self._fitted = None
+        self._stir()
+        self.camera_changed.emit()
+
+    def _stir(self) -> None:
         self._moving = True
         self._frame_dirty = True
         if self._scene is not None:
@@ -610,7 +819,6 @@ class Viewport(QWidget):
         self._refine.stop()
         self._rest.start(REST_MS)
         self.update()
-        self.camera_changed.emit()
 
     def _redraw(self) -> None:
         """The models have changed: draw again."""
@@ -703,6 +911,11 @@ class Viewport(QWidget):
         painter = QPainter(self)
         if self._base is not None:
             painter.drawImage(QPointF(0.0, 0.0), self._base)
+        if self._clip is not None and self._clip_handles:
+            corners, centres, usable = self._clip_places()
+            letters = "ENZ" if self._north_known else "xyz"
+            hot = self._hot_face if self._press_face is None else self._press_face
+            barpainting.draw_clip_box(painter, corners, centres, usable, hot, letters)
         self._paint_preview(painter)
         painter.end()
         if scene is not None and not self._first_done:
@@ -737,7 +950,10 @@ class Viewport(QWidget):
         if self._picture is None:
             painter.fillRect(QRectF(0.0, 0.0, width, height), BACKGROUND)
         elif self._scene is not None and (self._scene.models or self._features):
+            self._bars = self._lay_out_bars(width, height)
             self._paint_labels(painter)
+            for bar in self._bars:
+                bar.paint(painter)
             painting.draw_compass(painter, self._camera.frame, height, self._north_known)
             painting.draw_scale_bar(
                 painter,
@@ -749,16 +965,44 @@ class Viewport(QWidget):
         painter.end()
         self._base = base
 
+    def _lay_out_bars(self, width: float, height: float) -> list[barpainting.ColorBar]:
+        assert self._scene is not None
+        shown = [
+            (m.field.scale, m.model_id)
+            for m in self._scene.models.values()
+            if m.visible and m.field is not None and self._scene.shows_field(m)
+        ]
+        several = len(shown) > 1
+        return barpainting.lay_out_bars(
+            [
+                (scale, (scale.title, self._captions.get(model_id, "") if several else ""))
+                for scale, model_id in shown
+            ],
+            width,
+            height,
+        )
+
     def _paint_labels(self, painter: QPainter) -> None:
         width, height = self._extent()
+        features = self._features
+        if (clip := self._clip) is not None:
+            features = {
+                key: d
+                for key, d in features.items()
+                if clip.holds(np.asarray(d.anchor, float).reshape(1, 3)).any()
+            }
         self._annotations.paint(
             painter,
-            self._features,
+            features,
             self._selected,
             self._camera,
             self.project,
             (width, height),
-            kept_free=(painting.compass_box(height), painting.scale_bar_box(width, height)),
+            kept_free=(
+                painting.compass_box(height),
+                painting.scale_bar_box(width, height),
+                *(bar.box for bar in self._bars),
+            ),
             moving=self._moving,
         )
 
@@ -901,11 +1145,16 @@ class Viewport(QWidget):
         shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
         at = event.position()
         self._press_handle = self._handle_at(at.x(), at.y()) if left and not shift else None
+        free = left and not shift and self._press_handle is None
+        self._press_face = self._face_at(at.x(), at.y()) if free else None
         event.accept()
 
     def _begin_action(self, event: QMouseEvent) -> None:
         """The button has moved far enough to be a drag: say what it does."""
         assert self._press is not None
+        if self._press_face is not None:
+            self._action = "face"
+            return
         shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
         button = self._press_button
         hit = self.pick(self._press.x(), self._press.y())
@@ -948,6 +1197,9 @@ class Viewport(QWidget):
             self._last = self._press
         dx, dy = at.x() - self._last.x(), at.y() - self._last.y()
         self._last = at
+        if self._action == "face":
+            self._drag_face(at)
+            return
         if self._action == "handle":
             move = self._event(Pointer.DRAG_MOVE, at, self._press_button, event)
             self.pointer.emit(replace(move, handle=self._press_handle))
@@ -997,6 +1249,11 @@ class Viewport(QWidget):
             return
         action, self._action = self._action, None
         press, self._press = self._press, None
+        face, self._press_face = self._press_face, None
+        if face is not None:
+            self._rest.start(30)
+            self.update()
+            return
         if action == "handle":
             end = self._event(Pointer.DRAG_END, event.position(), event.button(), event)
             self.pointer.emit(replace(end, handle=self._press_handle))
@@ -1055,8 +1312,9 @@ class Viewport(QWidget):
         if event is None or self._press is not None:
             return
         self._last_hover = time.perf_counter()
-        if event.handle != self._hot_handle:
-            self._hot_handle = event.handle
+        face = self._face_at(event.x, event.y) if event.handle is None else None
+        if (event.handle, face) != (self._hot_handle, self._hot_face):
+            self._hot_handle, self._hot_face = event.handle, face
             self.update()
         self.pointer.emit(replace(event, hit=self.pick(event.x, event.y)))
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 from vtkmodules.util.numpy_support import numpy_to_vtk
-from vtkmodules.vtkCommonCore import VTK_INT, vtkPoints
+from vtkmodules.vtkCommonCore import VTK_INT, vtkPoints, vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkImageData, vtkPolyData
 from vtkmodules.vtkCommonMath import vtkMatrix4x4
 
@@ -56,9 +56,13 @@ def point_set(
 
 def set_colors(data: vtkPolyData, colors: npt.NDArray[np.uint8]) -> None:
     """RGB or RGBA (n, 3 or 4) uint8 per point as the active scalars."""
+    data.GetPointData().SetScalars(color_array(colors))
+
+
+def color_array(colors: npt.NDArray[np.uint8]) -> vtkUnsignedCharArray:
     array = numpy_to_vtk(np.ascontiguousarray(colors, np.uint8))
     array.SetName("rgb")
-    data.GetPointData().SetScalars(array)
+    return array
 
 
 def cells_of(sizes: Sequence[int]) -> vtkCellArray:

@@ -13,6 +13,7 @@ from vomstudio.document.records import FEATURES, Model
 from vomstudio.errors import VomError
 from vomstudio.tools.polyline import PolylineTool
 from vomstudio.ui import (
+    display_commands,
     feature_commands,
     line_commands,
     net_commands,
@@ -36,14 +37,6 @@ _VIEWS = (
 
 NOTHING_OPEN = "nothing is being picked"
 
-_DISPLAYS = (
-    ("display_textured", "Textured", "textured"),
-    ("display_colors", "Vertex colours", "vertex_colors"),
-    ("display_plain", "Plain, shaded", "plain shaded"),
-    ("display_wireframe", "Wireframe", "wireframe"),
-    ("display_points", "Points", "points"),
-)
-
 
 def commands(w: MainWindow) -> list[Command]:
     return [
@@ -57,6 +50,7 @@ def commands(w: MainWindow) -> list[Command]:
         *patch_commands.commands(w),
         *net_commands.commands(w),
         *feature_commands.commands(w),
+        *display_commands.commands(w),
         *_help(w),
     ]
 
@@ -174,17 +168,6 @@ def _views(w: MainWindow) -> list[Command]:
             w.viewport.navigation = "turntable" if studio.settings.turntable else "trackball"
         studio.keep_settings()
 
-    def display(mode: str) -> Callable[[], None]:
-        def choose() -> None:
-            studio.display_mode = mode
-            if w.viewport is not None:
-                w.viewport.set_display(mode)
-
-        return choose
-
-    def is_display(mode: str) -> Callable[[], bool]:
-        return lambda: studio.display_mode == mode
-
     table = [
         Command("home", "&Whole model", home, "home-outline", "Home", "",
                 no_viewport, in_viewport=True),
@@ -205,12 +188,6 @@ def _views(w: MainWindow) -> list[Command]:
         Command(f"view_{name}", text, view(name), None, key, "", no_viewport, in_viewport=True)
         for name, text, key in _VIEWS
     ]
-    for name, text, value in _DISPLAYS:
-        table.append(
-            Command(
-                name, text, display(value), None, (), "", no_viewport, checked=is_display(value)
-            )
-        )
     for name, text, value in (
         ("notation_dipdir", "Dip direction/dip (132/41)", "dipdir/dip"),
         ("notation_strike", "Strike/dip, right-hand rule (042/41)", "strike/dip"),

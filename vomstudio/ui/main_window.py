@@ -42,11 +42,12 @@ from vomstudio.document.records import (
     Trace,
 )
 from vomstudio.io.settings import Settings
-from vomstudio.ui import theme
+from vomstudio.ui import display_commands, theme
 from vomstudio.ui.actions import Actions
 from vomstudio.ui.wording import drawn_points
 
 if TYPE_CHECKING:
+    from vomstudio.rendering.clipping import ClipBox
     from vomstudio.rendering.viewport import Viewport
     from vomstudio.ui.studio import Notice
 
@@ -57,9 +58,9 @@ _MENUS = (
                "export_net", "|", "quit")),
     ("&Edit", ("undo", "redo", "|", "delete", "rename", "|", "select_all", "|", "find_command")),
     ("&View", ("home", "frame_selection", "orthographic", "|", "view_top", "view_north",
-               "view_east", "view_south", "view_west", "view_bottom", "|", "*notation",
-               "*display", "*planes", "trackball", "|", "show_chosen", "hide_chosen",
-               "show_only", "show_all", "|", "only_outcrop", "*docks")),
+               "view_east", "view_south", "view_west", "view_bottom", "|", "*display",
+               "clipping_box", "*planes", "*notation", "trackball", "|", "show_chosen",
+               "hide_chosen", "show_only", "show_all", "|", "only_outcrop", "*docks")),
     ("&Model", ("declare_frame", "locate", "copy_model", "export_model", "remove_model")),
     ("&Interpret", ("navigate", "trace", "patch", "line", "measure", "|", "finish", "cancel",
                     "continue_trace", "delete_vertex", "|", "continue_patch", "brush_removes",
@@ -137,6 +138,7 @@ class MainWindow(QMainWindow):
         self.setCentralWidget(centre)
 
     def _make_docks(self) -> None:
+        from vomstudio.ui.display_panel import DisplayPanel
         from vomstudio.ui.feature_commands import open_types
         from vomstudio.ui.line_panel import LinePanel
         from vomstudio.ui.measure_panel import MeasurePanel
@@ -158,6 +160,8 @@ class MainWindow(QMainWindow):
         self.line_panel = LinePanel(self.studio, actions)
         self.measure_panel = MeasurePanel(self.studio, actions)
         self.view_panel = ViewPanel(self.studio, self.look)
+        self.display_panel = DisplayPanel(self.studio, actions, self.files.current_model)
+        self.display_panel.on_clip_toggled(actions["clipping_box"].trigger)
         self.properties = PropertiesPanel(
             self.studio, actions["declare_frame"], actions["keep_intersection"]
         )
@@ -181,6 +185,7 @@ class MainWindow(QMainWindow):
         self._dock("measure", self.tr("Measure"), self.measure_panel, left)
         self._dock("stereonet", self.tr("Stereonet"), self._net_place, right)
         self._dock("view", self.tr("View direction"), self.view_panel, right)
+        self._dock("display", self.tr("Display"), self.display_panel, right)
         self._dock("properties", self.tr("Properties"), self.properties, right)
         self._dock("table", self.tr("Orientations"), self.table, bottom)
         self._dock("messages", self.tr("Messages"), self.messages, bottom)
@@ -195,6 +200,7 @@ class MainWindow(QMainWindow):
     def _arrange(self) -> None:
         docks = self.docks
         self.tabifyDockWidget(docks["stereonet"], docks["view"])
+        self.tabifyDockWidget(docks["view"], docks["display"])
         self.tabifyDockWidget(docks["table"], docks["messages"])
         for tool in ("patch", "line", "measure"):
             self.tabifyDockWidget(docks["trace"], docks[tool])
@@ -230,8 +236,7 @@ class MainWindow(QMainWindow):
             discarded.aboutToShow.connect(lambda: self.files.fill_discarded(discarded))
         elif name == "display":
             display = menu.addMenu(self.tr("&Display"))
-            for each in ("textured", "colors", "plain", "wireframe", "points"):
-                display.addAction(self.actions_table.all[f"display_{each}"])
+            display_commands.fill_menu(self, display)
         elif name == "planes":
             planes = menu.addMenu(self.tr("&Planes as"))
             planes.setToolTipsVisible(True)
@@ -297,6 +302,7 @@ class MainWindow(QMainWindow):
         studio.project_opened.connect(self._refresh)
         studio.model_loaded.connect(self._refresh)
         studio.edited.connect(self._refresh)
+        studio.display.changed.connect(lambda what: self._refresh() if what != "box" else None)
         studio.active_tool_changed.connect(self._tool_changed)
         studio.tool_changed_signal.connect(self._refresh)
         studio.tool_changed_signal.connect(self.message_bar.end_hint)
@@ -320,6 +326,7 @@ class MainWindow(QMainWindow):
         self.start_page.place_over(viewport)
         self._presenter = ScenePresenter(self.studio, viewport)
         self._presenter.rebuild()
+        self.display_panel.watch(viewport)
         viewport.pointer.connect(self.status_line.show_pointer)
         viewport.camera_changed.connect(self._camera_changed)
         viewport.problem.connect(lambda text: self.studio.warn(text))
@@ -408,6 +415,19 @@ class MainWindow(QMainWindow):
 
     def see_all(self) -> None:
         self._presenter.see_all()
+
+    def show_dock(self, name: str) -> None:
+        self.docks[name].show()
+        self.docks[name].raise_()
+
+    def models_box(self) -> ClipBox | None:
+        """Around all visible models."""
+        return self._presenter.models_box()
+
+    def clip_holds_something(self) -> bool:
+        """Whether the clipping box has a part of the visible models in it."""
+        box, around = self.studio.display.box, self.models_box()
+        return box is not None and around is not None and box.meets(around)
 
     def frame_selection(self) -> None:
         import numpy as np

@@ -26,7 +26,9 @@ from vomstudio.geology.orientation import slip_from_rake
 from vomstudio.geometry import transform
 from vomstudio.geometry.discs import disc
 from vomstudio.geometry.patches import has_id
+from vomstudio.rendering.clipping import ClipBox
 from vomstudio.rendering.drawing import FeatureDrawing, Symbol
+from vomstudio.rendering.scalars import field_names
 from vomstudio.rendering.symbols import small_disc, symbol_of_line, symbol_of_plane
 from vomstudio.rendering.viewport import Viewport
 from vomstudio.tools.patch import area_of
@@ -51,6 +53,8 @@ class ScenePresenter:
         studio.selection_changed.connect(viewport.set_selected)
         studio.preview.connect(self._preview)
         studio.settings_changed.connect(self._all_features)
+        studio.display.changed.connect(self._displayed)
+        viewport.clip_changed.connect(studio.display.set_clip)
         viewport.pointer.connect(self._pointer)
 
     def rebuild(self) -> None:
@@ -61,6 +65,8 @@ class ScenePresenter:
         self._features.clear()
         self._areas.clear()
         self._placed = self._take_camera()
+        for what in ("mode", "lit", "point_size", "eye_dome", "clip"):
+            self._displayed(what)
         for model_id in self._studio.models:
             self._model_loaded(model_id)
         self._all_features()
@@ -96,8 +102,41 @@ class ScenePresenter:
         )
         self._viewport.set_model_visible(model_id, self._model_visible(model_id))
         self._shown.add(model_id)
+        self._show_field(model_id)
         self._frame()
         self._draw(p.id for p in self._studio.session.of(Patch) if p.model_id == model_id)
+
+    # --- display -----------------------------------------------------------------------------
+    def _displayed(self, what: str) -> None:
+        shown, viewport = self._studio.display, self._viewport
+        if what == "mode":
+            viewport.set_display(shown.mode)
+        elif what == "lit":
+            for mode, lit in shown.lit.items():
+                viewport.set_lit(mode, lit)
+        elif what == "point_size":
+            viewport.set_point_size(shown.point_size)
+        elif what == "eye_dome":
+            viewport.set_eye_dome(shown.eye_dome)
+        elif what in ("clip", "box"):
+            viewport.set_clip_box(shown.clip_shown, handles=shown.handles)
+        elif what == "fields":
+            for model_id in self._shown:
+                self._show_field(model_id)
+
+    def _show_field(self, model_id: str) -> None:
+        style, opened = self._studio.display.styles.get(model_id), self._studio.models[model_id]
+        if style is not None and style.name not in field_names(opened.data):
+            # The file has changed since the field was chosen.
+            style = None
+        self._viewport.set_field(model_id, style, self._studio.records[model_id].name)
+
+    def models_box(self) -> ClipBox | None:
+        """Around all visible models."""
+        ids = [i for i in self._shown if self._model_visible(i) and i in self._studio.models]
+        if not ids:
+            return None
+        return ClipBox.around(np.concatenate([self._corners(i) for i in ids]))
 
     def see_all(self) -> None:
         """All visible models, from the exposed side of the first."""

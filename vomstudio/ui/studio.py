@@ -40,6 +40,7 @@ from vomstudio.tools.measure import MeasureTool
 from vomstudio.tools.patch import PatchTool
 from vomstudio.tools.trace import TraceTool
 from vomstudio.tools.types import PointerEvent, Preview
+from vomstudio.ui.display import Display
 from vomstudio.ui.job_bridge import JobBridge
 from vomstudio.ui.model_loader import ModelLoader, OpenModel
 from vomstudio.ui.wording import degrees, length, plane_text
@@ -95,7 +96,7 @@ class Studio(QObject):
         self.models: dict[str, OpenModel] = {}
         self.hidden: set[str] = set()
         self.tool_name = "navigate"
-        self.display_mode = "textured"
+        self.display = Display(lambda values: self.project.journal.set_view("display", values))
         self.next_type_id = "bedding"
         self.next_set = ""
         self.project: Project = None  # type: ignore[assignment]
@@ -158,6 +159,7 @@ class Studio(QObject):
         self.hidden = set(project.journal.view("hidden", []))
         if self.next_type_id not in self.records:
             self.next_type_id = self.session.of(FeatureType)[0].id
+        self.display.load(project.journal.view("display"))
         self.selection.set(())
         self.project_opened.emit()
         self.history_changed.emit()
@@ -189,6 +191,7 @@ class Studio(QObject):
 
     def _leave(self) -> None:
         self._mark_open(False)
+        self.display.flush()
         self.loader.forget_all()
         if self._layers_timer.isActive():
             # An edit of the last moment, a discarded one included; `close` waits for it.

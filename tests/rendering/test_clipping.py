@@ -1,0 +1,72 @@
+"""The clipping box: what lies in it, and where rays meet it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vomstudio.rendering.clipping import EDGES, FACES, ClipBox, along_axis, limits_for
+
+UTM = np.array([576_712.0, 5_188_140.0, 183.0])
+BOX = ClipBox((0.0, 0.0, 0.0), (10.0, 4.0, 6.0))
+
+
+def test_a_box_has_eight_corners_twelve_edges_and_six_faces() -> None:
+    corners = BOX.corners()
+    assert len(np.unique(corners, axis=0)) == 8
+    assert len(EDGES) == 12
+    for a, b in EDGES:
+        assert np.count_nonzero(corners[a] != corners[b]) == 1
+    assert len(FACES) == 6
+
+
+def test_faces_never_pass_each_other() -> None:
+    assert BOX.with_face(0, 1, 3.0).high == (3.0, 4.0, 6.0)
+    moved = BOX.with_face(0, 1, -5.0)
+    assert moved.low[0] < moved.high[0] < 0.1
+    moved = BOX.with_face(2, 0, 99.0)
+    assert 5.9 < moved.low[2] < moved.high[2]
+
+
+def test_a_flat_model_has_a_box_with_a_height() -> None:
+    box = ClipBox.around(np.array([[0.0, 0, 5], [1, 1, 5]]))
+    assert box.low[2] < 5.0 < box.high[2]
+
+
+def test_a_ray_is_inside_between_the_faces_that_it_meets() -> None:
+    assert BOX.stretch(np.array([5.0, -10, 3]), np.array([0.0, 1, 0])) == (10.0, 14.0)
+    assert BOX.stretch(np.array([5.0, 2, 3]), np.array([0.0, 1, 0])) == (0.0, 2.0)
+    assert BOX.stretch(np.array([5.0, -10, 9]), np.array([0.0, 1, 0])) is None
+    assert BOX.stretch(np.array([5.0, 10, 3]), np.array([0.0, 1, 0])) is None
+
+
+def test_limits_are_in_the_models_own_metres() -> None:
+    """A model in millimetres, turned a quarter about the vertical."""
+    to_world = np.eye(4)
+    to_world[:3, :3] = 1e-3 * np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    to_world[:3, 3] = UTM
+    box = ClipBox.around(BOX.corners() + UTM)
+    start = UTM + [5.0, -10.0, 3.0]
+    limits = limits_for(box, start, np.array([0.0, 1.0, 0.0]), to_world, np.array([7.0, 0, 0]))
+    assert limits is not None
+    assert [limits.first, limits.last] == pytest.approx([10_000.0, 14_000.0])
+    world = np.random.default_rng(0).uniform(-2, 12, (200, 3)) + UTM
+    local = (world - UTM) @ np.linalg.inv(to_world[:3, :3]).T - [7.0, 0, 0]
+    assert np.array_equal(limits.inside(local), box.holds(world))
+
+
+def test_a_handle_follows_the_ray_along_its_axis() -> None:
+    through = np.array([10.0, 2.0, 3.0])
+    for x in (-4.0, 3.0, 25.0):
+        eye = np.array([5.0, -40.0, 12.0])
+        direction = np.array([x, 2.0, 3.0]) - eye
+        found = along_axis(eye, direction / np.linalg.norm(direction), through, 0)
+        assert found == pytest.approx(x)
+    assert along_axis(np.array([-9.0, 2, 3]), np.array([1.0, 0, 0]), through, 0) is None
+
+
+def test_a_box_comes_back_from_what_is_kept_of_it() -> None:
+    assert ClipBox.from_dict(BOX.as_dict()) == BOX
+    for bad in (None, {"low": [0, 0, 0]}, {"low": [0, 0, 0], "high": [1, 1, 0]}):
+        with pytest.raises(ValueError, match="clipping box"):
+            ClipBox.from_dict(bad)

@@ -1,0 +1,376 @@
+"""Values of a model as colours: which field, over which range, through which map. numpy only.
+
+A field is a name of `PointCloud.fields` or `Mesh.fields`, or ELEVATION, the height in World, which
+every model has. How it is shown follows from what it is: categories where the values are codes, a
+map that closes in a circle for azimuths, a diverging one about zero where values have both signs,
+else viridis.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+
+ELEVATION = "elevation"
+PERCENTILES = (2.0, 98.0)
+MISSING = (128, 128, 128)
+"""Colour of what has no value."""
+
+Kind = Literal["sequential", "diverging", "cyclic", "categories"]
+
+PALETTES: dict[Kind, tuple[str, ...]] = {
+    "sequential": ("viridis", "cividis", "magma", "gray"),
+    "diverging": ("RdBu_r", "PuOr_r"),
+    "cyclic": ("twilight", "hsv"),
+}
+"""Names of matplotlib's maps, the default first."""
+
+SAMPLE = 200_000
+PIECE = 1 << 19
+MOST_CATEGORIES = 12
+
+Float = npt.NDArray[np.float64]
+Colors = npt.NDArray[np.uint8]
+Rows = npt.NDArray[np.integer]
+
+# ASPRS, LAS specification 1.4 R15, table 17.
+LAS_CLASSES: dict[int, tuple[str, str]] = {
+    0: ("never classified", "#b0b8c4"),
+    1: ("unclassified", "#d8d2c4"),
+    2: ("ground", "#a6611a"),
+    3: ("low vegetation", "#b8e186"),
+    4: ("medium vegetation", "#4dac26"),
+    5: ("high vegetation", "#1b7837"),
+    6: ("building", "#e34a33"),
+    7: ("low noise", "#7b3294"),
+    8: ("model key point", "#fdb863"),
+    9: ("water", "#2c7fb8"),
+    10: ("rail", "#5e3c99"),
+    11: ("road surface", "#4d4d4d"),
+    12: ("overlap", "#f1b6da"),
+    13: ("wire, guard", "#ffff33"),
+    14: ("wire, conductor", "#ff7f00"),
+    15: ("transmission tower", "#6a6ab0"),
+    16: ("wire connector", "#c51b7d"),
+    17: ("bridge deck", "#80cdc1"),
+    18: ("high noise", "#e7298a"),
+    19: ("overhead structure", "#01665e"),
+    20: ("ignored ground", "#dfc27d"),
+    21: ("snow", "#f7f7f7"),
+    22: ("temporal exclusion", "#35978f"),
+}
+OTHER_COLORS = (
+    "#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7", "#8c564b",
+    "#bcbd22", "#9467bd", "#17becf", "#e377c2",
+)  # fmt: skip
+
+_AZIMUTHS = ("azimuth", "dip_direction", "dipdir", "dip_dir", "strike", "trend", "aspect")
+_CODES = ("return", "class", "segment", "label", "source_id", "user_data", "flag", "channel")
+_UNITS = (
+    (("azimuth", "dip", "strike", "trend", "plunge", "aspect", "slope", "angle"), "°"),
+    (("elevation", "height", "distance"), "m"),
+    (("gps_time",), "s"),
+)
+
+
+@dataclass(frozen=True)
+class FieldStyle:
+    """How a field of one model is to be shown.
+
+    low, high : the range that was typed; None takes the percentile
+    percentiles : lowest and highest, 0..100
+    palette : a name of PALETTES; None is the kind's own
+    """
+
+    name: str
+    low: float | None = None
+    high: float | None = None
+    percentiles: tuple[float, float] = PERCENTILES
+    palette: str | None = None
+
+    def as_dict(self) -> dict[str, Any]:
+        return asdict(self)
+
+    @classmethod
+    def from_dict(cls, values: Any) -> FieldStyle:
+        """Raises ValueError where it is none."""
+        try:
+            ends = [None if values[k] is None else float(values[k]) for k in ("low", "high")]
+            first, last = (float(v) for v in values["percentiles"])
+            palette = values["palette"]
+            if palette is not None and palette not in sum(PALETTES.values(), ()):
+                raise ValueError(f"palette {palette!r}")
+            return cls(str(values["name"]), ends[0], ends[1], (first, last), palette)
+        except (KeyError, TypeError) as error:
+            raise ValueError(f"not the style of a field: {values!r}") from error
+
+
+@dataclass(frozen=True)
+class Category:
+    code: int
+    name: str
+    rgb: tuple[int, int, int]
+
+
+@dataclass(frozen=True, eq=False)
+class Scale:
+    """Values to colours, and what a colour bar says of it.
+
+    low, high : values of the first and the last colour; NaN for categories
+    table : (k, 3) uint8
+    below, above : there are values beyond the ends, which have the colours of the ends
+    missing : there are points without a value
+    """
+
+    title: str
+    unit: str
+    kind: Kind
+    low: float
+    high: float
+    table: Colors
+    categories: tuple[Category, ...] = ()
+    below: bool = False
+    above: bool = False
+    missing: bool = False
+
+    def colors(self, values: npt.NDArray[Any]) -> Colors:
+        """(n, 3) for values (n,)."""
+        values = np.asarray(values, np.float64)
+        known = np.isfinite(values)
+        if self.kind == "categories":
+            codes = np.array([c.code for c in self.categories], np.float64)
+            places = np.searchsorted(codes, values)
+            places = np.minimum(places, len(codes) - 1)
+            known &= codes[places] == values
+        else:
+            width = self.high - self.low
+            place = (np.where(known, values, self.low) - self.low) / (width if width > 0 else 1.0)
+            if self.kind == "cyclic":
+                place -= np.floor(place)
+            places = np.clip(place * len(self.table), 0, len(self.table) - 1).astype(np.intp)
+        out = self.table[places]
+        if not known.all():
+            out[~known] = MISSING
+        return out
+
+    def ticks(self, most: int = 6) -> list[tuple[float, str]]:
+        """Round values from low to high with their words."""
+        if self.kind == "categories" or not self.high > self.low:
+            return []
+        width = self.high - self.low
+        if self.kind == "cyclic":
+            steps = np.linspace(self.low, self.high, 5)
+            return [(float(v), f"{v:g}") for v in steps]
+        step = round_step(width / most)
+        decimals = max(0, -math.floor(math.log10(step) + 1e-9))
+        first = math.ceil(self.low / step - 1e-9)
+        last = math.floor(self.high / step + 1e-9)
+        return [(k * step, number(k * step, decimals)) for k in range(first, last + 1)]
+
+    def end_words(self) -> tuple[str, str]:
+        """The range in words, with digits enough to tell its ends apart."""
+        width = self.high - self.low
+        decimals = max(0, 2 - math.floor(math.log10(width))) if width > 0 else 3
+        return number(self.low, min(decimals, 9)), number(self.high, min(decimals, 9))
+
+
+def number(value: float, decimals: int) -> str:
+    text = f"{value:.{decimals}f}"
+    return text.lstrip("-") if float(text) == 0.0 else text.replace("-", "−")
+
+
+def round_step(smallest: float) -> float:
+    """The smallest 1, 2 or 5 times a power of ten that is at least `smallest`."""
+    power = 10.0 ** math.floor(math.log10(smallest))
+    for k in (1.0, 2.0, 5.0):
+        if k * power >= smallest * (1.0 - 1e-9):
+            return k * power
+    return 10.0 * power
+
+
+# -- fields of a model
+
+
+def field_names(data: Mesh | PointCloud) -> tuple[str, ...]:
+    """What can be shown of a model: ELEVATION and its own numeric fields."""
+    count = len(data.vertices) if isinstance(data, Mesh) else len(data.points)
+    own = [
+        name
+        for name, values in data.fields.items()
+        if values.shape == (count,) and values.dtype.kind in "biuf"
+    ]
+    return (ELEVATION, *own)
+
+
+def title_of(name: str) -> str:
+    """A field's name as it is read: without a unit in brackets and CloudCompare's prefix."""
+    bare = re.sub(r"\s*[\[(][^\])]*[\])]\s*$", "", name)
+    bare = re.sub(r"^scalar_", "", bare, flags=re.IGNORECASE)
+    return bare.replace("_", " ").strip() or name
+
+
+def unit_of(name: str) -> str:
+    """The unit that a field's name gives in brackets, else that of what it names, else none."""
+    found = re.search(r"[\[(]([^\])]+)[\])]\s*$", name)
+    if found:
+        return found.group(1)
+    plain = _plain(name)
+    return next((unit for words, unit in _UNITS if any(w in plain for w in words)), "")
+
+
+def _plain(name: str) -> str:
+    return title_of(name).lower().replace(" ", "_")
+
+
+def reader(
+    data: Mesh | PointCloud, name: str, to_world: Float
+) -> tuple[int, Callable[[Any], npt.NDArray[Any]]]:
+    """How many values there are, and what gives those of some rows or of a slice."""
+    points = data.vertices if isinstance(data, Mesh) else data.points
+    if name == ELEVATION:
+        row, shift = to_world[2, :3], float(to_world[2, 3])
+        return len(points), lambda rows: points[rows] @ row + shift
+    values = data.fields[name]
+    return len(values), lambda rows: np.asarray(values[rows])
+
+
+def _pieces(count: int) -> Iterator[slice]:
+    for start in range(0, count, PIECE):
+        yield slice(start, min(start + PIECE, count))
+
+
+def make_scale(
+    data: Mesh | PointCloud,
+    style: FieldStyle,
+    to_world: Float,
+    check: Callable[[], None] = lambda: None,
+) -> Scale:
+    """The scale of a field; `check` is called now and then and may raise to stop it."""
+    count, read = reader(data, style.name, to_world)
+    lowest, highest, missing = math.inf, -math.inf, False
+    for part in _pieces(count):
+        check()
+        values = read(part)
+        if values.dtype.kind == "f":
+            good = np.isfinite(values)
+            missing |= not good.all()
+            values = values[good]
+        if len(values):
+            lowest = min(lowest, float(values.min()))
+            highest = max(highest, float(values.max()))
+    title, unit = title_of(style.name), unit_of(style.name)
+    if lowest > highest:
+        table = np.array([MISSING], np.uint8)
+        return Scale(title, unit, "sequential", 0.0, 0.0, table, missing=True)
+    codes = _codes(data, style.name, lowest, highest, check)
+    if codes is not None:
+        categories = tuple(_categories(style.name, codes))
+        table = np.array([c.rgb for c in categories], np.uint8)
+        return Scale(title, "", "categories", math.nan, math.nan, table, categories, False, False,
+                     missing)  # fmt: skip
+    kind = _kind(style.name, lowest, highest)
+    rows = np.unique(np.linspace(0, count - 1, min(count, SAMPLE)).astype(np.int64))
+    some = np.asarray(read(rows), np.float64)
+    some = some[np.isfinite(some)]
+    low, high = _range(kind, style, some if len(some) else np.array([lowest, highest]))
+    palette = style.palette or PALETTES[kind][0]
+    if kind == "cyclic":
+        return Scale(title, unit, kind, low, high, map_table(palette), missing=missing)
+    return Scale(
+        title,
+        unit,
+        kind,
+        low,
+        high,
+        map_table(palette),
+        below=lowest < low,
+        above=highest > high,
+        missing=missing,
+    )
+
+
+def _kind(name: str, lowest: float, highest: float) -> Kind:
+    plain = _plain(name)
+    if any(word in plain for word in _AZIMUTHS) and lowest >= -180.0 and highest <= 360.0:
+        return "cyclic"
+    if name == ELEVATION or plain in ("x", "y", "z"):
+        return "sequential"
+    return "diverging" if lowest < 0.0 < highest else "sequential"
+
+
+def _range(kind: Kind, style: FieldStyle, sample: Float) -> tuple[float, float]:
+    if kind == "cyclic":
+        return 0.0, 360.0
+    first, last = np.percentile(sample, np.clip(style.percentiles, 0.0, 100.0))
+    low, high = float(first), float(last)
+    if kind == "diverging":
+        # Zero keeps the middle of the map.
+        high = max(abs(low), abs(high))
+        low = -high
+    low = low if style.low is None else style.low
+    high = high if style.high is None else style.high
+    if not high > low:
+        # A field of one value has a range too.
+        pad = max(abs(low), 1.0) * 1e-3
+        low, high = low - pad, low + pad
+    return low, high
+
+
+def _codes(
+    data: Mesh | PointCloud, name: str, lowest: float, highest: float, check: Callable[[], None]
+) -> npt.NDArray[np.int64] | None:
+    """The codes that occur, where a field's values are codes."""
+    plain = _plain(name)
+    if name == ELEVATION or "intensity" in plain:
+        return None
+    values = data.fields[name]
+    named = any(word in plain for word in _CODES)
+    if values.dtype.kind == "f" and not named:
+        return None
+    if not 0.0 <= lowest <= highest <= 65535.0:
+        return None
+    seen = np.zeros(int(highest) + 1, np.bool_)
+    for part in _pieces(len(values)):
+        check()
+        some = np.asarray(values[part])
+        if some.dtype.kind == "f":
+            some = some[np.isfinite(some)]
+            if (some != np.floor(some)).any():
+                return None
+        seen[some.astype(np.int64)] = True
+    codes = np.flatnonzero(seen)
+    most = len(LAS_CLASSES) if "class" in plain else MOST_CATEGORIES
+    return codes if len(codes) <= most else None
+
+
+def _categories(name: str, codes: npt.NDArray[np.int64]) -> Iterator[Category]:
+    las = "class" in _plain(name)
+    for place, code in enumerate(int(c) for c in codes):
+        if las and code in LAS_CLASSES:
+            words, color = LAS_CLASSES[code]
+            yield Category(code, f"{code}  {words}", _rgb(color))
+        else:
+            words = f"{code}  user-defined" if las and code >= 64 else str(code)
+            yield Category(code, words, _rgb(OTHER_COLORS[place % len(OTHER_COLORS)]))
+
+
+def _rgb(color: str) -> tuple[int, int, int]:
+    red, green, blue = (int(color[i : i + 2], 16) for i in (1, 3, 5))
+    return red, green, blue
+
+
+def map_table(name: str) -> Colors:
+    """(256, 3) uint8 of one of matplotlib's maps."""
+    from matplotlib import colormaps
+
+    rgba = colormaps[name].resampled(256)(np.arange(256), bytes=True)
+    return np.ascontiguousarray(rgba[:, :3])
