@@ -49,11 +49,11 @@ FLOOR = 0.05
 # where they grow with a power of the length; pairs are for exponential and Gaussian correlation.
 KIND_WEIGHT = (1.0, 0.38)
 KIND_SLOPE = (0.33, 0.0)
-LONG_WEIGHT = (0.77, 0.012)  # of each long length
+LONG_WEIGHT = (0.75, 0.035)  # of each long length
 MIXED_WEIGHT = (0.37, 0.036)  # for each white share
 MIXED_SLOPE = 0.48
 # White noise has the weight (points / n)^power, or the least one.
-WHITE_POINTS, WHITE_POWER, WHITE_LEAST = 46.0, 2.0, 0.083
+WHITE_POINTS, WHITE_POWER, WHITE_LEAST = 43.0, 2.0, 0.083
 # The models' weights count with this power. A plain mixture is too wide where the right model is
 # plain to see, and too narrow where a wide one is half believed; a sharper choice evens this out.
 SHARPNESS = 2.0
@@ -138,8 +138,9 @@ class _Library:
         twice = np.full(n + 1, 2.0)
         twice[[0, n]] = 1.0
         self.toeplitz = ((1.0 - self.white)[:, None] + 2.0 * transform.real) * twice / (2 * n)
-        # A length below the spacing is white noise under another name.
-        known = LENGTH * (n * each - 1.0) > each
+        # Correlation that has fallen below 1/e at the next point is white noise under another name.
+        fallen = np.where(SMOOTH, np.sqrt(2.0), 1.0) * LENGTH
+        known = fallen * (n * each - 1.0) > each
         white = max((WHITE_POINTS / n) ** WHITE_POWER, WHITE_LEAST)
         weight = np.concatenate([[white], np.where(known, WEIGHT, 0.0)])
         self.log_weight = np.log(np.maximum(weight, TINY))
