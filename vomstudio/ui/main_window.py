@@ -82,7 +82,7 @@ class MainWindow(QMainWindow):
         self._filled = False
         self._net_importer: threading.Thread | None = None
         self._net_imported.connect(self._bring_net, Qt.ConnectionType.QueuedConnection)
-        self._put_away: list[QDockWidget] = []
+        self._put_away: QByteArray | None = None
         self.viewport: Viewport | None = None
         self.setWindowTitle("VOM Studio")
         self.setAcceptDrops(True)
@@ -440,13 +440,13 @@ class MainWindow(QMainWindow):
 
     def show_only_outcrop(self) -> None:
         """Hide every panel, or bring back those that were there."""
-        if self._put_away:
-            for dock in self._put_away:
-                dock.show()
-            self._put_away = []
+        if self._put_away is not None:
+            # Shown one by one they would share the room anew.
+            self.restoreState(self._put_away, _LAYOUT_VERSION)
+            self._put_away = None
         else:
-            self._put_away = [dock for dock in self.docks.values() if not dock.isHidden()]
-            for dock in self._put_away:
+            self._put_away = self.saveState(_LAYOUT_VERSION)
+            for dock in self.docks.values():
                 dock.hide()
 
     def _camera_changed(self) -> None:
@@ -522,11 +522,10 @@ class MainWindow(QMainWindow):
         if not self.files.ask_to_keep():
             event.ignore()
             return
-        if self._put_away:
-            self.show_only_outcrop()
+        docks = self._put_away or self.saveState(_LAYOUT_VERSION)
         self.studio.settings.window = {
             "geometry": _text(self.saveGeometry()),
-            "docks": _text(self.saveState(_LAYOUT_VERSION)),
+            "docks": _text(docks),
         }
         self.studio.keep_settings()
         self._keep_camera()
