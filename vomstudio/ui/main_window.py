@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from vomstudio.rendering.viewport import Viewport
     from vomstudio.ui.studio import Notice
 
-_LAYOUT_VERSION = 1
+_LAYOUT_VERSION = 2
 _MENUS = (
     ("&File", ("new", "open", "open_project", "*recent", "*discarded", "|", "save", "save_as", "|",
                "export_csv", "export_gpkg", "|", "quit")),
