@@ -70,7 +70,8 @@ class MainWindow(QMainWindow):
         self._filled = False
         self._net_importer: threading.Thread | None = None
         self._net_imported.connect(self._bring_net, Qt.ConnectionType.QueuedConnection)
-        self._put_away: list[QDockWidget] = []
+        # The layout before every panel was hidden; empty while they are shown.
+        self._put_away = QByteArray()
         self.viewport: Viewport | None = None
         self.setWindowTitle("VOM Studio")
         self.setAcceptDrops(True)
@@ -390,13 +391,13 @@ class MainWindow(QMainWindow):
 
     def show_only_outcrop(self) -> None:
         """Hide every panel, or bring back those that were there."""
-        if self._put_away:
-            for dock in self._put_away:
-                dock.show()
-            self._put_away = []
+        if not self._put_away.isEmpty():
+            # Showing them one by one would give tabbed panels other sizes.
+            self.restoreState(self._put_away, _LAYOUT_VERSION)
+            self._put_away = QByteArray()
         else:
-            self._put_away = [dock for dock in self.docks.values() if not dock.isHidden()]
-            for dock in self._put_away:
+            self._put_away = self.saveState(_LAYOUT_VERSION)
+            for dock in self.docks.values():
                 dock.hide()
 
     def _camera_changed(self) -> None:
@@ -472,11 +473,10 @@ class MainWindow(QMainWindow):
         if not self.files.ask_to_keep():
             event.ignore()
             return
-        if self._put_away:
-            self.show_only_outcrop()
+        layout = self.saveState(_LAYOUT_VERSION) if self._put_away.isEmpty() else self._put_away
         self.studio.settings.window = {
             "geometry": _text(self.saveGeometry()),
-            "docks": _text(self.saveState(_LAYOUT_VERSION)),
+            "docks": _text(layout),
         }
         self.studio.keep_settings()
         self._keep_camera()
