@@ -169,6 +169,14 @@ def test_the_toggle_takes_away_and_ctrl_then_adds(tool, context):
     assert ids(patches(context)[0]) == ids(patch) | within((3.0, 1.0))
 
 
+def test_a_new_patch_begins_with_adding(tool, context):
+    stroke(tool, (1.0, 1.0))
+    tool.set_removing(True)
+    tool.finish()
+    stroke(tool, (3.0, 3.0))
+    assert len(patches(context)) == 2
+
+
 def test_a_click_is_a_stroke_of_one_place(tool, context):
     tool.pointer(at(Pointer.CLICK, (1.0, 1.0)))
     assert ids(patches(context)[0]) == within((1.0, 1.0))

@@ -150,7 +150,7 @@ def runs_of(ids: npt.ArrayLike) -> tuple[tuple[int, int], ...]:
     cuts = np.flatnonzero(np.diff(x) != 1) + 1
     starts = np.concatenate([[0], cuts])
     counts = np.diff(np.append(starts, len(x)))
-    return tuple((int(x[s]), int(c)) for s, c in zip(starts, counts, strict=True))
+    return tuple(zip(x[starts].tolist(), counts.tolist(), strict=True))
 
 
 def ids_of(runs: tuple[tuple[int, int], ...]) -> Ints:

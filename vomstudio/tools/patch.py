@@ -416,6 +416,8 @@ class PatchTool:
 
     def _reset(self) -> None:
         self._id, self._before, self._live, self._measured = None, None, None, None
+        # The next stroke begins a patch, and there is nothing to take away from.
+        self.removing = False
         self._show()
         self._context.tool_changed()
 
