@@ -31,6 +31,7 @@ coarser model comes and goes."""
 _ROOM = 13.0
 """Half the side of the square that a symbol keeps free of other symbols, in pixels."""
 _DOT = 6.0
+_ROOM_FOR_NEW = 10.0
 _CAP = 1.2
 _FEW = 12
 _CASED = 1200
@@ -203,11 +204,12 @@ class Annotations:
         places = signs.pixels.tolist()
         for i in order[wanted[order]].tolist():
             x, y = places[i]
+            margin = _ROOM + (6.0 if moving and not kept[i] else 0.0)
+            free = room.is_free(x + 20.0 - margin, y + 20.0 - margin, 2 * margin, 2 * margin)
             if ready.discs[i]:
                 discs.append(i)
-            elif i in certain or room.take(
-                x + 20.0 - _ROOM, y + 20.0 - _ROOM, 2 * _ROOM, 2 * _ROOM
-            ):
+            elif i in certain or free:
+                room.block(x + 20.0 - _ROOM, y + 20.0 - _ROOM, 2 * _ROOM, 2 * _ROOM)
                 full.append(i)
                 grid.block(x - 6.0, y - 6.0, 12.0, 12.0)
             else:
@@ -341,7 +343,9 @@ class Annotations:
         wanted = ready.labelled & (there | chosen) & np.isfinite(anchors).all(axis=1)
         order = by_importance(chosen, kept, ready.extents, moving=moving)
         corners = np.array([self._corners.get(i, 0) for i in ids], np.int64)
-        placed = place_labels(grid, anchors, ready.sizes, order[wanted[order]], gap, corners)
+        # While the view moves, what is new needs more room, or it would go at the next step.
+        clear = np.where(kept | chosen, 0.0, _ROOM_FOR_NEW) if moving else None
+        placed = place_labels(grid, anchors, ready.sizes, order[wanted[order]], gap, corners, clear)
         for i, (x, y) in placed.items():
             d = ready.drawings[i]
             picture = self.labels.picture(d.label, d.color, bool(chosen[i]), ratio)

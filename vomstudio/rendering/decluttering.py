@@ -42,6 +42,11 @@ class LabelGrid:
             rows[row] |= mask
         return True
 
+    def is_free(self, x: float, y: float, width: float, height: float) -> bool:
+        """Whether nothing of a rectangle is taken, as far as it lies in the image."""
+        first, last, mask = self._cells(x, y, width, height)
+        return not any(row & mask for row in self._rows[first:last])
+
     def _cells(self, x: float, y: float, width: float, height: float) -> tuple[int, int, int]:
         """First row, the row after the last, and the bits of the columns."""
         left = max(int(x) // CELL, 0)
@@ -58,12 +63,14 @@ def place_labels(
     order: npt.NDArray[np.int64],
     gap: float = 7.0,
     corners: npt.NDArray[np.int64] | None = None,
+    clear: npt.NDArray[np.float64] | None = None,
 ) -> dict[int, tuple[float, float]]:
     """Top left corners of the labels that fit, tried in `order` beside their anchors (n, 2).
 
     Each is tried to the right of its anchor and above, then below, then to the left. corners : (n,)
     which of these places a label had last, taken up again where it is free, so that labels do not
-    jump about their anchors while the view turns; written anew for those that are placed.
+    jump about their anchors while the view turns; written anew for those that are placed. clear :
+    (n,) pixels that must be free all round a label beside the label itself.
     """
     placed: dict[int, tuple[float, float]] = {}
     finite = np.asarray(np.isfinite(anchors).all(axis=1))
@@ -79,6 +86,11 @@ def place_labels(
         )
         last = 0 if corners is None else int(corners[i])
         for k in (last, *(k for k in range(4) if k != last)):
+            if clear is not None and clear[i] > 0.0:
+                free = float(clear[i])
+                x0, y0 = places[k]
+                if not grid.is_free(x0 - free, y0 - free, width + 2 * free, height + 2 * free):
+                    continue
             if grid.take(*places[k], width, height):
                 placed[i] = places[k]
                 if corners is not None:

@@ -408,7 +408,10 @@ class ProjectTree(QWidget):
         unsorted: dict[int, QTreeWidgetItem] = {}
         with QSignalBlocker(self.tree):
             self.tree.setUpdatesEnabled(False)
-            for id_ in dict.fromkeys((*edit.ids, *self._studio.affected(edit))):
+            ids = list(dict.fromkeys((*edit.ids, *self._studio.affected(edit))))
+            # All in one batch, before the rows ask for them one by one.
+            self._studio.measured(ids)
+            for id_ in ids:
                 record = self._studio.records.get(id_)
                 before = self._items.get(id_)
                 name = None if before is None else before.text(NAME)

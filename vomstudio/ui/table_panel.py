@@ -300,6 +300,7 @@ class TablePanel(QWidget):
         super().__init__()
         self._studio = studio
         self._showing = False
+        self._seen_settings: tuple[str, list[str]] = ("", [])
         self.model = OrientationModel(studio)
         self._sorted = _Sorted()
         self._sorted.setSourceModel(self.model)
@@ -354,11 +355,18 @@ class TablePanel(QWidget):
         self._sorted.rowsRemoved.connect(self._counted)
         self._sorted.modelReset.connect(self._counted)
         studio.project_opened.connect(self.rebuild)
-        studio.settings_changed.connect(self.rebuild)
+        studio.settings_changed.connect(self._settings_changed)
         studio.edited.connect(self._edited)
         studio.selection_changed.connect(self._show_selection)
 
+    def _settings_changed(self) -> None:
+        settings = self._studio.settings
+        if self._seen_settings != (settings.notation, settings.hidden_columns):
+            self.rebuild()
+
     def rebuild(self) -> None:
+        settings = self._studio.settings
+        self._seen_settings = (settings.notation, settings.hidden_columns)
         self.model.reset()
         self._counted()
         self._fit_columns()
