@@ -64,8 +64,7 @@ def dismiss(window: MainWindow) -> None:
     studio = window.studio
     if studio.project.session.dirty:
         studio.project.session.discard_unsaved()
-    if studio.trace_tool.open:
-        studio.trace_tool.cancel()
+    studio.cancel_tool()
     window.close()
     QApplication.processEvents()
 
@@ -129,14 +128,22 @@ def click(widget: QWidget, at: QPoint, modifier: Qt.KeyboardModifier = NONE) -> 
     QTest.qWait(1)
 
 
-def drag(widget: QWidget, start: QPoint, end: QPoint, button: Qt.MouseButton = LEFT) -> None:
+def drag(
+    widget: QWidget,
+    start: QPoint,
+    end: QPoint,
+    button: Qt.MouseButton = LEFT,
+    modifier: Qt.KeyboardModifier = NONE,
+    *,
+    release: bool = True,
+) -> None:
     from PySide6.QtCore import QEvent
     from PySide6.QtGui import QMouseEvent
 
     def send(kind: QEvent.Type, at: QPoint, held: Qt.MouseButton) -> None:
         changed = Qt.MouseButton.NoButton if kind == QEvent.Type.MouseMove else button
         where = QPointF(at)
-        event = QMouseEvent(kind, where, QPointF(widget.mapToGlobal(at)), changed, held, NONE)
+        event = QMouseEvent(kind, where, QPointF(widget.mapToGlobal(at)), changed, held, modifier)
         QApplication.sendEvent(widget, event)
 
     send(QEvent.Type.MouseButtonPress, start, button)
@@ -144,7 +151,8 @@ def drag(widget: QWidget, start: QPoint, end: QPoint, button: Qt.MouseButton = L
         at = start + (end - start) * step / 5
         send(QEvent.Type.MouseMove, at, button)
         QApplication.processEvents()
-    send(QEvent.Type.MouseButtonRelease, end, Qt.MouseButton.NoButton)
+    if release:
+        send(QEvent.Type.MouseButtonRelease, end, Qt.MouseButton.NoButton)
     pause(5)
 
 

@@ -1,6 +1,6 @@
 """How often the 95 % region of a fitted plane holds the true normal: the table of the docs.
 
-Run from the project root:  python tests/benchmarks/coverage.py [--repeats 20000]
+Run from the project root:  python -m tests.benchmarks.coverage [--repeats 20000]
 
 Each row simulates traces of one known plane and counts how often its true normal lies inside the
 joint region of `max_confidence95_deg` and `min_confidence95_deg`. `width` is the median of the
@@ -26,6 +26,7 @@ Floats = npt.NDArray[np.float64]
 
 LENGTH = 10.0  # of a trace, m
 SIGMA = 0.02  # of the noise, m: small against the curvature of the traces unless said
+SMALL, LARGE = 0.002, 0.2  # of the noise on a nearly straight trace: angles small, plane lost
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,16 @@ def trace(shape: str, n: int, spacing: str) -> tuple[Floats, Floats]:
         t = t**2
     if spacing == "random":
         t = np.concatenate([[0.0], np.sort(np.random.default_rng(n).random(n - 2)), [1.0]])
+    # t counts along the trace: a finely drawn curve tells how far along each of its points lies.
+    fine = _curve(shape, np.linspace(0.0, 1.0, 12_001))
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1))])
+    along /= along[-1]
+    points = np.stack([np.interp(t, along, fine[:, i]) for i in range(2)], axis=1)
+    return LENGTH * points, LENGTH * t
+
+
+def _curve(shape: str, t: Floats) -> Floats:
+    """Of the shape, for parameters from 0 to 1, in units of LENGTH."""
     x = t - 0.5
     if shape == "arc":
         y = 2.0 * x * x
@@ -63,7 +74,7 @@ def trace(shape: str, n: int, spacing: str) -> tuple[Floats, Floats]:
         x, y = 0.3 * np.cos(2.0 * np.pi * t), 0.2 * np.sin(2.0 * np.pi * t)
     else:
         raise ValueError(shape)
-    return LENGTH * np.stack([x, y], axis=1), LENGTH * t
+    return np.stack([x, y], axis=1)
 
 
 def covariance(case: Case, position: Floats) -> Floats:
@@ -76,7 +87,7 @@ def covariance(case: Case, position: Floats) -> Floats:
         r = np.exp(-h)
     elif case.noise == "gaussian":
         r = np.exp(-0.5 * h * h)
-    elif case.noise == "gaussian2":  # the other usual definition of its length
+    elif case.noise == "gaussian2":  # falls to 1/e at that length, like the exponential
         r = np.exp(-h * h)
     elif case.noise == "mixed":  # half of the variance is white
         r = 0.5 * np.exp(-h) + 0.5 * np.eye(n)
@@ -136,24 +147,29 @@ def cases() -> Iterator[Case]:
             yield Case("straight", n, isotropic=isotropic)
     for shape in ("hook", "wave", "zigzag", "closed"):
         yield Case(shape, 30)
-    yield Case("arc", 30, spacing="uneven")
-    yield Case("straight", 30, sigma=0.2)
+    yield Case("straight", 30, sigma=LARGE)
     for length in (1 / 80, 1 / 40, 1 / 20, 1 / 14, 1 / 10):
-        for noise in ("exponential", "gaussian", "gaussian2", "mixed"):
-            for n in (30, 100, 200):
+        for noise in ("exponential", "gaussian2", "gaussian", "mixed"):
+            for n in (30, 45, 100, 200):
                 yield Case("arc", n, noise, length)
-    for noise in ("exponential", "gaussian"):
+    for noise in ("exponential", "gaussian2", "gaussian", "mixed"):
         for shape in ("straight", "hook", "wave", "zigzag", "closed"):
+            sigma = SMALL if shape == "straight" else SIGMA
             for n in (30, 100):
-                yield Case(shape, n, noise, 0.1)
+                for length in (1 / 20, 1 / 10):
+                    yield Case(shape, n, noise, length, sigma=sigma)
+    for noise in ("white", "exponential", "gaussian2", "gaussian"):
         for spacing in ("uneven", "random"):
-            yield Case("arc", 60, noise, 0.1, spacing=spacing)
+            for n in (30, 60):
+                length = 0.0 if noise == "white" else 0.1
+                yield Case("arc", n, noise, length, spacing=spacing)
     for length in (0.15, 0.25, 0.5, 1.0):
         for noise in ("exponential", "gaussian"):
             yield Case("arc", 100, noise, length)
     yield Case("arc", 1000)
-    for noise in ("exponential", "gaussian"):
-        yield Case("arc", 1000, noise, 0.1)
+    for noise in ("exponential", "gaussian2", "gaussian", "mixed"):
+        for length in (1 / 20, 1 / 10):
+            yield Case("arc", 1000, noise, length)
 
 
 def main() -> None:

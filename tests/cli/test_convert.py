@@ -122,3 +122,35 @@ def test_the_survey_model_survives_glb_and_back(run, data_dir: Path, tmp_path: P
         assert a.texture is not None
         assert b.texture is not None
         assert a.texture.read_bytes() == b.texture.read_bytes()
+
+
+def test_a_cloud_becomes_a_drawing_and_a_shapefile(run, write, tmp_path: Path) -> None:
+    import pyogrio
+
+    points = write("x,y,z,depth\n576000.5,5188000.25,150.125,1\n576001,5188001,151,2\n", "a.csv")
+    for ending in ("dxf", "shp"):
+        target = tmp_path / f"b.{ending}"
+        ran = run("convert", points, target, "--crs", "32615", "--json")
+        assert ran.code == 0
+        assert ran.json["out"] == str(target)
+        assert any("depth" in warning for warning in ran.json["warnings"]) == (ending == "dxf")
+        info = pyogrio.read_info(target, force_feature_count=True, force_total_bounds=True)
+        assert info["features"] == 2
+        assert info["total_bounds"] == (576000.5, 5188000.25, 576001.0, 5188001.0)
+    assert info["crs"] == "EPSG:32615"
+    again = run("convert", points, tmp_path / "b.shp")
+    assert "--force" in again.said
+
+
+def test_a_height_model_becomes_a_mesh(run, tmp_path: Path) -> None:
+    from vomstudio.io.raster import Raster, open_geotiff, write_tile
+
+    grid = Raster(3, 2, "float", (2.0, 0.0, 576000.0, 0.0, -2.0, 5188000.0), "EPSG:32615")
+    with open_geotiff(tmp_path / "dem.tif", grid) as dataset:
+        write_tile(dataset, 0, 0, np.arange(6, dtype=np.float32).reshape(2, 3) + 100)
+    assert run("convert", tmp_path / "dem.tif", tmp_path / "dem.ply").code == 0
+    loaded = read_model(tmp_path / "dem.ply")
+    assert loaded.crs == "EPSG:32615"
+    assert isinstance(loaded.data, Mesh)
+    assert loaded.data.bounds.tolist() == [[576001, 5187997, 100], [576005, 5187999, 105]]
+    assert len(loaded.data.faces) == 4

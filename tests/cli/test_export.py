@@ -91,3 +91,25 @@ def test_a_folder_that_is_no_sound_project_is_refused(
     assert not (tmp_path / "out.csv").exists()
     if content is not None:
         assert (folder / "journal.sqlite").read_bytes() == content
+
+
+# GDAL says so of every 3DFACE.
+@pytest.mark.filterwarnings("ignore:Non closed ring:RuntimeWarning")
+def test_drawings_and_shapefiles_of_a_project_are_named_in_the_answer(
+    run, project: Path, tmp_path: Path
+) -> None:
+    import pyogrio
+
+    target = tmp_path / "o.shp"
+    ran = run("export", project, "--to", "shp", "-o", target, "--json")
+    assert ran.code == 0
+    assert ran.json["files"] == [str(target), str(tmp_path / "o_traces.shp")]
+    for path in ran.json["files"]:
+        info = pyogrio.read_info(path)
+        assert (info["features"], info["crs"]) == (2, "EPSG:32615")
+    ran = run("export", project, "--to", "dxf", "-o", tmp_path / "d.dxf", "--json")
+    assert ran.json["files"] == [str(tmp_path / "d.dxf")]
+    drawn = pyogrio.read_info(tmp_path / "d.dxf", force_feature_count=True)["features"]
+    assert drawn > 4
+    assert ".shp" in run("export", project, "--to", "shp", "-o", tmp_path / "o").said
+    assert "kml" in run("export", project, "--to", "kml", "-o", tmp_path / "o.kml").said

@@ -103,3 +103,42 @@ def test_a_table_of_nothing_but_a_header_is_refused(run, write) -> None:
     ran = run("info", write("x,y,z\n"), "--json")
     assert ran.code == 2
     assert "nothing below it" in ran.json["error"]["message"]
+
+
+def test_a_height_model_is_a_raster_with_a_place(run, tmp_path: Path) -> None:
+    import numpy as np
+
+    from vomstudio.io.raster import Raster, open_geotiff, write_tile
+
+    path = tmp_path / "dem.tif"
+    grid = Raster(5, 3, "float", (2.0, 0.0, 576000.0, 0.0, -2.0, 5188000.0), "EPSG:32615")
+    with open_geotiff(path, grid) as dataset:
+        write_tile(dataset, 0, 0, np.arange(15, dtype=np.float32).reshape(3, 5) + 100)
+    (found,) = run("info", path, "--json").json["files"]
+    assert (found["kind"], found["width"], found["height"]) == ("raster", 5, 3)
+    assert found["bounds"] == [[576001, 5187995, 100], [576009, 5187999, 114]]
+    assert found["crs"] == "EPSG:32615"
+    assert found["points"] == 15
+    assert found["warnings"] == []
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("a.e57", b"ASTM-E57" + bytes(200)),
+        ("a.copc.laz", b"LASF" + bytes(400)),
+        ("a.tif", b"II*\0" + bytes(30)),
+        ("b.e57", b""),
+        ("b.copc.laz", b""),
+        ("b.tif", b""),
+    ],
+)
+def test_damaged_files_of_every_new_kind_are_one_sentence(
+    run, tmp_path: Path, name: str, content: bytes
+) -> None:
+    (tmp_path / name).write_bytes(content)
+    for words in (("info", tmp_path / name), ("convert", tmp_path / name, tmp_path / "o.ply")):
+        ran = run(*words)
+        assert ran.code == 2
+        assert name in ran.said
+    assert [p.name for p in tmp_path.iterdir()] == [name]

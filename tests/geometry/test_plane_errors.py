@@ -53,14 +53,34 @@ def test_white_noise_is_covered_as_often_as_stated(shape: str, n: int, isotropic
 
 
 @pytest.mark.parametrize("n", [30, 100])
-@pytest.mark.parametrize("noise", ["exponential", "gaussian"])
+@pytest.mark.parametrize("noise", ["exponential", "gaussian2"])
 @pytest.mark.parametrize("length", [1 / 40, 1 / 20, 1 / 10])
 def test_roughness_up_to_a_tenth_of_the_trace_keeps_its_coverage_at_a_bearable_width(
     n: int, noise: str, length: float
 ) -> None:
     cover, _, ratio, _ = SIMULATION.simulate(Case("arc", n, noise, length), REPEATS, 12)
     assert cover >= 0.93 - LUCK
-    assert ratio <= 1.5 * 1.08  # the median of so many repeats is good to a few per cent
+    assert ratio <= 1.5 * 1.06  # the median of so many repeats is good to a few per cent
+
+
+@pytest.mark.parametrize("noise", ["exponential", "gaussian2"])
+def test_a_trace_of_a_thousand_points_is_covered_like_one_of_a_hundred(noise: str) -> None:
+    repeats = 1500
+    luck = 3.0 * np.sqrt(0.95 * 0.05 / repeats)
+    cover, _, ratio, _ = SIMULATION.simulate(Case("arc", 1000, noise, 0.1), repeats, 14)
+    assert cover >= 0.93 - luck
+    assert ratio <= 1.5 * 1.06
+
+
+@pytest.mark.parametrize("spacing", ["uneven", "random"])
+def test_uneven_picks_cost_white_noise_nothing_and_rough_noise_little(spacing: str) -> None:
+    cover, *_ = SIMULATION.simulate(Case("arc", 60, spacing=spacing), REPEATS, 15)
+    assert 0.93 - LUCK <= cover <= 0.97 + LUCK
+    cover, _, ratio, _ = SIMULATION.simulate(
+        Case("arc", 60, "exponential", 0.1, spacing=spacing), REPEATS, 15
+    )
+    assert cover >= 0.92 - LUCK
+    assert ratio <= 1.5 * 1.06
 
 
 @pytest.mark.slow
@@ -68,13 +88,16 @@ def test_every_row_of_the_coverage_table_that_is_promised_holds() -> None:
     repeats = 6000
     luck = 3.0 * np.sqrt(0.95 * 0.05 / repeats)
     for case in SIMULATION.cases():
-        if case.spacing != "even" or case.sigma != SIMULATION.SIGMA or case.noise == "mixed":
+        if case.spacing != "even" or case.sigma == SIMULATION.LARGE:
             continue
-        cover, *_ = SIMULATION.simulate(case, repeats, 13)
+        cover, _, ratio, _ = SIMULATION.simulate(case, min(repeats, 3_000_000 // case.n), 13)
         if case.noise == "white":
-            assert 0.93 - luck <= cover <= 0.975 + luck, case
-        elif case.length <= 0.1 and case.noise != "gaussian2":
-            assert cover >= 0.915 - luck, case
+            assert 0.93 - luck <= cover <= 0.97 + luck, case
+        elif case.noise in ("exponential", "gaussian2") and case.length <= 0.1:
+            # A wave or a ring of 30 points may fall short by a per cent.
+            assert cover >= (0.93 if case.shape == "arc" else 0.92) - luck, case
+            if case.shape == "arc":
+                assert ratio <= 1.5 * 1.06, case
 
 
 def test_white_noise_is_hardly_penalised_for_being_ordered() -> None:
@@ -216,12 +239,17 @@ def test_error_rake_points_across_a_straight_trace() -> None:
 @pytest.mark.parametrize("spacing", ["even", "uneven", "random"])
 def test_odd_traces_get_sane_errors(shape: str, spacing: str) -> None:
     flat, _ = SIMULATION.trace(shape, 40, spacing)
-    noise = np.random.default_rng(8).normal(0.0, 0.02, (40, 1))
-    points = np.concatenate([flat, noise], axis=1)
-    fit, free = fit_plane(points), fit_plane(points, ordered=False)
-    assert fit.max_confidence95_deg is not None
-    assert free.max_confidence95_deg is not None
-    assert free.max_confidence95_deg <= fit.max_confidence95_deg < 2.0 * free.max_confidence95_deg
+    points = np.zeros((500, 40, 3))
+    points[:, :, :2] = flat
+    points[:, :, 2] = np.random.default_rng(8).normal(0.0, 0.02, (500, 40))
+    offsets = np.arange(501) * 40
+    fits = fit_planes(points.reshape(-1, 3), offsets)
+    free = fit_planes(points.reshape(-1, 3), offsets, ordered=False)
+    ratio = fits.max_confidence95_deg / free.max_confidence95_deg
+    assert ratio.min() >= 1.0 - 1e-9
+    assert np.median(ratio) < 1.2
+    assert np.mean(ratio > 2.0) < 0.15
+    assert ratio.max() < 8.0
 
 
 @pytest.mark.parametrize("method", ["pca", "regression"])
@@ -246,22 +274,27 @@ def test_regression_and_inertia_state_like_errors_for_a_gentle_dip(method: str) 
 
 
 @pytest.mark.parametrize("n", [12, 31, 64])
-def test_expected_spectra_agree_with_the_covariance_they_stand_for(n: int) -> None:
+@pytest.mark.parametrize("each", [1, 3])
+def test_expected_spectra_agree_with_the_covariance_they_stand_for(n: int, each: int) -> None:
     """Against plain matrices: the cosine transform of R, and the form of R with a series."""
-    library = roughness._Library(n)
+    library = roughness._Library(n, each)
     i = np.arange(n)
     cosines = np.sqrt(2.0 / n) * np.cos(np.pi * np.outer(np.arange(1, n), i + 0.5) / n)
-    h = np.abs(i[:, None] - i[None, :]) / (n - 1.0)
+    places = np.arange(n * each) / (n * each - 1.0)
+    h = np.abs(places[:, None] - places)
     series = np.random.default_rng(n).normal(size=n)
     power = np.abs(np.fft.rfft(series, 2 * n)) ** 2
-    for k in (0, 3, len(roughness.SHORT) + len(roughness.LONG) + 2):
-        if k == 0:
-            r = np.eye(n)
-        else:
-            x = h / roughness.LENGTH[k - 1]
-            r = np.exp(-0.5 * x * x) if roughness.SMOOTH[k - 1] else np.exp(-x)
+    for k in (0, 3, len(roughness.SHORT) + len(roughness.LONG) + 2, len(roughness.LENGTH) - 3):
+        r = np.eye(n * each)
+        if k > 0:
+            x, w = h / roughness.LENGTH[k - 1], roughness.WHITE[k - 1]
+            smooth = roughness.SMOOTH[k - 1]
+            r = (1.0 - w) * (np.exp(-0.5 * x * x) if smooth else np.exp(-x)) + w * r
+        r = r.reshape(n, each, n, each).mean(axis=(1, 3))  # of the means of pieces
+        r /= r[0, 0]
+        form = power @ library.toeplitz[k] + library.white[k] * (series @ series)
         assert np.allclose(library.square[k], np.diag(cosines @ r @ cosines.T) ** 2, atol=1e-9)
-        assert power @ library.toeplitz[k] == pytest.approx(series @ r @ series)
+        assert form == pytest.approx(series @ r @ series)
         assert library.mean[k] == pytest.approx(r.sum() / n)
 
 

@@ -78,6 +78,8 @@ def test_a_broken_package_does_not_stop_the_others(
     offer(monkeypatch, "no_such_package:READER", "math:pi")
     found = registry.find_readers()
     assert [r.name for r in found.readers] == [
+        "GeoTIFF height model",
+        "E57 scan",
         "glTF scene",
         "LAS/LAZ point cloud",
         "Wavefront OBJ",

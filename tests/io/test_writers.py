@@ -302,7 +302,7 @@ def test_a_model_may_be_written_over_itself(tmp_path: Path) -> None:
     assert sorted(p.name for p in tmp_path.iterdir()) == before
 
 
-@pytest.mark.parametrize("ending", [".obj", ".ply", ".glb", ".laz", ".csv"])
+@pytest.mark.parametrize("ending", [".obj", ".ply", ".glb", ".laz", ".csv", ".dxf", ".shp"])
 def test_what_is_there_is_kept_unless_forced(tmp_path: Path, ending: str) -> None:
     path = tmp_path / f"m{ending}"
     path.write_text("precious")
@@ -331,7 +331,7 @@ def test_a_prj_of_another_model_is_pointed_out(tmp_path: Path) -> None:
     assert "m.prj" in said
 
 
-@pytest.mark.parametrize("ending", [".obj", ".ply", ".glb", ".las", ".laz", ".xyz"])
+@pytest.mark.parametrize("ending", [".obj", ".ply", ".glb", ".las", ".laz", ".xyz", ".dxf", ".shp"])
 def test_cancelling_leaves_nothing(tmp_path: Path, ending: str) -> None:
     class Later(Silent):
         def step(self, done: int) -> None:
@@ -345,7 +345,7 @@ def test_cancelling_leaves_nothing(tmp_path: Path, ending: str) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("ending", [".obj", ".ply", ".glb", ".las", ".laz", ".xyz"])
+@pytest.mark.parametrize("ending", [".obj", ".ply", ".glb", ".las", ".laz", ".xyz", ".dxf", ".shp"])
 def test_a_full_disk_is_said_and_leaves_nothing(tmp_path: Path, ending: str) -> None:
     given = cloud(20_000)
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
@@ -406,4 +406,4 @@ def test_odd_names_of_fields_are_kept_apart_and_said(tmp_path: Path) -> None:
 def test_an_unknown_ending_lists_what_can_be_written(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=r"\.glb.*\.laz.*\.obj.*\.ply.*\.xyz"):
         write_model(cloud(3), None, tmp_path / "m.docx")
-    assert len(find_writers()) == 5
+    assert len(find_writers()) == 7

@@ -12,32 +12,51 @@ import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
 from tests.samples import ZIGZAG
 from vomstudio.document import edits
-from vomstudio.document.records import Frame, Model, Trace
+from vomstudio.document.records import Dimension, Frame, Lineation, Model, Patch, Trace
+from vomstudio.geometry.brush import surface_of
+from vomstudio.geometry.mesh import Mesh
 from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent
 
 Event = tuple[str, Callable[[], object]]
 
+LAST = "save beside an area"
+
 
 def on_screen(studio: Any) -> dict[str, Any]:
     """What a person sees of the document, without the ids, which are new in every run."""
-    tool = studio.trace_tool
+    tool = studio.open_tool
+    feature = tool.feature if tool else None
     return {
         "traces": [
             [t.name, t.type_id, t.set_name, t.notes, t.overturned, t.method,
              [list(v) for v in t.vertices]]
             for t in studio.session.of(Trace)
         ],
+        "patches": [
+            [p.name, p.type_id, p.n, p.area, [list(r) for r in p.runs]]
+            for p in studio.session.of(Patch)
+        ],
         "models": [
             [m.name, m.frame.kind, m.frame.crs, m.content_hash] for m in studio.session.of(Model)
         ],
-        "draft": [list(v) for v in tool.vertices] if tool.open else None,
-        "draft_of": [tool.trace.type_id, tool.continued] if tool.open else None,
+        "lines": [
+            [f.name, f.type_id, f.slip, studio.records[f.plane_id].name if f.plane_id else "",
+             [list(v) for v in f.vertices]]
+            for f in studio.session.of(Lineation)
+        ],
+        "dimensions": [
+            [d.name, d.kind, [list(v) for v in d.vertices]] for d in studio.session.of(Dimension)
+        ],
+        "draft": [list(v) for v in tool.vertices] if tool else None,
+        "draft_of": [tool.name, getattr(feature, "type_id", ""), getattr(feature, "slip", ""),
+                     getattr(feature, "kind", ""), tool.continued] if tool else None,
         "dirty": studio.session.dirty,
         "undo": studio.session.undo_label,
         "redo": studio.session.redo_label,
@@ -66,6 +85,16 @@ def make_studio() -> Any:
     return studio
 
 
+def sheet() -> Mesh:
+    """A rough strip of 40 squares by 40."""
+    x, y = np.meshgrid(np.arange(41) / 10, np.arange(41) / 10)
+    z = 0.3 * x + 0.01 * np.sin(40 * x) * np.cos(30 * y)
+    i = np.arange(41 * 41).reshape(41, 41)
+    a, b, c, d = (k.ravel() for k in (i[:-1, :-1], i[:-1, 1:], i[1:, :-1], i[1:, 1:]))
+    faces = np.concatenate([np.stack([a, b, d], 1), np.stack([a, d, c], 1)])
+    return Mesh(np.column_stack([x.ravel(), y.ravel(), z.ravel()]), faces.astype(np.int32))
+
+
 def bed(shift: float) -> list[tuple[float, float, float]]:
     return [(x, y, z + shift) for x, y, z in ZIGZAG]
 
@@ -76,6 +105,15 @@ def studio_events(studio: Any, outcrop: Path) -> list[Event]:
         "m1", "cliff", str(outcrop), "mesh", "0" * 64, frame=Frame(), to_world=Frame().to_world()
     )
     tool = studio.trace_tool
+    # The only model that a studio without workers has.
+    studio.models["m1"] = SimpleNamespace(surface=surface_of(sheet()))
+
+    def brush(x: float, *, ctrl: bool = False) -> None:
+        for kind, shift in ((Pointer.DRAG_START, 0.0), (Pointer.DRAG_END, 0.4)):
+            face = int((x + shift) * 10)
+            place = studio.models["m1"].surface.corners(np.array([face]))[0].mean(axis=0)
+            hit = Hit("m1", "face", face, (float(place[0]), float(place[1]), float(place[2])))
+            studio.pointer(PointerEvent(kind, 0, 0, Button.LEFT, ctrl=ctrl, hit=hit))
 
     def click(point: tuple[float, float, float], **more: Any) -> Event:
         made = PointerEvent(
@@ -120,6 +158,15 @@ def studio_events(studio: Any, outcrop: Path) -> list[Event]:
         ("finish", tool.finish),
         ("undo", studio.undo),
         ("redo", studio.redo),
+        ("patch tool", lambda: studio.activate("patch")),
+        ("stroke", lambda: brush(1.0)),
+        ("stroke", lambda: brush(2.0)),
+        ("take away", lambda: brush(1.5, ctrl=True)),
+        ("undo", studio.undo),
+        ("finish", studio.finish_tool),
+        ("stroke", lambda: brush(0.5)),
+        ("give up", studio.cancel_tool),
+        ("trace tool", lambda: studio.activate("trace")),
         ("name", lambda: attempt(edits.set_attributes, [trace()], name="main fault")),
         ("notes", lambda: attempt(edits.set_attributes, [trace()], notes="slickensides")),
         ("delete", lambda: attempt(edits.delete, [trace()])),
@@ -136,6 +183,21 @@ def studio_events(studio: Any, outcrop: Path) -> list[Event]:
         ("rename beside a draft",
          lambda: attempt(edits.set_attributes, [trace()], set_name="late")),
         ("save beside a draft", save),
+        ("cancel", tool.cancel),
+        ("line tool", lambda: studio.activate("line")),
+        ("on a plane", lambda: studio.line_tool.choose(plane_id=trace(), slip="normal")),
+        *(click(p) for p in bed(3.0)[:3]),
+        ("take back", studio.undo),
+        ("slip", lambda: studio.line_tool.choose(slip="dextral")),
+        ("finish", studio.finish_tool),
+        ("measure tool", lambda: studio.activate("measure")),
+        *(click(p) for p in bed(3.0)[:2]),
+        ("area", lambda: studio.measure_tool.choose(kind="area")),
+        *(click(p) for p in bed(3.0)[:3]),
+        ("finish", studio.finish_tool),
+        ("undo", studio.undo),
+        click(bed(3.0)[3]),
+        (LAST, save),
     ]  # fmt: skip
 
 

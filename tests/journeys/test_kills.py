@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 
-from tests.journeys.recorded import make_studio, on_screen
+from tests.journeys.recorded import LAST, make_studio, on_screen
 from vomstudio.io.project import untitled_projects
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -80,7 +80,7 @@ def whole_session(*words: str) -> list[dict[str, Any]]:
     with child("studio", *words) as process:
         for line in process.stdout:
             screens.append(json.loads(line))
-            if screens[-1]["event"] == "save beside a draft":
+            if screens[-1]["event"] == LAST:
                 break
     return screens
 
@@ -96,12 +96,12 @@ def kill_after(number: int, named: Path | None) -> None:
     assert offered_back(named) == last["screen"], f"killed after {last['event']} ({number})"
 
 
-@pytest.mark.parametrize("number", [4, 13, 30])
+@pytest.mark.parametrize("number", [4, 13, 30, 46])
 def test_untitled_work_is_offered_back(own_folders, qapp, number):
     kill_after(number, None)
 
 
-@pytest.mark.parametrize("number", [7, 26])
+@pytest.mark.parametrize("number", [7, 26, 57])
 def test_named_work_is_there_again(own_folders, qapp, tmp_path, number):
     kill_after(number, tmp_path / "cliff.vom")
 

@@ -14,6 +14,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from vomstudio.errors import UsageError
 from vomstudio.geology.folds import fold_axis
@@ -172,13 +173,14 @@ def test_a_lasso_holds_what_is_inside_it() -> None:
 
 def test_selection_emphasises_in_the_same_colour_and_can_be_taken_back() -> None:
     _, artists = draw(replace(FULL, selected=frozenset(), ellipses=()))
-    count = len(artists.axes.lines)
+    count = len(artists.axes.get_children())
     artists.select({"Joints4"})
-    fills = {line.get_markerfacecolor() for line in artists.emphasis if line.get_marker() == "^"}  # type: ignore[attr-defined]
+    symbols = [line for line in artists.emphasis if isinstance(line, Line2D)]
+    fills = {line.get_markerfacecolor() for line in symbols if line.get_marker() == "^"}
     assert fills == {SETS[2].color}
-    assert len(artists.axes.lines) > count
+    assert len(artists.axes.get_children()) > count
     artists.select(())
-    assert len(artists.axes.lines) == count
+    assert len(artists.axes.get_children()) == count
 
 
 def test_the_legend_names_the_ellipse_as_long_as_there_is_one() -> None:

@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from vomstudio.rendering.decluttering import LabelGrid, place_labels
+from vomstudio.rendering.decluttering import CELL, LabelGrid, by_importance, place_labels
 
 
 def placed_boxes(n: int) -> tuple[dict[int, tuple[float, float]], np.ndarray, float]:
@@ -47,3 +47,45 @@ def test_points_that_cannot_be_projected_get_no_label() -> None:
     anchors = np.array([[np.nan, np.nan], [50.0, 90.0]])
     placed = place_labels(LabelGrid(300.0, 200.0), anchors, np.full((2, 2), 20.0), np.arange(2))
     assert list(placed) == [1]
+
+
+def test_labels_keep_their_corner_while_it_is_free() -> None:
+    anchors, sizes = np.array([[200.0, 200.0]]), np.array([[50.0, 20.0]])
+    corners = np.array([3])
+    there = place_labels(LabelGrid(400, 400), anchors, sizes, np.array([0]), corners=corners)
+    assert there[0][0] < 200.0
+    assert there[0][1] > 200.0
+    assert corners.tolist() == [3]
+    taken = LabelGrid(400, 400)
+    taken.block(100.0, 200.0, 100.0, 100.0)
+    there = place_labels(taken, anchors, sizes, np.array([0]), corners=corners)
+    assert there[0][0] > 200.0
+    assert corners.tolist() == [0]
+
+
+def test_places_go_to_the_selected_then_to_the_larger() -> None:
+    extents = np.array([1.0, 5.0, 3.0, 2.0])
+    none = np.zeros(4, bool)
+    chosen = np.array([True, False, False, False])
+    assert by_importance(chosen, none, extents, moving=False).tolist() == [0, 1, 2, 3]
+    # What is shown already is not put aside for something hardly larger, nor at all in a drag.
+    shown = np.array([False, False, False, True])
+    assert by_importance(none, shown, extents, moving=False).tolist() == [1, 2, 3, 0]
+    shown = np.array([False, False, True, True])
+    assert by_importance(none, shown, extents, moving=True).tolist() == [2, 3, 1, 0]
+    assert by_importance(none, ~chosen, np.zeros(4), moving=True).tolist() == [1, 2, 3, 0]
+
+
+def test_a_grid_of_bits_takes_what_a_grid_of_cells_takes() -> None:
+    rng = np.random.default_rng(3)
+    grid = LabelGrid(300.0, 200.0)
+    taken = np.zeros((200 // CELL + 2, 300 // CELL + 2), bool)
+    for x, y, w, h in rng.uniform([-10, -10, 3, 3], [310, 210, 60, 30], (400, 4)).tolist():
+        cells = taken[
+            int(y) // CELL : int(y + h) // CELL + 1, int(x) // CELL : int(x + w) // CELL + 1
+        ]
+        inside = x >= 0 and y >= 0 and x + w <= 300.0 and y + h <= 200.0
+        free = inside and not cells.any()
+        assert grid.take(x, y, w, h) == free
+        if free:
+            cells[...] = True

@@ -16,9 +16,11 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMainWindow
 
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.discs import disc
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.rendering import painting
 from vomstudio.rendering.drawing import FeatureDrawing
+from vomstudio.rendering.symbols import small_disc, symbol_of_plane
 from vomstudio.rendering.viewport import Viewport
 from vomstudio.tools.types import Button, Pointer, PointerEvent, Preview
 
@@ -330,7 +332,7 @@ def test_the_feature_under_the_cursor_is_named(stage: Stage) -> None:
     assert stage.view.pick_feature(middle[0], middle[1] + 2.0) == "trace"
     assert stage.view.pick_feature(*pixels[2:].mean(axis=0)) == "disc"
     assert stage.view.pick_feature(5.0, 5.0) is None
-    label = stage.view._label_boxes[0]
+    label = stage.view._annotations.label_boxes[0]
     assert stage.view.pick_feature(label[1].center().x(), label[1].center().y()) == "trace"
     stage.view.set_features({"trace": None})
     QApplication.processEvents()
@@ -493,3 +495,114 @@ def test_a_real_cloud_is_shown_and_picked(stage: Stage, data_dir: Path) -> None:
     assert hit is not None
     assert isinstance(loaded.data, PointCloud)
     np.testing.assert_array_equal(hit.position, loaded.data.points[hit.index])
+
+
+def test_a_symbol_keeps_its_size_and_is_clicked(stage: Stage) -> None:
+    stage.show("w", wall())
+    stage.view.look_along(0.0, 0.0)
+    place = UTM + np.array([5.0, -0.4, 4.0])
+    color = (0.9, 0.6, 0.0)
+    symbol = symbol_of_plane(180.0, 45.0, place, 2.0)
+    drawing = FeatureDrawing("s", np.zeros((0, 3)), None, color, "", place, symbol=symbol)
+    stage.view.set_features({"s": drawing})
+    widths = []
+    for zoom in (1.0, 2.0):
+        stage.view._camera.zoom(zoom, place)
+        stage.view._moved()
+        stage.settle()
+        shown = np.abs(stage.picture() - 255.0 * np.array(color)).max(axis=2) <= 12
+        columns = np.flatnonzero(shown.any(axis=0))
+        widths.append(columns.max() - columns.min())
+        (x, y), *_ = stage.view.project(place[None])[0]
+        assert stage.view.pick_feature(x + 14.0, y) == "s"
+        assert stage.view.pick_feature(x, y + 8.0) == "s"
+        assert stage.view.pick_feature(x, y - 20.0) is None
+    assert widths[0] == pytest.approx(36.0, abs=4.0)
+    assert widths[1] == pytest.approx(widths[0], abs=2.0)
+
+
+def test_a_disc_too_small_to_be_seen_is_a_dot_that_is_clicked(stage: Stage) -> None:
+    stage.show("w", wall())
+    stage.view.look_along(0.0, 0.0)
+    place = UTM + np.array([5.0, -0.4, 4.0])
+    ring = disc(place, [0.0, 1.0, 0.0], 0.01)
+    drawing = FeatureDrawing(
+        "s", np.zeros((0, 3)), ring, (0.9, 0.6, 0.0), "", place,
+        symbol=small_disc(place, 0.02), extent=0.02,
+    )  # fmt: skip
+    stage.view.set_features({"s": drawing})
+    stage.settle()
+    (x, y), *_ = stage.view.project(place[None])[0]
+    shown = np.abs(stage.picture() - [229.5, 153.0, 0.0]).max(axis=2) <= 30
+    assert 20 < shown.sum() < 120
+    assert stage.view.pick_feature(x + 4.0, y) == "s"
+    # Large on the screen it is a disc and nothing else.
+    stage.view._camera.zoom(0.02, place)
+    stage.view._moved()
+    stage.settle()
+    assert not len(stage.view._annotations._strokes)
+
+
+def test_a_line_on_the_surface_does_not_hide_its_own_points(stage: Stage) -> None:
+    """Lines stand before the surface by an offset: without it they would be cut up by it."""
+    stage.show("w", wall())
+    line = np.array(
+        [stage.view.world_of(stage.view.pick(x, 240.0)) for x in np.linspace(200, 500, 40)]
+    )
+    assert stage.view.project(line)[1].all()
+    drawing = FeatureDrawing("f", line, None, (0.9, 0.6, 0.0), "f", line[20])
+    stage.view.set_features({"f": drawing})
+    stage.view.set_selected(["f"])
+    stage.settle()
+    assert stage.view.project(line)[1].all()
+
+
+def test_a_trace_is_named_where_it_is_seen(stage: Stage) -> None:
+    """Near by, the middle of a long trace is out of the picture."""
+    stage.show("w", wall())
+    line = np.array(
+        [stage.view.world_of(stage.view.pick(x, 240.0)) for x in np.linspace(150, 550, 41)]
+    )
+    stage.view.set_features({"f": FeatureDrawing("f", line, None, (0.9, 0.6, 0.0), "f", line[20])})
+    stage.settle()
+    assert stage.view._annotations.label_boxes
+    stage.view._camera.set_pivot(line[10])
+    stage.view._camera.zoom(0.2, line[10])
+    stage.view._moved()
+    stage.settle()
+    pixels, seen = stage.view.project(line[[10, 20]])
+    assert seen.tolist() == [True, False]
+    ((_, box),) = stage.view._annotations.label_boxes
+    assert abs(box.center().x() - pixels[0, 0]) < 60.0
+
+
+def test_labels_do_not_come_and_go_while_the_view_turns(stage: Stage) -> None:
+    stage.show("w", wall())
+    stage.view.look_along(0.0, 0.0)
+    stage.settle()
+    rng = np.random.default_rng(5)
+    drawings = {}
+    for i in range(300):
+        place = UTM + np.array([rng.uniform(1, 9), -0.6, rng.uniform(1, 7)])
+        drawings[str(i)] = FeatureDrawing(
+            str(i), np.zeros((0, 3)), None, (0.9, 0.6, 0.0), f"B{i:03d} 132/41", place,
+            extent=float(rng.uniform(0.5, 5.0)),
+        )  # fmt: skip
+    stage.view.set_features(drawings)
+    stage.settle()
+
+    def shown() -> set[str]:
+        return {key for key, _ in stage.view._annotations.label_boxes}
+
+    first = last = shown()
+    changes = 0
+    for _ in range(20):
+        stage.view._camera.orbit(0.2, 0.05)
+        stage.view._moved()
+        stage.view.repaint()
+        changes += len(shown() ^ last)
+        last = shown()
+    assert len(first) > 15
+    # Half a turn of the hand: hardly any label has gone or come, and none has flickered.
+    assert changes <= 0.25 * len(first)
+    assert len(first & last) >= 0.85 * len(first)

@@ -38,7 +38,7 @@ def test_what_cannot_be_done_in_the_empty_window_says_why(window):
 def test_every_command_is_in_a_menu_or_says_its_key(window):
     in_menus = {name for _, names in _MENUS for name in names}
     for command in window.actions_table.commands():
-        in_submenu = command.name.partition("_")[0] in ("notation", "display", "open")
+        in_submenu = command.name.partition("_")[0] in ("notation", "display", "planes", "open")
         assert command.name in in_menus or command.shortcut or in_submenu, command.name
 
 

@@ -14,7 +14,7 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers, "export", run, help_="Write a project's features for other programs"
     )
     parser.add_argument("project", metavar="PROJECT", help="the folder NAME.vom")
-    parser.add_argument("--to", metavar="FORMAT", required=True, help="csv or gpkg")
+    parser.add_argument("--to", metavar="FORMAT", required=True, help="csv, gpkg, shp or dxf")
     add_output(parser, "the file to write", required=True)
 
 
@@ -22,6 +22,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.export import export_project
 
     table = export_project(Path(args.project), args.to, Path(args.output), force=args.force)
-    out.result({"files": [args.output], "n": len(table.rows), "skipped": table.skipped})
+    files = [str(path) for path in table.files]
+    out.result({"files": files, "n": len(table.rows), "skipped": table.skipped})
     out.warn([f"{item['name']} left out: {item['reason']}" for item in table.skipped])
-    out.text(f"{args.output}: {len(table.rows)} features")
+    out.text(f"{', '.join(files)}: {len(table.rows)} features")

@@ -18,7 +18,8 @@ NOTHING: dict[str, Any] = {
 }  # fmt: skip
 """What is promised of every file, as far as nothing is known of it."""
 TABLES = {".csv", ".tsv", ".txt", ".dat", ".tab", ".prn"}
-PICTURES = {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".webp"}
+PICTURES = {".jpg", ".jpeg", ".png", ".bmp", ".webp"}
+GRIDS = {".tif", ".tiff"}
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -57,6 +58,7 @@ def _described(path: Path, progress: Progress) -> dict[str, Any]:
     ways: dict[bool, Callable[[Path], dict[str, Any]]] = {
         ending in TABLES: _table,
         ending in PICTURES: _picture,
+        ending in GRIDS: lambda path: _grid(path, progress),
     }
     if True in ways:
         return ways[True](path)
@@ -71,7 +73,7 @@ def _folder(path: Path) -> dict[str, Any]:
     if is_project(path):
         return {**NOTHING, "kind": "project"}
     try:
-        photos = sorted(p.name for p in path.iterdir() if p.suffix.lower() in PICTURES)
+        photos = sorted(p.name for p in path.iterdir() if p.suffix.lower() in PICTURES | GRIDS)
     except OSError as error:
         raise InputError(
             f"this folder cannot be read ({error.strerror}); check its permissions.", file=path
@@ -151,6 +153,18 @@ def _picture(path: Path) -> dict[str, Any]:
     }
 
 
+def _grid(path: Path, progress: Progress) -> dict[str, Any]:
+    """A height model with its place; any other TIFF is a picture."""
+    picture = _picture(path)
+    from vomstudio.io.models import describe
+
+    try:
+        found = describe(path, progress)
+    except InputError:
+        return picture
+    return {**picture, **found, "kind": "raster", "fields": picture["fields"]}
+
+
 def _in_words(name: str, found: dict[str, Any]) -> str:
     lines = [f"{name}: {found['kind']}"]
     for key, label in (
@@ -167,7 +181,7 @@ def _in_words(name: str, found: dict[str, Any]) -> str:
             lines.append(f"  {axis + ', m':<12}{low:.3f} to {high:.3f}")
     if spacing := found.get("resolution_m"):
         lines.append(f"  {'spacing, m':<12}{spacing:.4g}")
-    if found["kind"] in ("mesh", "cloud"):
+    if found["kind"] in ("mesh", "cloud") or found.get("crs"):
         lines.append(f"  {'CRS':<12}{found.get('crs') or 'none in the file'}")
     for key in ("fields", "materials", "textures"):
         if found.get(key):

@@ -7,7 +7,7 @@ import re
 import secrets
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.measurements import measure_one
@@ -19,8 +19,10 @@ from vomstudio.document.records import (
     Feature,
     FeatureType,
     Frame,
+    Lineation,
     Model,
     Point,
+    Reading,
     Record,
     Trace,
 )
@@ -132,6 +134,49 @@ def add_features(records: Records, features: Sequence[Feature]) -> Edit:
     return change(records, f"Add {who}", after)
 
 
+def set_line(
+    records: Records,
+    feature_id: str,
+    vertices: Sequence[Point],
+    *,
+    resolution: float | None = None,
+) -> Edit:
+    """Give a lineation or a dimension other vertices; only a lineation has a resolution."""
+    feature = _get(records, feature_id, (Lineation, Dimension))
+    after = replace(feature, vertices=tuple(vertices))
+    if isinstance(after, Lineation):
+        after = replace(after, resolution=resolution)
+    return change(records, f"Change {feature.name}", {feature_id: after})
+
+
+def add_readings(
+    records: Records, readings: Sequence[Reading], types: Sequence[FeatureType] = ()
+) -> Edit:
+    """Add compass readings and the feature types that come with them, as one edit; readings without
+    a name are numbered on within their type."""
+    after: dict[str, Record | None] = {}
+    for kind in types:
+        others = [r for r in after.values() if r is not None]
+        after |= add_type({**records, **{r.id: r for r in others}}, kind).after
+    if not readings:
+        raise DocumentError("there is nothing to add")
+    known = {**records, **{kind.id: kind for kind in types}}
+    next_of: dict[str, int] = {}
+    for reading in readings:
+        kind = _get(known, reading.type_id, FeatureType)
+        if reading.id in records or reading.id in after:
+            raise DocumentError(f"{reading.name} is there already")
+        if not reading.name:
+            prefix = kind.name[:1].upper()
+            if prefix not in next_of:
+                next_of[prefix] = int(next_name(records, kind)[len(prefix) :])
+            reading = replace(reading, name=f"{prefix}{next_of[prefix]:02d}")
+            next_of[prefix] += 1
+        after[reading.id] = reading
+    n = len(readings)
+    return change(records, f"Import {n} field measurement{'s' if n > 1 else ''}", after)
+
+
 def change_feature(records: Records, feature: Feature, what: str = "Change") -> Edit:
     """Put `feature` in the place of the one of the same id and kind (a brush stroke, other vertices
     of a line); `what` is the verb of the label."""
@@ -175,6 +220,23 @@ def add_type(records: Records, kind: FeatureType) -> Edit:
     if kind.id in records:
         raise DocumentError(f"{kind.name} is there already")
     return change(records, f"Add feature type {kind.name}", {kind.id: kind})
+
+
+# After Okabe and Ito's, which the types of the house have, Tol's muted set (2021).
+_MORE_COLORS = ("#332288", "#882255", "#117733", "#aa4499", "#999933", "#44aa99", "#661100")
+_SYMBOLS = ("circle", "square", "triangle", "diamond", "pentagon", "star")
+
+
+def suggest_type(
+    records: Records, name: str, geometry: Literal["plane", "line"] = "plane"
+) -> FeatureType:
+    """A new feature type with a colour and symbol that no other has, as far as there are such."""
+    kinds = [r for r in records.values() if isinstance(r, FeatureType)]
+    used = {k.color for k in kinds}
+    color = next((c for c in _MORE_COLORS if c not in used), _MORE_COLORS[len(kinds) % 7])
+    symbols = [k.symbol for k in kinds]
+    symbol = min(_SYMBOLS, key=symbols.count)
+    return FeatureType(new_id("type"), name.strip(), color, symbol, geometry)
 
 
 def change_type(records: Records, kind: FeatureType) -> Edit:

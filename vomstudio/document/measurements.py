@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from operator import is_not
 from typing import Any
 
 import numpy as np
@@ -28,10 +29,12 @@ from vomstudio.geology.intersections import (
     UncertainPlane,
     intersection_line,
     mean_plane,
+    stray95,
+    t95,
     uncertain_plane,
 )
 from vomstudio.geology.orientation import Line, Plane
-from vomstudio.geology.quality import Thresholds, Verdict, judge, judge_line
+from vomstudio.geology.quality import Thresholds, Verdict, judge, judge_line, wider_of
 from vomstudio.geometry import transform
 from vomstudio.geometry.lines import LineFit, fit_line, path_length, ring_area
 from vomstudio.geometry.moment_planes import fit_moments
@@ -45,11 +48,13 @@ Floats = npt.NDArray[np.float64]
 class Measurement:
     """What a feature says, in World; None where a figure does not apply or cannot be had.
 
-    points : (n, 3) float64 its vertices; the centre of a patch, the place of a reading (n = 1)
+    points : (n, 3) float64 its vertices; the centre of a patch, the place of a reading (n = 1); of
+        an intersection the ends of a line as long as its planes
     resolution_m, outcrop_normal : the feature's own
     fit : of a trace or patch; line_fit : of a lineation. Where there is none `problem` says why
     plane, line : the orientation, whatever it comes from
-    max/min_confidence95_deg : semi-axes of its joint 95 % region
+    max/min_confidence95_deg : semi-axes of its joint 95 % region, confidence_axis (3,) the
+        direction of the larger one where it is a line
     rake_deg : of a lineation in its plane, off_plane_deg : its angle from that plane,
     slip_rake_deg : directed, as in geology.orientation.slip_rake_of
     angle_deg : between the planes of an intersection
@@ -68,6 +73,7 @@ class Measurement:
     line_fit: LineFit | None = None
     max_confidence95_deg: float | None = None
     min_confidence95_deg: float | None = None
+    confidence_axis: Floats | None = None
     rake_deg: float | None = None
     slip_rake_deg: float | None = None
     off_plane_deg: float | None = None
@@ -85,20 +91,31 @@ class Measurements:
 
     def of(self, records: Records, ids: Iterable[str]) -> dict[str, Measurement]:
         """The measurements of those `ids` that are features; new ones are fitted in one batch."""
-        features = [r for i in ids if isinstance(r := records.get(i), FEATURES)]
-        sources = {f.id: sources_of(records, f) for f in features}
-        new = [
-            feature
-            for feature in features
-            if (kept := self._kept.get(feature.id)) is None
-            or len(kept[0]) != len(sources[feature.id])
-            or any(a is not b for a, b in zip(kept[0], sources[feature.id], strict=True))
-        ]
-        for feature, measurement in zip(
-            new, measure_all(records, new, self._thresholds), strict=True
-        ):
+        # The window asks for all of thousands at every edit: one pass, no generators.
+        features, new, sources = [], [], {}
+        for id_ in ids:
+            feature = records.get(id_)
+            if not isinstance(feature, FEATURES):
+                continue
+            features.append(feature)
+            rests_on = sources_of(records, feature)
+            kept = self._kept.get(id_)
+            if kept is None or len(kept[0]) != len(rests_on) or any(map(is_not, kept[0], rests_on)):
+                new.append(feature)
+                sources[id_] = rests_on
+        for feature, measurement in zip(new, self._measure(records, new), strict=True):
             self._kept[feature.id] = (sources[feature.id], measurement)
         return {feature.id: self._kept[feature.id][1] for feature in features}
+
+    def one(self, records: Records, feature: Feature) -> Measurement:
+        """The measurement of a feature that is not in the document."""
+        return self._measure(records, [feature])[0]
+
+    def _measure(self, records: Records, features: list[Any]) -> list[Measurement]:
+        # An intersection of sets may rest on thousands of planes, of which one has changed.
+        below = [plane.id for f in features for plane in planes_below(records, f)]
+        known = self.of(records, dict.fromkeys(below)) if below else {}
+        return measure_all(records, features, self._thresholds, known)
 
     def forget_all_but(self, records: Records) -> None:
         for id_ in [i for i in self._kept if i not in records]:
@@ -109,13 +126,19 @@ def sources_of(records: Records, feature: Feature) -> tuple[Record | None, ...]:
     """The records that a feature's figures rest on, itself first."""
     if isinstance(feature, Reading):
         return (feature,)
-    if isinstance(feature, Intersection):
-        below = [*members(records, feature.first), *members(records, feature.second)]
-    else:
-        plane = records.get(feature.plane_id) if not isinstance(feature, Trace | Patch) else None
-        below = [plane] if isinstance(plane, Trace | Patch | Reading) else []
     own = () if isinstance(feature, Intersection) else (_model(records, feature.model_id),)
+    below = planes_below(records, feature)
     return (feature, *own, *(s for each in below for s in sources_of(records, each)))
+
+
+def planes_below(records: Records, feature: Feature) -> list[Trace | Patch | Reading]:
+    """The planes that a line, a dimension or an intersection rests on."""
+    if isinstance(feature, Intersection):
+        return [*members(records, feature.first), *members(records, feature.second)]
+    if isinstance(feature, Lineation | Dimension):
+        plane = records.get(feature.plane_id)
+        return [plane] if isinstance(plane, Trace | Patch | Reading) else []
+    return []
 
 
 def members(records: Records, group: Group) -> list[Trace | Patch | Reading]:
@@ -134,30 +157,42 @@ def members(records: Records, group: Group) -> list[Trace | Patch | Reading]:
 
 
 def measure_all(
-    records: Records, features: list[Any], thresholds: Thresholds | None = None
+    records: Records,
+    features: list[Any],
+    thresholds: Thresholds | None = None,
+    known: Mapping[str, Measurement] | None = None,
 ) -> list[Measurement]:
-    """Measure features, the traces among them in one batch."""
+    """Measure features, the traces among them in one batch; `known` are measurements of planes
+    that they rest on, by id, where these have been made already."""
     thresholds = thresholds or Thresholds()
+    known = dict(known or {})
+    below = {plane.id: plane for f in features for plane in planes_below(records, f)}
+    missing = [plane for id_, plane in below.items() if id_ not in known]
+    if missing:
+        found = measure_all(records, missing, thresholds)
+        known |= {plane.id: m for plane, m in zip(missing, found, strict=True)}
     traces = [f for f in features if isinstance(f, Trace)]
     fitted = measure([(t, _model(records, t.model_id)) for t in traces], thresholds)
     of_traces = iter(fitted)
     return [
-        next(of_traces) if isinstance(f, Trace) else _measure_other(records, f, thresholds)
+        next(of_traces) if isinstance(f, Trace) else _measure_other(records, f, thresholds, known)
         for f in features
     ]
 
 
-def _measure_other(records: Records, feature: Feature, thresholds: Thresholds) -> Measurement:
+def _measure_other(
+    records: Records, feature: Feature, thresholds: Thresholds, known: Mapping[str, Measurement]
+) -> Measurement:
     if isinstance(feature, Patch):
         return measure_patch(feature, _model(records, feature.model_id), thresholds)
     if isinstance(feature, Reading):
         return _measure_reading(feature)
     if isinstance(feature, Lineation):
-        return _measure_lineation(records, feature, thresholds)
+        return _measure_lineation(records, feature, thresholds, known)
     if isinstance(feature, Dimension):
-        return _measure_dimension(records, feature, thresholds)
+        return _measure_dimension(records, feature, known)
     assert isinstance(feature, Intersection)
-    return _measure_intersection(records, feature, thresholds)
+    return _measure_intersection(records, feature, thresholds, known)
 
 
 # --- planes --------------------------------------------------------------------------------------
@@ -262,23 +297,39 @@ def _of_fit(fit: PlaneFit | None) -> dict[str, Any]:
 
 
 # --- lines ---------------------------------------------------------------------------------------
-def _measure_lineation(records: Records, feature: Lineation, thresholds: Thresholds) -> Measurement:
+def _measure_lineation(
+    records: Records,
+    feature: Lineation,
+    thresholds: Thresholds,
+    known: Mapping[str, Measurement],
+) -> Measurement:
     model = _model(records, feature.model_id)
     points = world_points(feature, model)
     resolution = _length(feature.resolution, _rows(model))
-    plane = _plane_of(records, feature.plane_id, thresholds)
-    gone = bool(feature.plane_id) and plane is None
+    base = _plane_of(records, feature.plane_id, known)
+    gone = bool(feature.plane_id) and base is None
     try:
         fit = fit_line(points)
         line, rake, off, slip = Line.from_vector(fit.direction), None, None, None
-        if plane is not None:
+        largest = smallest = fit.confidence95_deg
+        axis = None
+        if base is not None:
+            plane = Plane.from_normal(base.normal)
             off = orientation.angle_line_plane(line, plane)
             rake = orientation.rake_of(line, plane)
             line = orientation.line_from_rake(plane, rake)
             slip = slip_rake(plane, rake, feature.slip)
+            largest, smallest, axis = _in_plane_error(line.vector(), fit, base)
     except GeometryError as error:
         return Measurement(points, resolution, None, None, None, str(error))
-    verdict = judge_line(fit, off_plane_deg=off, plane_is_gone=gone, thresholds=thresholds)
+    verdict = judge_line(
+        fit,
+        confidence95_deg=largest,
+        off_plane_deg=off,
+        plane_is_gone=gone,
+        plane_is_known=base is None or base.spread95 is not None,
+        thresholds=thresholds,
+    )
     return Measurement(
         points,
         resolution,
@@ -288,22 +339,38 @@ def _measure_lineation(records: Records, feature: Lineation, thresholds: Thresho
         None,
         line=line,
         line_fit=fit,
-        max_confidence95_deg=fit.confidence95_deg,
-        min_confidence95_deg=fit.confidence95_deg,
+        max_confidence95_deg=largest,
+        min_confidence95_deg=smallest,
+        confidence_axis=axis,
         rake_deg=rake,
         slip_rake_deg=slip,
         off_plane_deg=off,
     )
 
 
+def _in_plane_error(
+    direction: Floats, fit: LineFit, base: UncertainPlane
+) -> tuple[float | None, float | None, Floats | None]:
+    """Semi-axes and axis of the joint 95 % region of a line that was turned into a plane: along the
+    plane it strays with the fit, across it with the plane."""
+    across = stray95(base, direction)
+    if across is None or fit.confidence95_deg is None:
+        return None, None, None
+    within, out = fit.confidence95_deg, float(np.degrees(np.arctan(across)))
+    if out > within:
+        return out, within, base.normal
+    return within, out, np.cross(base.normal, direction)
+
+
 def slip_rake(plane: Plane, rake_deg: float, sense: str) -> float | None:
     """The directed rake (-180, 180] of a slip along the axial rake [0, 180) with its sense of
-    movement; None without one, or where the sense does not tell the direction (a normal or reverse
-    movement along the strike, a strike slip down the dip)."""
-    if not sense:
+    movement; None without one, or where the sense does not tell the direction: a normal or reverse
+    movement along the strike, or on a vertical plane, which has no hanging wall; a strike slip
+    down the dip; any sense on a horizontal plane."""
+    if not sense or plane.undefined:
         return None
     if sense in ("normal", "reverse"):
-        if rake_deg == 0.0:
+        if rake_deg == 0.0 or plane.vertical:
             return None
         # The axial rake points down the dip; a reverse hanging wall moves the other way.
         return 180.0 - rake_deg if sense == "reverse" else -rake_deg
@@ -311,36 +378,34 @@ def slip_rake(plane: Plane, rake_deg: float, sense: str) -> float | None:
         return None
     # Rake 0 is left-lateral, and the axial rake's line has it where it is under 90.
     downward_is_sinistral = rake_deg < 90.0
-    return -rake_deg if downward_is_sinistral == (sense == "sinistral") else 180.0 - rake_deg
+    same = downward_is_sinistral == (sense == "sinistral")
+    return (0.0 if same else 180.0) - rake_deg
 
 
 def _measure_intersection(
-    records: Records, feature: Intersection, thresholds: Thresholds
+    records: Records,
+    feature: Intersection,
+    thresholds: Thresholds,
+    known: Mapping[str, Measurement],
 ) -> Measurement:
-    nothing = np.zeros((0, 3))
+    groups = [members(records, group) for group in (feature.first, feature.second)]
+    measured = [[known[plane.id] for plane in group] for group in groups]
+    means = []
     try:
-        means = [
-            mean_plane(
-                [
-                    u
-                    for each in members(records, group)
-                    if (u := _uncertain(records, each, thresholds)) is not None
-                ]
-            )
-            for group in (feature.first, feature.second)
-        ]
+        for group, own in zip(groups, measured, strict=True):
+            with_plane = [(r, m) for r, m in zip(group, own, strict=True) if m.plane is not None]
+            if len(with_plane) == 1:
+                planes = [_as_uncertain(*with_plane[0])]
+            else:
+                # The error of a mean comes from the scatter; their own ones take time.
+                planes = [UncertainPlane(_normal(m), None) for _, m in with_plane]
+            means.append(mean_plane([p for p in planes if p is not None]))
         found = intersection_line(*means)
     except GeometryError as error:
-        return Measurement(nothing, None, None, None, None, str(error))
+        return Measurement(np.zeros((0, 3)), None, None, None, None, str(error))
     verdict = judge_line(None, confidence95_deg=found.max_confidence95_deg, thresholds=thresholds)
-    centres = [
-        m.points.mean(axis=0)
-        for group in (feature.first, feature.second)
-        for each in members(records, group)
-        if len((m := measure_all(records, [each], thresholds)[0]).points)
-    ]
     return Measurement(
-        np.mean(centres, axis=0)[None] if centres else nothing,
+        _ends(found.line.vector(), means, measured),
         None,
         None,
         None,
@@ -349,12 +414,40 @@ def _measure_intersection(
         line=found.line,
         max_confidence95_deg=found.max_confidence95_deg,
         min_confidence95_deg=found.min_confidence95_deg,
+        confidence_axis=found.confidence_axis,
         angle_deg=found.angle_deg,
     )
 
 
+def _ends(
+    direction: Floats, means: list[UncertainPlane], measured: list[list[Measurement]]
+) -> Floats:
+    """(2, 3) ends of a line as long as the longest of the planes, where the two planes through the
+    middle of each group meet, or, where that is far away, midway between the groups."""
+    extents = [m.fit.extent for own in measured for m in own if m.fit and m.fit.extent]
+    centres = []
+    for own in measured:
+        placed = [m.fit.centroid if m.fit else m.points.mean(axis=0) for m in own if len(m.points)]
+        if placed:
+            centres.append(np.mean(placed, axis=0))
+    if not extents or not centres:
+        return np.zeros((0, 3))
+    half = 0.5 * max(extents)
+    middle = np.mean(centres, axis=0)
+    if len(centres) == 2:
+        rows = np.array([means[0].normal, means[1].normal])
+        gaps = np.einsum("ij,ij->i", rows, np.array(centres) - middle)
+        step = np.linalg.lstsq(rows, gaps, rcond=None)[0]
+        apart = float(np.linalg.norm(centres[1] - centres[0]))
+        if np.linalg.norm(step) <= half + apart:
+            middle = middle + step
+    return np.array([middle - half * direction, middle + half * direction])
+
+
 # --- dimensions ----------------------------------------------------------------------------------
-def _measure_dimension(records: Records, feature: Dimension, thresholds: Thresholds) -> Measurement:
+def _measure_dimension(
+    records: Records, feature: Dimension, known: Mapping[str, Measurement]
+) -> Measurement:
     points = world_points(feature, _model(records, feature.model_id))
     problem = None
     figures: dict[str, float] = {}
@@ -378,52 +471,61 @@ def _measure_dimension(records: Records, feature: Dimension, thresholds: Thresho
         if feature.kind == "polyline":
             figures["length_m"] = path_length(points)
         if feature.kind == "thickness":
-            thickness, problem = _thickness(records, feature, step, thresholds)
+            thickness, problem = _thickness(records, feature, step, known)
             figures |= thickness
     return Measurement(points, None, None, None, None, problem, dimension=figures or None)
 
 
 def _thickness(
-    records: Records, feature: Dimension, step: Floats, thresholds: Thresholds
+    records: Records, feature: Dimension, step: Floats, known: Mapping[str, Measurement]
 ) -> tuple[dict[str, float], str | None]:
-    """Distance across the plane, and its joint 95 % error from the plane's attitude: points that
-    lie apart along the bed turn a tilt of the plane into thickness."""
-    base = records.get(feature.plane_id)
-    plane = (
-        _uncertain(records, base, thresholds) if isinstance(base, Trace | Patch | Reading) else None
-    )
+    """Distance across the plane, and its 95 % error (of this one figure, not joint): points that
+    lie apart along the bed turn a tilt of the plane into thickness, and each of the two lies on a
+    surface as uneven as the plane's own points are."""
+    plane = _plane_of(records, feature.plane_id, known)
     if plane is None:
+        if not feature.plane_id:
+            return {}, "a thickness needs a plane that it is measured across; choose one"
         return {}, "its plane is gone, or has none"
     across = float(step @ plane.normal)
     figures = {"thickness_m": abs(across)}
-    if plane.spread95 is not None:
-        along = step - across * plane.normal
-        figures["thickness_error95_m"] = float(
-            np.sqrt(max(float(along @ plane.spread95 @ along), 0.0))
-        )
+    tilt = stray95(plane, step - across * plane.normal, joint=False)
+    if tilt is not None:
+        uneven = t95(plane.free) * float(np.sqrt(2.0)) * plane.roughness
+        figures["thickness_error95_m"] = float(np.hypot(tilt, uneven))
     return figures, None
 
 
 # --- shared --------------------------------------------------------------------------------------
-def _plane_of(records: Records, id_: str, thresholds: Thresholds) -> Plane | None:
+def _plane_of(
+    records: Records, id_: str, known: Mapping[str, Measurement]
+) -> UncertainPlane | None:
     feature = records.get(id_)
     if not isinstance(feature, Trace | Patch | Reading):
         return None
-    return measure_all(records, [feature], thresholds)[0].plane
+    return _as_uncertain(feature, known[id_])
 
 
-def _uncertain(
-    records: Records, feature: Trace | Patch | Reading, thresholds: Thresholds
-) -> UncertainPlane | None:
-    measured = measure_all(records, [feature], thresholds)[0]
+def _normal(measured: Measurement) -> Floats:
+    """Of something that has a plane."""
     if measured.fit is not None:
-        fit = measured.fit
-        return uncertain_plane(
-            fit.normal, fit.axes, fit.max_confidence95_deg, fit.min_confidence95_deg
-        )
-    if measured.plane is not None:
-        return UncertainPlane(measured.plane.normal(), None)
-    return None
+        return measured.fit.normal
+    assert measured.plane is not None
+    return measured.plane.normal()
+
+
+def _as_uncertain(feature: Trace | Patch | Reading, measured: Measurement) -> UncertainPlane | None:
+    """The plane with the error it is judged by; None where there is no plane."""
+    fit, plane = measured.fit, measured.plane
+    if plane is None:
+        return None
+    if fit is None or fit.error_rake_deg is None:
+        return UncertainPlane(plane.normal(), None)
+    tilt = orientation.line_from_rake(plane, fit.error_rake_deg).vector()
+    largest, smallest = wider_of(fit, "patch" if isinstance(feature, Patch) else "trace")
+    free = 1.0 if fit.n_effective is None else max(fit.n_effective - 3.0, 1.0)
+    rough = 0.0 if fit.rms is None else fit.rms * float(np.sqrt(fit.n / max(fit.n - 3.0, 1.0)))
+    return replace(uncertain_plane(plane.normal(), tilt, largest, smallest, free), roughness=rough)
 
 
 def world_points(feature: Trace | Lineation | Dimension, model: Model | None) -> Floats:

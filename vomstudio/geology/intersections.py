@@ -9,6 +9,7 @@ between the planes, the longer it is (Fisher, Lewis & Embleton 1987, propagation
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -16,53 +17,95 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
-from vomstudio.geology.orientation import Line, Plane
+from vomstudio.geology.orientation import Line
 from vomstudio.geology.statistics import flip_to, orientation_tensor
+from vomstudio.geometry.plane_errors import LEVEL, joint_quantile
 
 Floats = npt.NDArray[np.float64]
 
 PARALLEL_DEG = 0.01
 
+STRAY95 = 1.959963984540054
+"""Standard deviations either side that hold 95 % of normal errors."""
+
 
 @dataclass(frozen=True, eq=False)
 class UncertainPlane:
     """normal (3,) upward unit vector; spread95 (3, 3) the matrix C whose ellipse x' C^-1 x <= 1 in
-    the plane tangent to the sphere at the normal is its joint 95 % region; None: unknown."""
+    the plane tangent to the sphere at the normal is its joint 95 % region; None: unknown. free:
+    the degrees of freedom of the variance behind it. roughness: standard deviation of its points
+    from it, m."""
 
     normal: Floats
     spread95: Floats | None
+    free: float = math.inf
+    roughness: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
 class IntersectionLine:
     """line: axial, plunging down. angle_deg: between the planes, 0 to 90. max/min_confidence95_deg:
-    semi-axes of the joint 95 % region of the line; None where the error of a plane is unknown."""
+    semi-axes of the joint 95 % region of the line, confidence_axis (3,) the direction of the larger
+    one; None where the error of a plane is unknown."""
 
     line: Line
     angle_deg: float
     max_confidence95_deg: float | None
     min_confidence95_deg: float | None
+    confidence_axis: Floats | None
 
 
 def uncertain_plane(
     normal: npt.ArrayLike,
-    axes: npt.ArrayLike,
+    tilt: npt.ArrayLike,
     max_confidence95_deg: float | None,
     min_confidence95_deg: float | None,
+    free: float = math.inf,
 ) -> UncertainPlane:
-    """Of a fitted plane: its axes e1, e2, e3 (rows); the normal strays most along e2."""
+    """Of a fitted plane: `tilt` (3,) is the direction in the plane toward which its normal strays
+    most, `free` the degrees of freedom of its residuals."""
     n = np.asarray(normal, dtype=np.float64)
     if max_confidence95_deg is None or min_confidence95_deg is None:
         return UncertainPlane(n, None)
-    e1, e2 = np.asarray(axes, dtype=np.float64)[:2]
+    e2 = np.asarray(tilt, dtype=np.float64)
+    e1 = np.cross(e2, n)
     limits = np.minimum([min_confidence95_deg, max_confidence95_deg], 89.9)
     t1, t2 = np.tan(np.radians(limits))
-    return UncertainPlane(n, t1**2 * np.outer(e1, e1) + t2**2 * np.outer(e2, e2))
+    return UncertainPlane(n, t1**2 * np.outer(e1, e1) + t2**2 * np.outer(e2, e2), free)
+
+
+def stray95(plane: UncertainPlane, vector: npt.ArrayLike, *, joint: bool = True) -> float | None:
+    """How far a vector (3,) in the plane may leave it, 95 %, in the unit of the vector; None where
+    the plane's error is unknown. joint: the half-width of the joint region, else the interval of
+    this one figure alone (Student's t against Fisher's F of two)."""
+    if plane.spread95 is None:
+        return None
+    v = np.asarray(vector, dtype=np.float64)
+    width = math.sqrt(max(float(v @ plane.spread95 @ v), 0.0))
+    return width if joint else width * _marginal(plane.free)
+
+
+def t95(free: float) -> float:
+    """How many standard deviations either side hold 95 % (Student)."""
+    from scipy.special import stdtrit
+
+    return STRAY95 if math.isinf(free) else float(stdtrit(free, 1.0 - LEVEL / 2.0))
+
+
+def _marginal(free: float) -> float:
+    if math.isinf(free):
+        return STRAY95 / math.sqrt(-2.0 * math.log(LEVEL))
+    return t95(free) / math.sqrt(free * float(joint_quantile(np.array([free]))[0]))
 
 
 def mean_plane(planes: Sequence[UncertainPlane]) -> UncertainPlane:
     """The mean of planes of one set, axially (orientation tensor), with the error of the mean from
-    their scatter, F with n - 1 degrees of freedom; of a single plane its own."""
+    their scatter; of a single plane its own.
+
+    Hotelling's T^2 in the plane tangent at the mean, F with 2 and n - 2 degrees of freedom; of two
+    or three planes, which do not tell the shape of their scatter, it is taken as equal in all
+    directions, F with 2 and 2 (n - 1).
+    """
     if not planes:
         raise GeometryError("A set without planes has no mean; choose another set.")
     if len(planes) == 1:
@@ -72,11 +115,13 @@ def mean_plane(planes: Sequence[UncertainPlane]) -> UncertainPlane:
     mean = orientation_tensor(normals)[1][0]
     strays = flip_to(normals, mean)
     strays = strays - (strays @ mean)[:, None] * mean
-    free = n - 1.0
-    f95 = free / 2.0 * np.expm1(2.0 / free * np.log(20.0))
-    return UncertainPlane(
-        mean if mean[2] >= 0.0 else -mean, 2.0 * f95 * (strays.T @ strays) / (free * n)
-    )
+    scatter = strays.T @ strays
+    free = n - 2.0
+    if n <= 3:
+        free = 2.0 * (n - 1.0)
+        scatter = float(np.trace(scatter)) * (np.eye(3) - np.outer(mean, mean))
+    spread = float(joint_quantile(np.array([free]))[0]) * scatter / n
+    return UncertainPlane(mean if mean[2] >= 0.0 else -mean, spread, free)
 
 
 def intersection_line(a: UncertainPlane, b: UncertainPlane) -> IntersectionLine:
@@ -87,7 +132,7 @@ def intersection_line(a: UncertainPlane, b: UncertainPlane) -> IntersectionLine:
     if angle < PARALLEL_DEG:
         raise GeometryError("The two planes are parallel: they do not meet in a line.")
     line = cross / sine
-    largest = smallest = None
+    largest = smallest = axis = None
     if a.spread95 is not None and b.spread95 is not None:
         strays = np.array([line @ a.spread95 @ line, line @ b.spread95 @ line])
         # Coordinates across the line, in which n1 and n2 are the rows of a 2 x 2 system.
@@ -95,10 +140,7 @@ def intersection_line(a: UncertainPlane, b: UncertainPlane) -> IntersectionLine:
         v = np.cross(line, u)
         rows = np.array([[1.0, 0.0], [float(b.normal @ u), float(b.normal @ v)]])
         back = np.linalg.inv(rows)
-        squares = np.linalg.eigvalsh(back @ np.diag(strays) @ back.T)
+        squares, axes = np.linalg.eigh(back @ np.diag(strays) @ back.T)
         smallest, largest = np.degrees(np.arctan(np.sqrt(np.maximum(squares, 0.0)))).tolist()
-    return IntersectionLine(Line.from_vector(line), angle, largest, smallest)
-
-
-def plane_of(uncertain: UncertainPlane) -> Plane:
-    return Plane.from_normal(uncertain.normal)
+        axis = axes[0, 1] * u + axes[1, 1] * v
+    return IntersectionLine(Line.from_vector(line), angle, largest, smallest, axis)

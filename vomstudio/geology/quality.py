@@ -64,6 +64,17 @@ def confidence_that_counts_deg(fit: PlaneFit, kind: Kind = "trace") -> float | N
     return max(known) if known else None
 
 
+def wider_of(fit: PlaneFit, kind: Kind = "trace") -> tuple[float | None, float | None]:
+    """Largest and smallest half-angle of the figure a plane is judged by (see
+    `confidence_that_counts_deg`), for what follows from the plane."""
+    counts, smallest = confidence_that_counts_deg(fit, kind), fit.min_confidence95_deg
+    if counts is None or smallest is None or fit.max_confidence95_deg is None:
+        return None, None
+    if counts > fit.max_confidence95_deg and fit.min_angular_error_deg is not None:
+        smallest = max(smallest, fit.min_angular_error_deg)
+    return counts, smallest
+
+
 def feature_extent_m(fit: PlaneFit, kind: Kind = "trace") -> float | None:
     """Length of a trace; of a patch the diameter of the disc with the same spread of points."""
     if kind == "trace" or fit.trace is None:
@@ -165,23 +176,31 @@ OFF_PLANE_DEG = 10.0
 def judge_line(
     fit: LineFit | None,
     *,
-    confidence95_deg: float | None = None,
+    confidence95_deg: float | None,
     off_plane_deg: float | None = None,
     plane_is_gone: bool = False,
+    plane_is_known: bool = True,
     thresholds: Thresholds = DEFAULTS,
 ) -> Verdict:
-    """The verdict on a line: a lineation's fit, or, where it follows from planes (fit None), the
-    larger semi-axis of its 95 % region."""
+    """The verdict on a line: of a lineation, or, where it follows from planes, fit None.
+
+    confidence95_deg : larger semi-axis of its 95 % region, None: unknown
+    off_plane_deg : its angle from the plane it is said to lie on
+    plane_is_known : that plane has an error, which is the line's across it
+    """
     t = thresholds
     poor = False
     reasons: list[str] = []
-    angle = confidence95_deg if fit is None else fit.confidence95_deg
+    angle = confidence95_deg
     if angle is None:
-        reasons.append(
-            "the error of one of its planes is unknown, so that of the line is"
-            if fit is None
-            else "two points only: no error can be stated; pick more points along the line"
-        )
+        if fit is None:
+            reasons.append("the error of one of its planes is unknown, so that of the line is")
+        elif fit.confidence95_deg is None:
+            reasons.append(
+                "two points only: no error can be stated; pick more points along the line"
+            )
+        if fit is not None and not plane_is_known:
+            reasons.append("the error of the plane it lies on is unknown, so that of the line is")
     elif angle > t.good_confidence95_deg:
         poor = angle > t.poor_confidence95_deg
         limit = (
@@ -189,7 +208,12 @@ def judge_line(
             if poor
             else f"({_deg(t.good_confidence95_deg)} wanted)"
         )
-        what = "measure its planes better" if fit is None else "pick a longer or straighter line"
+        if fit is None:
+            what = "measure its planes better"
+        elif fit.confidence95_deg is not None and angle > fit.confidence95_deg:
+            what = "measure the plane it lies on better"
+        else:
+            what = "pick a longer or straighter line"
         reasons.append(f"direction uncertain by {_deg(angle)} {limit}; {what}")
     if off_plane_deg is not None and off_plane_deg > OFF_PLANE_DEG:
         reasons.append(

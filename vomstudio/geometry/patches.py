@@ -11,12 +11,14 @@ tilt by then, which is why the verdict on a patch also looks at the hyperbolic e
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.places import welded
 from vomstudio.geometry.plane_errors import LEVEL, joint_quantile
 
 Floats = npt.NDArray[np.float64]
@@ -50,9 +52,11 @@ def moments(points: npt.ArrayLike, weights: npt.ArrayLike | None = None) -> Mome
     if not len(xyz):
         zero = (0.0, 0.0, 0.0)
         return Moments(0, zero, (zero, zero, zero), 0.0)
-    places, which = np.unique(xyz, axis=0, return_inverse=True)
-    weight = np.bincount(which.ravel(), given)
-    n = len(places)
+    which = welded(xyz)
+    weight = np.bincount(which, given)
+    n = len(weight)
+    places = np.empty((n, 3))
+    places[which] = xyz
     weight = weight * (n / weight.sum())
     first = places[0]
     local = places - first
@@ -138,13 +142,15 @@ def face_areas(mesh: Mesh, faces: npt.ArrayLike) -> Floats:
 def runs_of(ids: npt.ArrayLike) -> tuple[tuple[int, int], ...]:
     """Sorted distinct ids as (first, count) runs: neighbours in a file are mostly neighbours in
     space, so this is short."""
-    x = np.unique(np.asarray(ids, dtype=np.int64))
+    x = np.asarray(ids, dtype=np.int64)
+    if not (np.diff(x) > 0).all():
+        x = np.unique(x)
     if not len(x):
         return ()
     cuts = np.flatnonzero(np.diff(x) != 1) + 1
     starts = np.concatenate([[0], cuts])
     counts = np.diff(np.append(starts, len(x)))
-    return tuple((int(x[s]), int(c)) for s, c in zip(starts, counts, strict=True))
+    return tuple(zip(x[starts].tolist(), counts.tolist(), strict=True))
 
 
 def ids_of(runs: tuple[tuple[int, int], ...]) -> Ints:
@@ -154,6 +160,12 @@ def ids_of(runs: tuple[tuple[int, int], ...]) -> Ints:
     first, count = np.array(runs, dtype=np.int64).T
     shift = np.repeat(first - (np.cumsum(count) - count), count)
     return np.arange(int(count.sum()), dtype=np.int64) + shift
+
+
+def has_id(runs: tuple[tuple[int, int], ...], id_: int) -> bool:
+    """Whether sorted (first, count) runs have an id."""
+    at = bisect_right(runs, id_, key=lambda run: run[0]) - 1
+    return at >= 0 and id_ < runs[at][0] + runs[at][1]
 
 
 def _triple(x: Floats) -> Triple:

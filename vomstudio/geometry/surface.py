@@ -12,11 +12,14 @@ if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
 Array = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
 
 # Enough points for a mean spacing and for the plane of a face, few enough for every click.
 _SAMPLES = 24
 _COARSE = 200_000
 _FACE_POINTS = 20_000
+_NORMAL_POINTS = 64
+_STEP = 1_000_000
 
 
 class Surface(Protocol):
@@ -40,6 +43,7 @@ class VertexSurface:
         """vertices : (n, 3) float64; kept, not copied."""
         self._vertices = vertices
         self._tree: cKDTree | None = None
+        self._coarse_tree: cKDTree | None = None
         self._lock = threading.Lock()
         self._coarse = vertices[:: max(1, len(vertices) // _COARSE)]
 
@@ -54,6 +58,12 @@ class VertexSurface:
                     compact_nodes=False,
                     balanced_tree=False,
                 )
+                self._coarse_tree = cKDTree(np.asarray(self._coarse))
+
+    @property
+    def extent(self) -> float:
+        """Length of the diagonal of the box around it."""
+        return float(np.linalg.norm(np.ptp(self._coarse, axis=0)))
 
     def resolution_near(self, points: Array) -> float | None:
         spacing = []
@@ -90,6 +100,36 @@ class VertexSurface:
         if values[1] <= 1e-12 * values[2] or values[0] > 0.5 * values[1]:
             return None
         return np.asarray(vectors[:, 0])
+
+    def _in_ball(self, centre: Array, radius: float) -> Ints:
+        """Ids of the vertices in a ball, in no order."""
+        if self._tree is not None:
+            found = self._tree.query_ball_point(centre, radius, return_sorted=False)
+            return np.asarray(found, dtype=np.int64)
+        hits = []
+        for start in range(0, len(self._vertices), _STEP):
+            part = np.asarray(self._vertices[start : start + _STEP])
+            near = np.flatnonzero(np.abs(part[:, 0] - centre[0]) <= radius)
+            off = part[near] - centre
+            hits.append(start + near[np.einsum("ij,ij->i", off, off) <= radius**2])
+        return np.concatenate(hits)
+
+    def _normal(self, centre: Array, radius: float) -> Array | None:
+        """Unit normal of the vertices in a ball; None where they are too few, or it would take
+        long to find them."""
+        if self._tree is None or self._coarse_tree is None:
+            return None
+        near = self._coarse[self._coarse_tree.query_ball_point(centre, radius)]
+        if len(near) < _NORMAL_POINTS:
+            distance, index = self._tree.query(
+                centre, k=min(_NORMAL_POINTS, len(self._vertices)), distance_upper_bound=radius
+            )
+            near = self._vertices[np.atleast_1d(index)[np.isfinite(np.atleast_1d(distance))]]
+        if len(near) < 3:
+            return None
+        centred = near - near.mean(axis=0)
+        values, vectors = np.linalg.eigh(centred.T @ centred)
+        return np.asarray(vectors[:, 0]) if values[1] > 1e-12 * values[2] else None
 
     def _nearest(self, point: Array, count: int) -> Array:
         count = min(count, len(self._vertices))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from math import isfinite
 from pathlib import Path
 
 from vomstudio.errors import InputError
@@ -41,6 +43,36 @@ def crs_name(code: str) -> str:
     from pyproj import CRS
 
     return str(CRS.from_user_input(code).name)
+
+
+def convergence_deg(code: str, x: float, y: float) -> float | None:
+    """Meridian convergence at a place of a projected CRS: by how much grid north lies east of true
+    north, so that grid azimuth = true azimuth - convergence. None where the place is outside what
+    the CRS covers."""
+    from pyproj import Proj
+    from pyproj.exceptions import ProjError
+
+    try:
+        projection = Proj(code)
+        longitude, latitude = projection(x, y, inverse=True, errcheck=True)
+        value = float(projection.get_factors(longitude, latitude).meridian_convergence)
+    except ProjError:
+        return None
+    return value if isfinite(value) else None
+
+
+def from_degrees(code: str) -> Callable[[float, float], tuple[float, float] | None]:
+    """What turns longitude and latitude (WGS 84) into x and y of a projected CRS in metres; None
+    where a place is outside what the CRS covers."""
+    from pyproj import Transformer
+
+    transformer = Transformer.from_crs("EPSG:4326", code, always_xy=True)
+
+    def to_grid(longitude: float, latitude: float) -> tuple[float, float] | None:
+        x, y = transformer.transform(longitude, latitude)
+        return (float(x), float(y)) if isfinite(x) and isfinite(y) else None
+
+    return to_grid
 
 
 def sidecar_crs(model: Path) -> tuple[str | None, str | None]:

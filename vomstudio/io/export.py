@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from vomstudio.io.atomic import check_target
 from vomstudio.io.orientation_table import write_orientation_csv
 from vomstudio.io.project_table import ProjectTable, project_table
 
-FORMATS = ("csv", "gpkg")
+FORMATS = ("csv", "gpkg", "shp", "dxf")
 
 
 def export_project(folder: Path, format_: str, out: Path, *, force: bool = False) -> ProjectTable:
@@ -50,11 +51,19 @@ def export_records(
     table = project_table(records, measurements)
     if format_ == "csv":
         write_orientation_csv(out, table.rows, crs=table.crs, north=table.north, force=force)
-    else:
+        return replace(table, files=(out,))
+    if format_ == "gpkg":
         from vomstudio.io.geopackage import write_layers
 
         write_layers(out, records, table, measurements, force=force)
-    return table
+        return replace(table, files=(out,))
+    from vomstudio.io.project_files import write_dxf, write_shapefiles
+    from vomstudio.io.project_layers import project_layers
+
+    layers = project_layers(records, table, measurements)
+    if format_ == "shp":
+        return replace(table, files=tuple(write_shapefiles(out, layers, table.crs, force=force)))
+    return replace(table, files=tuple(write_dxf(out, layers, records, table.crs, force=force)))
 
 
 def _thresholds(settings: Mapping[str, Any]) -> Thresholds | None:

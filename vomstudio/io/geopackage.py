@@ -3,7 +3,7 @@ dimensions as lines in 3-D, patches as polygons."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,26 +11,13 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.document.measurements import Measurements
-from vomstudio.document.records import (
-    FEATURES,
-    IDENTITY,
-    Dimension,
-    FeatureType,
-    Lineation,
-    Model,
-    Patch,
-    Record,
-    Trace,
-)
+from vomstudio.document.records import Record
 from vomstudio.errors import TargetError
-from vomstudio.geometry import transform
 from vomstudio.io.atomic import atomic_write
-from vomstudio.io.orientation_table import COLUMNS, Row
+from vomstudio.io.project_layers import Layer, project_layers
 from vomstudio.io.project_table import ProjectTable
 
-_WORDS = {"id", "name", "kind", "geometry", "set", "quality", "quality_reason", "method", "model",
-         "frame", "notes"}  # fmt: skip
-_FLAGS = {"overturned", "undefined"}
+_TYPES = {"point": "Point Z", "line": "LineString Z", "ring": "Polygon Z"}
 
 
 def write_layers(
@@ -41,61 +28,26 @@ def write_layers(
     *,
     force: bool = False,
 ) -> None:
-    """Layers in World coordinates; those that would be empty are left out, but for `planes` and
-    `traces`. A compass reading without a place is in the table only. Raises TargetError."""
-    import shapely
-
-    placed = [row for row in table.rows if row["x"] is not None]
-    rows = {row["id"]: row for row in table.rows}
-    features = [r for r in records.values() if isinstance(r, FEATURES)]
-    measured = measurements.of(records, [f.id for f in features])
-
-    def points(geometry: str) -> tuple[list[Row], npt.NDArray[Any]]:
-        chosen = [row for row in placed if row["geometry"] == geometry]
-        places = np.array([[row[c] for c in "xyz"] for row in chosen], float).reshape(-1, 3)
-        return chosen, shapely.points(places)
-
-    def drawn(cls: type[Any]) -> list[Any]:
-        return [f for f in features if isinstance(f, cls) and len(measured[f.id].points) > 1]
-
-    def lines(chosen: list[Any]) -> npt.NDArray[Any]:
-        return np.array([shapely.linestrings(measured[f.id].points) for f in chosen], dtype=object)
-
-    planes, centres = points("plane")
-    axes, places = points("line")
-    traces, lineations, dimensions = drawn(Trace), drawn(Lineation), drawn(Dimension)
-    patches = [f for f in features if isinstance(f, Patch) and len(f.outline) > 2]
-    rings = [shapely.polygons(_outline(patch, records)) for patch in patches]
-
-    def figures(chosen: list[Any]) -> dict[str, npt.NDArray[Any]]:
-        return _feature_columns(records, chosen, [rows.get(f.id) for f in chosen])
-
-    layers = [
-        ("planes", "Point Z", centres, _columns(planes)),
-        ("traces", "LineString Z", lines(traces), figures(traces)),
-        ("lines", "Point Z", places, _columns(axes)),
-        ("lineations", "LineString Z", lines(lineations), figures(lineations)),
-        ("patches", "Polygon Z", np.array(rings, dtype=object), figures(patches)),
-        (
-            "dimensions",
-            "LineString Z",
-            lines(dimensions),
-            _dimension_columns(dimensions, [measured[f.id].dimension or {} for f in dimensions]),
-        ),
-    ]
+    """Layers in World coordinates, as `project_layers` has them. Raises TargetError."""
     with atomic_write(out, force=force) as part:
         part.unlink(missing_ok=True)
         append = False
-        for name, geometry_type, geometry, columns in layers:
-            if len(geometry) or name in ("planes", "traces"):
-                _write(part, name, geometry_type, geometry, columns, table.crs, append=append)
-                append = True
+        for layer in project_layers(records, table, measurements):
+            _write(
+                part, layer.name, _TYPES[layer.kind], _geometry(layer), layer.columns, table.crs,
+                append=append,
+            )  # fmt: skip
+            append = True
 
 
-def _outline(patch: Patch, records: Mapping[str, Record]) -> npt.NDArray[np.float64]:
-    model = records.get(patch.model_id)
-    rows = model.to_world if isinstance(model, Model) else IDENTITY
-    return transform.apply(rows, patch.outline)
+def _geometry(layer: Layer) -> npt.NDArray[Any]:
+    import shapely
+
+    if layer.kind == "point":
+        places = np.concatenate(layer.shapes) if layer.shapes else np.empty((0, 3))
+        return np.asarray(shapely.points(places))
+    make = shapely.linestrings if layer.kind == "line" else shapely.polygons
+    return np.array([make(shape) for shape in layer.shapes], dtype=object)
 
 
 def _write(
@@ -126,58 +78,3 @@ def _write(
         )
     except (DataSourceError, FieldError, GeometryError, RuntimeError) as error:
         raise TargetError(f"the layer {layer} cannot be written ({error})", file=part) from error
-
-
-def _columns(rows: Sequence[Mapping[str, Any]]) -> dict[str, npt.NDArray[Any]]:
-    """The orientation table's columns; the layer's own key is `fid`, so `id` stays the record's."""
-    columns: dict[str, npt.NDArray[Any]] = {}
-    for name in COLUMNS:
-        values = [row[name] for row in rows]
-        if name in _WORDS:
-            columns[name] = np.array(values, dtype=object)
-        elif name in _FLAGS:
-            columns[name] = np.array([bool(v) for v in values], dtype=bool)
-        else:
-            columns[name] = np.array([np.nan if v is None else v for v in values], dtype=np.float64)
-    return columns
-
-
-def _feature_columns(
-    records: Mapping[str, Record],
-    features: Sequence[Trace | Lineation | Patch],
-    rows: Sequence[Mapping[str, Any] | None],
-) -> dict[str, npt.NDArray[Any]]:
-    def figure(name: str) -> npt.NDArray[np.float64]:
-        return np.array([np.nan if r is None or r[name] is None else r[name] for r in rows], float)
-
-    kinds = [records.get(feature.type_id) for feature in features]
-    counts = [f.n if isinstance(f, Patch) else len(f.vertices) for f in features]
-    line = bool(features) and isinstance(features[0], Lineation)
-    angles = ("trend_deg", "plunge_deg", "rake_deg") if line else ("dip_direction_deg", "dip_deg")
-    return {
-        "id": _text([feature.id for feature in features]),
-        "name": _text([feature.name for feature in features]),
-        "kind": _text([k.name.casefold() if isinstance(k, FeatureType) else "" for k in kinds]),
-        "set": _text([feature.set_name for feature in features]),
-        "n_points": np.array(counts, dtype=np.int32),
-        **{name: figure(name) for name in (*angles, "max_confidence95_deg")},
-        "quality": _text([row["quality"] if row else "" for row in rows]),
-        "notes": _text([feature.notes for feature in features]),
-    }
-
-
-def _dimension_columns(
-    dimensions: Sequence[Dimension], figures: Sequence[Mapping[str, float]]
-) -> dict[str, npt.NDArray[Any]]:
-    names = sorted({name for each in figures for name in each})
-    return {
-        "id": _text([d.id for d in dimensions]),
-        "name": _text([d.name for d in dimensions]),
-        "kind": _text([d.kind for d in dimensions]),
-        **{name: np.array([f.get(name, np.nan) for f in figures], float) for name in names},
-        "notes": _text([d.notes for d in dimensions]),
-    }
-
-
-def _text(values: list[str]) -> npt.NDArray[Any]:
-    return np.array(values, dtype=object)

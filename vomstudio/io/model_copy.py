@@ -14,8 +14,8 @@ from vomstudio.progress import Progress, Silent
 
 def companions(model: Path) -> list[Path]:
     """The other files that a model needs: a .prj or offset beside it; the material files and
-    images of an OBJ, the buffers and images of a glTF, the images of a PLY. Only what lies in the
-    model's folder or below it."""
+    images of an OBJ, the buffers and images of a glTF, the images of a PLY, the world file and
+    mask of a GeoTIFF. Only what lies in the model's folder or below it."""
     found = [model.with_suffix(".prj"), model.with_suffix(".offset.txt")]
     if model.suffix.lower() == ".obj":
         for library in _libraries(model):
@@ -27,6 +27,9 @@ def companions(model: Path) -> list[Path]:
             found += files_beside(model)
     elif model.suffix.lower() == ".ply":
         found += _ply_images(model)
+    elif model.suffix.lower() in (".tif", ".tiff"):
+        found.append(model.with_suffix(".tfw"))
+        found += [model.with_name(model.name + ending) for ending in (".aux.xml", ".msk")]
     inside = model.parent.resolve()
     return [
         path

@@ -29,7 +29,7 @@ from vomstudio.io.text_tables import TextTable, lines_in_words, plain, read_tabl
 
 Azimuth = Literal["strike", "dipdir"]
 
-_ALIASES: dict[str, set[str]] = {
+ALIASES: dict[str, set[str]] = {
     "dip direction": {"dipdirection", "dipdir", "dipdirn", "ddir", "dd", "ddr", "azimuthofdip"}
     | {"dipazimuth", "dipazi", "dipaz", "dipdirectionazimuth", "directionofdip"},
     "strike": {"strike", "strikerhr", "rhrstrike", "strikerighthand", "strikerighthandrule"}
@@ -187,7 +187,7 @@ class _Reading:
         found: dict[str, int] = {}
         self.claimed_twice: dict[str, list[str]] = {}
         for i, name in enumerate(self.table.names or ()):
-            for meaning, aliases in _ALIASES.items():
+            for meaning, aliases in ALIASES.items():
                 if plain(name) not in aliases:
                     continue
                 if meaning in found:
@@ -372,7 +372,7 @@ class _Reading:
             if not all(words[:2]) or any(w.casefold() in ("nan", "na") for w in words[:2]):
                 continue
             try:
-                plane = _plane_of(words, notation)
+                plane = plane_of(words, notation)
             except VomError as error:
                 raise InputError(
                     error.message,
@@ -533,7 +533,7 @@ def _bare_number(cell: str) -> float | None:
     return float(cell.replace(",", ".")) if re.fullmatch(r"\d+([.,]\d*)?", cell) else None
 
 
-def _plane_of(words: tuple[str, ...], notation: str | None) -> Plane:
+def plane_of(words: tuple[str, ...], notation: str | None) -> Plane:
     """A plane from a cell, or from strike, dip and perhaps a quadrant in cells of their own."""
     if len(words) == 1:
         return parse_plane(words[0], notation)

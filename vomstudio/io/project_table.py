@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+from vomstudio.document.comparison import NearestPick, nearest_picks
 from vomstudio.document.measurements import Measurement, Measurements
 from vomstudio.document.records import (
     ON_A_MODEL,
@@ -33,6 +35,8 @@ class ProjectTable:
     crs: str | None
     """The one CRS of all rows, None where there is none, or more than one."""
     north: str
+    files: tuple[Path, ...] = ()
+    """What an export has written."""
 
 
 def project_table(
@@ -40,12 +44,14 @@ def project_table(
 ) -> ProjectTable:
     """All planes and lines of a document as rows, in World."""
     features = [record for record in records.values() if isinstance(record, TYPED)]
-    measured = (measurements or Measurements()).of(records, [feature.id for feature in features])
+    measurements = measurements or Measurements()
+    measured = measurements.of(records, [feature.id for feature in features])
+    picks = nearest_picks(records, measurements)
     rows: list[Row] = []
     skipped: list[dict[str, str]] = []
     for feature in features:
         measurement = measured[feature.id]
-        row = feature_row(feature, measurement, records)
+        row = feature_row(feature, measurement, records, picks.get(feature.id))
         if row is None:
             reason = measurement.problem or "no plane"
             skipped.append({"id": feature.id, "name": feature.name, "reason": reason})
@@ -56,9 +62,13 @@ def project_table(
 
 
 def feature_row(
-    feature: Typed, measurement: Measurement, records: Mapping[str, Record]
+    feature: Typed,
+    measurement: Measurement,
+    records: Mapping[str, Record],
+    nearest: NearestPick | None = None,
 ) -> Row | None:
-    """The row of one feature, None where it has no orientation."""
+    """The row of one feature, None where it has no orientation. What was added to the azimuth of a
+    compass reading, and how far it is from the nearest pick, stand in its notes."""
     kind = records.get(feature.type_id)
     values: dict[str, Any] = {
         "id": feature.id,
@@ -84,6 +94,13 @@ def feature_row(
         values |= dict(zip("xyz", measurement.points.mean(axis=0).tolist(), strict=True))
     if isinstance(feature, Reading):
         values["method"] = "compass"
+        said = [feature.notes]
+        if feature.turned_deg:
+            said.append(f"azimuth as read {feature.turned_deg:+.2f} deg")
+        if nearest is not None:
+            place = "" if nearest.distance_m is None else f", {nearest.distance_m:.2f} m away"
+            said.append(f"{nearest.angle_deg:.1f} deg from {nearest.name}{place}")
+        values["notes"] = "; ".join(filter(None, said)) or None
     if measurement.plane is not None:
         return orientation_row(measurement.plane, **values)
     if measurement.line is None:

@@ -83,7 +83,7 @@ def open_geotiff(path: Path, raster: Raster, shown: str | Path | None = None) ->
                 dataset.update_tags(**raster.tags)
                 yield dataset
             finally:
-                with _libtiff_silent():
+                with libtiff_silent():
                     dataset.close()
         with rasterio.Env(), rasterio.open(path) as written:
             whole = _is_whole(written, path.stat().st_size)
@@ -94,7 +94,7 @@ def open_geotiff(path: Path, raster: Raster, shown: str | Path | None = None) ->
 
 
 @contextlib.contextmanager
-def _libtiff_silent() -> Iterator[None]:
+def libtiff_silent() -> Iterator[None]:
     """Of a full disk libtiff prints a line per block to descriptor 2 itself, past GDAL's handlers;
     the user is told in one sentence instead."""
     try:
@@ -135,7 +135,7 @@ def write_tile(dataset: Any, column: int, row: int, values: np.ndarray[Any, Any]
 
     height, width = values.shape[:2]
     window = Window(column, row, width, height)  # type: ignore[call-arg, unused-ignore]
-    with _libtiff_silent():
+    with libtiff_silent():
         if values.ndim == 3:
             dataset.write(np.ascontiguousarray(np.moveaxis(values, 2, 0)), window=window)
         else:

@@ -22,12 +22,15 @@ _RECENT = 10
 class Settings:
     """notation: how planes are written in the window (see geology.notation).
     unclosed: projects that are open, or were when the program last ended without closing them.
+    planes_as: "discs", "symbols" or "neither" in 3-D. hidden_columns: of the table, by title.
     window: geometry and panels as the window system keeps them, base64. limits: those of the
     verdict's thresholds that the user has changed, by their name."""
 
     notation: str = "dipdir/dip"
     projection: str = "area"
     turntable: bool = True
+    planes_as: str = "discs"
+    hidden_columns: list[str] = field(default_factory=list)
     unclosed: list[str] = field(default_factory=list)
     recent: list[str] = field(default_factory=list)
     window: dict[str, str] = field(default_factory=dict)

@@ -86,7 +86,7 @@ def read_rows(path: Path) -> TextRows:
 
     Raises `InputError` (file, line) for what is missing, empty, not text, or not a table.
     """
-    text, notes = _read_text(path)
+    text, notes = read_text(path)
     lines = text.split("\n")
     longest = max(map(len, lines))
     if longest > LONGEST_LINE:
@@ -114,7 +114,7 @@ def read_rows(path: Path) -> TextRows:
         data, numbers = data[1:], numbers[1:]
         rows = None if rows is None else rows[1:]
         if delimiter == " ":
-            header = _rejoined_header(header, data, rows)
+            header = rejoined_header(header, data, rows)
         width = len(header)
     else:
         width = _usual_width(data if rows is None else rows, delimiter)
@@ -160,7 +160,9 @@ def _unreadable(path: Path, error: OSError | ValueError) -> InputError:
     return InputError(f"this file cannot be read ({reason}); check the name.", file=path)
 
 
-def _read_text(path: Path) -> tuple[str, list[str]]:
+def read_text(path: Path) -> tuple[str, list[str]]:
+    """The text of a file, its lines ended by a line feed, and what was remarkable in reading it.
+    Raises `InputError` where it is no text."""
     raw = read_bytes(path)
     notes: list[str] = []
     if not raw.strip():
@@ -339,7 +341,7 @@ def _trimmed(cells: list[str]) -> list[str]:
     return cells[:end]
 
 
-def _rejoined_header(header: list[str], data: list[str], rows: list[list[str]] | None) -> list[str]:
+def rejoined_header(header: list[str], data: list[str], rows: list[list[str]] | None) -> list[str]:
     """`Dip direction  Strike (RHR)` above two columns is two names, though spaces part them."""
     sample = rows[0] if rows else (data[0].split() if data else header)
     surplus = len(header) - len(sample)

@@ -311,7 +311,7 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
     )
 
 
-_COORDINATES: dict[str, set[str]] = {
+COORDINATES: dict[str, set[str]] = {
     "x": {"easting", "east", "e", "xcoord", "xcoordinate", "coordx", "pointx", "utme", "utmx"},
     "y": {"northing", "north", "n", "ycoord", "ycoordinate", "coordy", "pointy", "utmn", "utmy"},
     "z": {"elevation", "elev", "height", "altitude", "alt", "up", "u", "h"}
@@ -337,7 +337,7 @@ def coordinate_columns(table: TextTable) -> list[int]:
         return [0, 1, 2]
     found: list[int] = []
     known = [plain(name) for name in table.names]
-    for letter, aliases in _COORDINATES.items():
+    for letter, aliases in COORDINATES.items():
         matches = [i for i, name in enumerate(known) if name == letter]
         matches = matches or [i for i, name in enumerate(known) if name in aliases]
         if len(matches) > 1:

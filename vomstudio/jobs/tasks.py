@@ -97,10 +97,42 @@ def orthophoto(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     }
 
 
+def export_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+    """Write the model `path`, kept at hand under `cache`, to `out` in World: turned and scaled by
+    to_world (4 x 4 rows), in `crs` (None where there is none)."""
+    from dataclasses import replace
+
+    import numpy as np
+
+    from vomstudio.geometry import transform
+    from vomstudio.geometry.mesh import Mesh
+    from vomstudio.io import model_cache
+    from vomstudio.io.model_copy import companions
+    from vomstudio.io.writing import choose_writer, write_model
+
+    path, out = Path(args["path"]), Path(args["out"])
+    choose_writer(out)
+    loaded = model_cache.load(path, model_cache.folder_of(path, Path(args["cache"])), progress)
+    rows = transform.matrix(args["to_world"])
+    data = loaded.data
+    if not np.array_equal(rows, np.eye(4)):
+        if isinstance(data, Mesh):
+            data = replace(data, vertices=transform.apply(rows, data.vertices))
+        else:
+            normals = data.normals
+            if normals is not None:
+                normals = transform.rotate(rows, normals).astype(np.float32)
+            data = replace(data, points=transform.apply(rows, data.points), normals=normals)
+    inputs = [path, *companions(path)]
+    warnings = write_model(data, args["crs"], out, force=True, inputs=inputs, progress=progress)
+    return {"warnings": warnings}
+
+
 TASKS: dict[str, Task] = {
     "warm": warm,
     "load_model": load_model,
     "copy_model": copy_model,
     "write_layers": write_layers,
     "orthophoto": orthophoto,
+    "export_model": export_model,
 }

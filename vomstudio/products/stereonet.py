@@ -32,6 +32,7 @@ from vomstudio.geology.orientation import (
 from vomstudio.geology.statistics import axial_mean
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
@@ -42,6 +43,9 @@ OKABE_ITO = (
 """Okabe & Ito's colours, safe for the colour-blind, the strongest on white paper first."""
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+
+_SIZES = {"P": 1.4, "X": 1.3, "*": 1.5, "D": 0.85, "^": 1.1, "v": 1.1, "p": 1.15}
+"""Symbols of the same size do not look so: by how much each is drawn larger."""
 
 DENSITY_NAMES = {
     "kamb": "Density after Kamb, 3 σ",
@@ -66,7 +70,8 @@ class NetSet:
     """One set of features, drawn alike.
 
     kind "plane": azimuth_deg, angle_deg (n,) are dip direction and dip; "line": trend and plunge.
-    ids name the features for picking and selecting (empty: they can't be).
+    ids name the features for picking and selecting (empty: they can't be). variant tells sets of
+    one type apart without leaving its colour: full, open, pale, deep, then over again.
     """
 
     name: str
@@ -76,6 +81,7 @@ class NetSet:
     ids: tuple[str, ...] = ()
     color: str = OKABE_ITO[0]
     marker: str = MARKERS[0]
+    variant: int = 0
 
     def vectors(self) -> Array:
         """(n, 3) unit vectors: poles of planes, lines as they are."""
@@ -114,6 +120,25 @@ class NetEllipse:
 
 
 @dataclass(frozen=True, eq=False)
+class NetLineEllipse:
+    """Joint 95 % ellipse of a line: semi-axes, and the direction (3,) of the larger one."""
+
+    line: Line
+    max_angle_deg: float
+    min_angle_deg: float
+    axis: Array
+
+    def outline(self, projection: str) -> list[Array]:
+        """Polylines (k, 2) on the net."""
+        return nets.confidence_ellipse(
+            self.line.vector(), self.axis, self.max_angle_deg, self.min_angle_deg, projection
+        )
+
+
+AnyEllipse = NetEllipse | NetLineEllipse
+
+
+@dataclass(frozen=True, eq=False)
 class NetContents:
     """Everything a net shows, as plain data.
 
@@ -121,6 +146,9 @@ class NetContents:
     selected: ids that are emphasised; their great circles are always drawn.
     contour: one of `stereonet.DENSITY_METHODS`, of all poles and lines shown.
     notation, decimals: how orientations are written on the net.
+    title, notes: over the net, and above its caption (frame, north, what was left out).
+    compact: a net on the screen. Its legend is terse, and does not explain the selected pole's
+    ellipse: it would move the net at every click.
     """
 
     sets: tuple[NetSet, ...] = ()
@@ -130,13 +158,16 @@ class NetContents:
     means: tuple[NetMean, ...] = ()
     fold: FoldAxis | None = None
     selected: frozenset[str] = frozenset()
-    ellipses: tuple[NetEllipse, ...] = ()
+    ellipses: tuple[AnyEllipse, ...] = ()
     contour: str | None = None
     notation: str = "dipdir/dip"
     decimals: int = 0
+    title: str = ""
+    notes: tuple[str, ...] = ()
+    compact: bool = False
 
     def with_selection(
-        self, selected: Iterable[str], ellipses: Sequence[NetEllipse] = ()
+        self, selected: Iterable[str], ellipses: Sequence[AnyEllipse] = ()
     ) -> NetContents:
         """The same net with other features emphasised."""
         return replace(self, selected=frozenset(selected), ellipses=tuple(ellipses))
@@ -223,7 +254,53 @@ class NetStyle:
         )
 
     def color(self, color: str) -> str:
-        return self.swaps.get(color.upper(), self.swaps.get(color, color))
+        for name, other in self.swaps.items():
+            if name.casefold() == color.casefold():
+                return other
+        # A type's colour is made for a photograph: on a dark net a deep one is lifted.
+        if _lightness(self.net) < 0.2:
+            while _contrast(color, self.net) < 3.0:
+                color = _mixed(color, self.ink, 0.15)
+        return color
+
+    def symbol(self, s: NetSet) -> tuple[str, str, float]:
+        """Face and edge colour of a set's symbols, and the edge's width in points."""
+        color = self.color(s.color)
+        if s.variant % 4 == 1:
+            return self.net, self.outline(color), 1.5 * self.line_pt
+        if s.variant % 4 == 2:
+            return _mixed(color, self.net), self.outline(color), 1.2 * self.line_pt
+        face = color if s.variant % 4 == 0 else _mixed(color, self.ink)
+        edge = self.outline(face)
+        if s.marker in "PX" and edge == face:  # a light rim would leave little of their arms
+            return face, face, 0.5 * self.line_pt
+        return (face, self.net, 0.5 * self.line_pt) if edge == face else (face, edge, self.line_pt)
+
+    def outline(self, color: str) -> str:
+        """A colour for thin lines: yellow would be lost on white paper."""
+        return _mixed(color, self.ink) if _contrast(color, self.net) < 1.8 else color
+
+
+def _mixed(color: str, other: str, share: float = 0.5) -> str:
+    from matplotlib.colors import to_hex, to_rgb
+
+    pairs = zip(to_rgb(color), to_rgb(other), strict=True)
+    return to_hex([(1.0 - share) * a + share * b for a, b in pairs])
+
+
+@lru_cache(maxsize=256)
+def _lightness(color: str) -> float:
+    """Relative luminance, 0 to 1 (WCAG 2)."""
+    from matplotlib.colors import to_rgb
+
+    linear = [v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in to_rgb(color)]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def _contrast(a: str, b: str) -> float:
+    """Contrast ratio of two colours, 1 to 21 (WCAG 2)."""
+    low, high = sorted((_lightness(a), _lightness(b)))
+    return (high + 0.05) / (low + 0.05)
 
 
 PRINT = NetStyle()
@@ -252,7 +329,7 @@ class NetArtists:
     arc_rows: list[npt.NDArray[np.intp]]
     """Per set (m,) rows of the set that the arcs belong to."""
     poles: list[Line2D]
-    emphasis: list[object]
+    emphasis: list[Artist]
     text_boxes: list[tuple[float, float, float, float]]
     """Pixel boxes (x0, y0, x1, y1) of all text, for tests of overlap."""
 
@@ -300,19 +377,19 @@ class NetArtists:
             for i in np.flatnonzero(outline.contains_points(at))
         )
 
-    def select(self, selected: Iterable[str], ellipses: Sequence[NetEllipse] = ()) -> None:
+    def select(self, selected: Iterable[str], ellipses: Sequence[AnyEllipse] = ()) -> None:
         """Emphasises other features and leaves the rest; the caller redraws the canvas. All is
-        drawn anew only where the legend gains or loses the ellipse."""
-        had_ellipse = bool(self.contents.ellipses)
+        drawn anew only where the legend gains, loses or renames the ellipse."""
+        before = [type(e) for e in self.contents.ellipses]
         self.contents = self.contents.with_selection(selected, ellipses)
-        if had_ellipse != bool(ellipses):
+        if before != [type(e) for e in ellipses] and not self.contents.compact:
             figure = self.axes.get_figure(root=True)
             assert figure is not None
             anew = draw_stereonet(figure, self.contents, self.style)
             self.__dict__.update(anew.__dict__)
             return
         for artist in self.emphasis:
-            artist.remove()  # type: ignore[attr-defined]
+            artist.remove()
         self.emphasis = _draw_emphasis(self.axes, self.contents, self.style, self.positions)
 
 
@@ -401,6 +478,8 @@ class _Entry:
     marker: str | None = None
     line: str | None = None
     outlined: bool = False
+    like: NetSet | None = None
+    """Of this set: its symbol is drawn as on the net."""
 
 
 Box = tuple[float, float, float, float]
@@ -417,7 +496,12 @@ class _Page:
         self.row = 1.45 * self.font
         self.pad = 0.8 * self.font
         self.entries = _legend_entries(net, style)
-        self.caption = f"{PROJECTION_NAMES[net.projection]}, lower hemisphere"
+        self.foot = list(net.notes)
+        planes = sum(len(s) for s in net.sets if s.kind == "plane")
+        if net.circles is None and planes > AUTO_CIRCLES:
+            self.foot.append(f"great circles left out ({planes:,} planes)")
+        self.foot.append(f"{PROJECTION_NAMES[net.projection]}, lower hemisphere")
+        self.heading = 1.9 * self.row if net.title else 0.0
         self.text_boxes: list[Box] = []
         self.outlines: list[Array] = []
         """Points of curves that labels should not lie on, on the net."""
@@ -438,6 +522,7 @@ class _Page:
         it, whichever leaves the larger net."""
         head = self.row + 0.6 * self.font  # N and its tick
         tick = 0.9 * self.font
+        foot = len(self.foot)
         bar = 4.5 * self.font if self.net.contour is not None else 0.0
 
         gap = tick + 1.5 * self.font
@@ -448,19 +533,20 @@ class _Page:
         )
 
         rows = self._flow(self.width - 2 * self.pad)
-        low = (len(rows) + 1) * self.row + self.pad
+        low = (len(rows) + foot) * self.row + self.pad
         while len(rows) > 1 and self.height - head - tick - low < 0.55 * self.height:
             rows.pop()
-            low = (len(rows) + 1) * self.row + self.pad
+            low = (len(rows) + foot) * self.row + self.pad
         below = min(
-            self.height - head - tick - low,
+            self.height - head - tick - low - self.heading,
             self.width - 2 * (self.pad + tick) - bar,
         )
 
         self.beside = beside >= below
         self.radius = max(beside, below, 20.0) / 2.0
         if self.beside:
-            most = int((self.height - 2 * self.pad - self._foot()) / (1.15 * self.row))
+            room = self.height - 2 * self.pad - self._foot() - self.heading
+            most = int(room / (1.15 * self.row))
             self.rows = [[(0.0, e)] for e in self.entries[: max(most, 1)]]
             self.cx = self.pad + tick + self.radius
             self.cy = self.height - head - self.radius - self.pad / 2
@@ -469,13 +555,15 @@ class _Page:
         else:
             self.rows = rows
             self.cx = (self.width - bar) / 2.0
-            self.cy = self.height - head - self.radius
+            self.cy = self.height - self.heading - head - self.radius
             self.legend_x = self.pad
             self.legend_width = self.width - 2 * self.pad
 
     def _column_width(self) -> float:
         """Width of a legend beside the net; long names are shortened rather than the net."""
-        texts = [self.caption]
+        texts = [*self.foot]
+        if self.net.title:
+            texts.append(self.net.title[:40] + 4 * " ")
         if self.net.contour is not None:
             texts += [DENSITY_NAMES[self.net.contour], nets.DENSITY_UNITS[self.net.contour]]
         entries = [2.2 * self.font + _text_width(e.text, self.font) for e in self.entries]
@@ -484,7 +572,8 @@ class _Page:
 
     def _foot(self) -> float:
         """Height of what stands under a legend beside the net: the caption and the colour bar."""
-        return 2.0 * self.row + (12.0 * self.font + 3.0 * self.row if self.net.contour else 0.0)
+        under = (len(self.foot) + 1.0) * self.row
+        return under + (12.0 * self.font + 3.0 * self.row if self.net.contour else 0.0)
 
     def _flow(self, width: float) -> list[list[tuple[float, _Entry]]]:
         """Entries set side by side in rows: (offset, entry)."""
@@ -591,7 +680,7 @@ class _Page:
         thick = 1.0 * self.font
         if self.beside:
             tall = min(1.5 * self.font * n, 0.4 * self.height)
-            left, low = self.legend_x, self.pad + 1.8 * self.row
+            left, low = self.legend_x, self.pad + (len(self.foot) + 0.8) * self.row
             self.text(left, low + tall + 0.8 * self.row, nets.DENSITY_UNITS[method])
             self.text(left, low + tall + 1.8 * self.row, DENSITY_NAMES[method])
         else:
@@ -626,10 +715,13 @@ class _Page:
             )
             arcs.append(lines)
             rows.append(keep)
+            if len(keep) <= AUTO_CIRCLES:
+                self.outlines += list(lines[:, ::4])
             if len(keep):
                 self.axes.add_collection(
                     LineCollection(
-                        list(lines), colors=style.color(s.color), linewidths=style.line_pt,
+                        list(lines), colors=style.outline(style.color(s.color)),
+                        linewidths=style.line_pt,
                         alpha=min(1.0, max(0.15, 12.0 / math.sqrt(many) / 3.0)), zorder=2,
                     )
                 )  # fmt: skip
@@ -649,17 +741,20 @@ class _Page:
             up = (s.angle_deg < 0) if s.kind == "line" else np.zeros(len(s), dtype=bool)
             up = up[: len(shown)]
             color = style.color(s.color)
-            edge = 0.0 if dots or len(at) > 2000 else 0.5 * style.line_pt
+            face, rim, edge = style.symbol(s)
+            if rim == style.net and (dots or len(at) > 2000):
+                edge = 0.0
+            own = size * _SIZES.get(s.marker, 1.0)
             (line,) = self.axes.plot(
-                shown[~up, 0], shown[~up, 1], linestyle="none", marker=s.marker, markersize=size,
-                markerfacecolor=color, markeredgecolor=style.net, markeredgewidth=edge, zorder=4,
+                shown[~up, 0], shown[~up, 1], linestyle="none", marker=s.marker, markersize=own,
+                markerfacecolor=face, markeredgecolor=rim, markeredgewidth=edge, zorder=4,
                 alpha=0.4 if dots else 1.0,
             )  # fmt: skip
             drawn.append(line)
             if up.any():
                 self.axes.plot(
                     shown[up, 0], shown[up, 1], linestyle="none", marker=s.marker,
-                    markersize=size, markerfacecolor=style.net, markeredgecolor=color,
+                    markersize=own, markerfacecolor=style.net, markeredgecolor=color,
                     markeredgewidth=1.2 * style.line_pt, zorder=4,
                 )  # fmt: skip
         return drawn
@@ -689,7 +784,7 @@ class _Page:
         wanted: list[tuple[Array, str, str]] = []
         for mean in net.means:
             at = nets.project(mean.line.vector(), net.projection)[0]
-            color = style.color(mean.color)
+            color = style.outline(style.color(mean.color))
             self.axes.plot(
                 *at[:, None], marker=mean.marker, markersize=2.0 * style.marker_pt,
                 markerfacecolor=style.net, markeredgecolor=color,
@@ -748,10 +843,15 @@ class _Page:
         return best
 
     def draw_legend(self) -> None:
+        if self.net.title:
+            room = self.legend_width if self.beside else self.width - 2 * self.pad
+            title = _shortened(self.net.title, 1.15 * self.font, room)
+            top = self.height - self.pad - 0.5 * self.row
+            self.text(self.legend_x, top, title, weight="bold", size=1.15)
         if self.beside:
-            y = self.height - self.pad - 0.5 * self.row
+            y = self.height - self.pad - 0.5 * self.row - self.heading
         else:
-            y = self.pad + (len(self.rows) + 0.5) * self.row
+            y = self.pad + (len(self.rows) + len(self.foot) - 0.5) * self.row
         hidden = len(self.entries) - sum(len(r) for r in self.rows)
         step = self.row * (1.15 if self.beside else 1.0)
         for i, row in enumerate(self.rows):
@@ -765,7 +865,10 @@ class _Page:
                 text = _shortened(text, self.font, room)
                 self._legend_entry(offset, y, replace(entry, text=text))
             y -= step
-        self.text(self.legend_x, self.pad + 0.5 * self.row, self.caption, color=self.style.soft)
+        for i, line in enumerate(reversed(self.foot)):
+            y = self.pad + (i + 0.5) * self.row
+            text = _shortened(line, self.font, self.legend_width)
+            self.text(self.legend_x, y, text, color=self.style.soft)
 
     def _legend_entry(self, offset: float, y: float, entry: _Entry) -> None:
         style = self.style
@@ -778,11 +881,15 @@ class _Page:
             )  # fmt: skip
         if entry.marker is not None:
             big = 1.6 if entry.marker == "*" or entry.outlined else 1.1
+            face, edge = entry.color, style.ink if entry.outlined else style.paper
+            width = (1.4 if entry.outlined else 0.5) * style.line_pt
+            if entry.like is not None:
+                face, edge, width = style.symbol(entry.like)
+                big = 1.1 * _SIZES.get(entry.marker, 1.0)
             self.axes.plot(
                 [(left[0] + right[0]) / 2], [left[1]], marker=entry.marker, zorder=8,
-                markersize=big * style.marker_pt, linestyle="none", markerfacecolor=entry.color,
-                markeredgecolor=style.ink if entry.outlined else style.paper,
-                markeredgewidth=(1.4 if entry.outlined else 0.5) * style.line_pt,
+                markersize=big * style.marker_pt, linestyle="none", markerfacecolor=face,
+                markeredgecolor=edge, markeredgewidth=width,
             )  # fmt: skip
         self.text(x + 2.2 * self.font, y, entry.text)
 
@@ -796,15 +903,20 @@ def circles_shown(net: NetContents) -> bool:
 
 def _legend_entries(net: NetContents, style: NetStyle) -> list[_Entry]:
     entries = []
+    names = [s.name for s in net.sets]
     for s in net.sets:
         circles = s.kind == "plane" and circles_shown(net)
+        terse = s.name
+        if s.kind == "line" and names.count(s.name) > 1:
+            terse += ", lines"
         what = "lines" if s.kind == "line" else "poles" if net.poles else "planes"
         entries.append(
             _Entry(
-                f"{s.name}, {what} (n = {len(s)})",
+                f"{terse} ({len(s):,})" if net.compact else f"{s.name}, {what} (n = {len(s):,})",
                 style.color(s.color),
                 s.marker if net.poles else None,
                 "-" if circles else None,
+                like=s,
             )
         )
     if net.fold is not None:
@@ -812,39 +924,59 @@ def _legend_entries(net: NetContents, style: NetStyle) -> list[_Entry]:
         text = "β"
         if fold.max_confidence95_deg is not None and fold.min_confidence95_deg is not None:
             major, minor = fold.max_confidence95_deg, fold.min_confidence95_deg
-            text = f"β, joint 95 %: ±{major:.1f}° / ±{minor:.1f}°"
+            errors = f"±{major:.1f}° / ±{minor:.1f}°"
+            text = f"β {errors}" if net.compact else f"β, joint 95 %: {errors}"
         entries.append(_Entry(text, style.ink, "*"))
         plane = format_plane(fold.pi_plane, net.notation, net.decimals)
-        entries.append(_Entry(f"π-plane {plane}", style.ink, None, "--"))
+        name = "π" if net.compact else "π-plane"
+        entries.append(_Entry(f"{name} {plane}", style.ink, None, "--"))
     if net.means:
         entries.append(_Entry("open: mean", style.net, "o", None, outlined=True))
-    if net.ellipses:
-        entries.append(_Entry("joint 95 % of the selected pole", style.ink, None, "-"))
+    if net.ellipses and not net.compact:
+        what = "pole" if isinstance(net.ellipses[0], NetEllipse) else "line"
+        entries.append(_Entry(f"joint 95 % of the selected {what}", style.ink, None, "-"))
     return entries
 
 
 def _draw_emphasis(
     ax: Axes, net: NetContents, style: NetStyle, positions: list[Array]
-) -> list[object]:
-    """Selected features: the same colour, larger, ringed, their great circles cased."""
-    made: list[object] = []
-    size = style.marker_pt * max(1.5, 1.7 * _crowding(sum(len(s) for s in net.sets)))
-    for s, at in zip(net.sets, positions, strict=True):
-        if not net.selected or not s.ids:
-            continue
-        rows = [i for i, name in enumerate(s.ids) if name in net.selected]
-        if not rows:
+) -> list[Artist]:
+    """Selected features: the same colour, larger, ringed, their great circles cased, as long as
+    these are few enough to be told apart."""
+    from matplotlib.collections import LineCollection
+
+    made: list[Artist] = []
+    chosen = [
+        np.array([i for i, name in enumerate(s.ids) if name in net.selected], dtype=np.intp)
+        if net.selected
+        else np.zeros(0, dtype=np.intp)
+        for s in net.sets
+    ]
+    planes = sum(len(rows) for s, rows in zip(net.sets, chosen, strict=True) if s.kind == "plane")
+    circles = planes <= AUTO_CIRCLES or not net.poles
+    # Rings around thousands would be one black blot.
+    many = float(np.interp(math.log10(1 + sum(map(len, chosen))), [1.5, 3.0], [0.0, 1.0]))
+    size = style.marker_pt * _crowding(sum(len(s) for s in net.sets))
+    size = max(size * (1.7 - 0.5 * many), (1.5 - 0.8 * many) * style.marker_pt)
+    ring = (1.6 - 1.2 * many) * style.line_pt
+    for s, at, rows in zip(net.sets, positions, chosen, strict=True):
+        if not len(rows):
             continue
         color = style.color(s.color)
-        if s.kind == "plane":
-            for arc in nets.great_circles(s.azimuth_deg[rows], s.angle_deg[rows], net.projection):
-                made += ax.plot(*arc.T, color=style.ink, linewidth=3.4 * style.line_pt, zorder=5.5)
-                made += ax.plot(*arc.T, color=color, linewidth=2.0 * style.line_pt, zorder=5.6)
+        if s.kind == "plane" and circles:
+            steps = 181 if planes <= AUTO_CIRCLES else 31
+            arcs = nets.great_circles(s.azimuth_deg[rows], s.angle_deg[rows], net.projection, steps)
+            for ink, width, order in ((style.ink, 3.4, 5.5), (color, 2.0, 5.6)):
+                lines = LineCollection(
+                    list(arcs), colors=ink, linewidths=width * style.line_pt, zorder=order
+                )
+                made.append(ax.add_collection(lines, autolim=False))
         if net.poles:
             made += ax.plot(
-                at[rows, 0], at[rows, 1], linestyle="none", marker=s.marker, markersize=size,
-                markerfacecolor=color, markeredgecolor=style.ink,
-                markeredgewidth=1.6 * style.line_pt, zorder=6.5,
+                at[rows, 0], at[rows, 1], linestyle="none", marker=s.marker,
+                markersize=size * _SIZES.get(s.marker, 1.0),
+                markerfacecolor=style.symbol(s)[0], markeredgecolor=style.ink,
+                markeredgewidth=ring, zorder=6.5,
             )  # fmt: skip
     for e in net.ellipses:
         for part in e.outline(net.projection):

@@ -3,9 +3,36 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
+
+from vomstudio.tools.types import Area
+
+SymbolKind = Literal["plane", "overturned", "vertical", "horizontal", "line", "disc"]
+
+
+@dataclass(frozen=True, eq=False)
+class Symbol:
+    """The attitude of a feature as a sign of constant size on the screen.
+
+    kind : "plane" strike line with a tick down the dip, "overturned" the same with a hook,
+        "vertical" a tick either way, "horizontal" a cross in a circle, "line" an arrow down the
+        plunge, "disc" a dot that stands for a disc too small to be seen
+    place : (3,) World, where it lies
+    along : (3,) unit vector, the strike of a plane or the direction of a line; 0 for a dot
+    across : (3,) unit vector in the plane at right angles to `along`, downwards; 0 where it is none
+    text : the dip or plunge beside it, empty for none
+    extent : m, of the feature
+    """
+
+    kind: SymbolKind
+    place: npt.NDArray[np.float64]
+    along: npt.NDArray[np.float64]
+    across: npt.NDArray[np.float64]
+    text: str
+    extent: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,6 +46,9 @@ class FeatureDrawing:
     label : text beside the anchor, empty for none
     anchor : (3,) World point the label belongs to
     visible : False keeps it registered but draws nothing
+    area : the piece of the surface that it is, drawn translucent over it, or None
+    symbol : its sign, or None
+    extent : m; larger features get their labels first
     """
 
     id: str
@@ -28,3 +58,6 @@ class FeatureDrawing:
     label: str
     anchor: npt.NDArray[np.float64]
     visible: bool = True
+    area: Area | None = None
+    symbol: Symbol | None = None
+    extent: float = 0.0

@@ -10,6 +10,7 @@ from vtkmodules.vtkCommonDataModel import vtkPlaneCollection, vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkMapper, vtkPolyDataMapper, vtkRenderer
 
 from vomstudio.rendering import vtkdata
+from vomstudio.rendering.arealayer import AreaLayer, Pixel, area_box
 from vomstudio.rendering.drawing import FeatureDrawing
 
 Array = npt.NDArray[np.float64]
@@ -39,6 +40,7 @@ class FeatureLayer:
     def __init__(self) -> None:
         self.drawings: dict[str, FeatureDrawing] = {}
         self.selected: frozenset[str] = frozenset()
+        self.areas = AreaLayer()
         self.scale = 1.0
         self._origin: Array = np.zeros(3)
         self._corners: Array = np.zeros((0, 3))
@@ -52,6 +54,7 @@ class FeatureLayer:
         vtkMapper.SetResolveCoincidentTopologyToPolygonOffset()
         vtkMapper.SetResolveCoincidentTopologyPolygonOffsetParameters(0.0, 0.0)
         vtkMapper.SetResolveCoincidentTopologyLineOffsetParameters(0.0, 0.0)
+        self.areas.attach(renderer)
         order = ["discs", "halo", "line", "halo+", "line+", "hidden", "hidden+"]
         for name in order:
             actor = vtkActor()
@@ -60,6 +63,10 @@ class FeatureLayer:
             actor.SetMapper(mapper)
             look = actor.GetProperty()
             look.LightingOff()
+            # Drawn one over the other in this order, and without a trace in the depth buffer: what
+            # stands before the surface by an offset would hide the very points that it runs through
+            # from `Scene.seen`.
+            actor.ForceTranslucentOn()
             selected = name.endswith("+")
             over = 2.5 * OVER_SURFACE if selected else OVER_SURFACE
             if name == "discs":
@@ -79,19 +86,19 @@ class FeatureLayer:
 
     def set_origin(self, origin: Array) -> None:
         self._origin = origin
+        self.areas.set_origin(origin)
         self._stale = True
 
     def clip(self, planes: vtkPlaneCollection | None) -> None:
         """Draw only what lies on the inner side of all these planes."""
+        self.areas.clip(planes)
         for actor in self._actors.values():
-            if planes is None:
-                actor.GetMapper().RemoveAllClippingPlanes()
-            else:
-                actor.GetMapper().SetClippingPlanes(planes)
+            vtkdata.clip(actor, planes)
 
     def set_scale(self, scale: float) -> None:
         """Device pixels per logical pixel: widths are logical."""
         self.scale = scale
+        self.areas.scale = scale
         self._stale = True
 
     def change(self, changes: Mapping[str, FeatureDrawing | None]) -> None:
@@ -100,9 +107,11 @@ class FeatureLayer:
                 self.drawings.pop(key, None)
             else:
                 self.drawings[key] = drawing
+            self.areas.change(key, drawing)
         self._stale = True
         points = [np.asarray(d.line, float).reshape(-1, 3) for d in self.shown()]
         points += [np.asarray(d.disc, float) for d in self.shown() if d.disc is not None]
+        points += [area_box(d.area) for d in self.shown() if d.area is not None]
         every = np.concatenate([np.zeros((0, 3)), *points])
         every = every[np.isfinite(every).all(axis=1)]
         if len(every):
@@ -114,6 +123,7 @@ class FeatureLayer:
 
     def select(self, ids: frozenset[str]) -> None:
         self.selected = ids
+        self.areas.select(ids)
         self._chosen_stale = True
 
     def shown(self) -> list[FeatureDrawing]:
@@ -123,10 +133,12 @@ class FeatureLayer:
         """(8, 3) World corners of all drawings, or none."""
         return self._corners
 
-    def refresh(self) -> None:
-        """Bring the actors up to date; called before every drawing of the layer."""
+    def refresh(self, pixel: Pixel | None = None) -> None:
+        """Bring the actors up to date; called before every drawing of the layer. pixel: metres of
+        a device pixel at a place in World."""
         if not self._actors:
             return
+        self.areas.refresh(moving=self.thin, pixel=pixel)
         if self._stale:
             self._stale = False
             self._chosen_stale = True
@@ -159,7 +171,7 @@ class FeatureLayer:
             line = np.asarray(d.line, float).reshape(-1, 3)
             if len(line) >= 2:
                 lines.append(line - self._origin)
-                colors.append(np.broadcast_to(rgb(d.color), (len(line), 3)))
+                colors.append(np.broadcast_to(vtkdata.rgb(d.color), (len(line), 3)))
         return self._poly(lines, colors, polygons=False)
 
     def _discs(self, drawings: list[FeatureDrawing]) -> vtkPolyData:
@@ -168,7 +180,7 @@ class FeatureLayer:
             ring = np.asarray(d.disc, float).reshape(-1, 3)
             if len(ring) >= 3:
                 rings.append(ring - self._origin)
-                colors.append(np.broadcast_to(rgb(d.color), (len(ring), 3)))
+                colors.append(np.broadcast_to(vtkdata.rgb(d.color), (len(ring), 3)))
         return self._poly(rings, colors, polygons=True)
 
     def _poly(
@@ -189,7 +201,3 @@ class FeatureLayer:
             data.SetLines(cells)
         vtkdata.set_colors(data, np.concatenate(colors))
         return data
-
-
-def rgb(color: tuple[float, float, float]) -> npt.NDArray[np.uint8]:
-    return np.round(np.clip(color, 0.0, 1.0) * np.array(255.0)).astype(np.uint8)

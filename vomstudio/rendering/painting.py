@@ -366,6 +366,19 @@ def draw_ring(painter: QPainter, pixels: Array, color: QColor) -> None:
     painter.setBrush(Qt.BrushStyle.NoBrush)
 
 
+def draw_brush(painter: QPainter, pixels: Array, color: QColor, *, removes: bool) -> None:
+    """The ring of a brush; dashed where it takes away."""
+    if len(pixels) < 3 or not np.isfinite(pixels).all():
+        return
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    for tint, width in ((DARK, 3.8), (TEXT if removes else color.lighter(130), 1.8)):
+        pen = QPen(tint, width)
+        if removes and tint is not DARK:
+            pen.setDashPattern([4.0, 3.0])
+        painter.setPen(pen)
+        painter.drawPolygon(polyline(pixels))
+
+
 def draw_handle(
     painter: QPainter,
     x: float,
@@ -415,8 +428,10 @@ def draw_reading(
     verdict: str | None,
     width: float,
     height: float,
+    clear: float = 0.0,
 ) -> QRectF | None:
-    """The reading beside the cursor at (x, y), kept inside the view; returns its rectangle."""
+    """The reading beside the cursor at (x, y), `clear` pixels to its sides left free, kept inside
+    the view; returns its rectangle."""
     if not lines and verdict is None:
         return None
     first, rest = system_font(1.15, bold=True), system_font()
@@ -433,9 +448,9 @@ def draw_reading(
         [head] + [m.horizontalAdvance(t) for m, t in zip(metrics[1:], shown[1:], strict=True)]
     )
     tall = sum(m.height() for m in metrics)
-    box = QRectF(x + 20.0, y + 18.0, wide + 20.0, tall + 12.0)
+    box = QRectF(x + max(20.0, clear + 8.0), y + 18.0, wide + 20.0, tall + 12.0)
     if box.right() > width - 4.0:
-        box.moveRight(x - 16.0)
+        box.moveRight(x - max(16.0, clear + 8.0))
     if box.bottom() > height - 4.0:
         box.moveBottom(y - 14.0)
     box.moveLeft(max(4.0, min(box.left(), width - 4.0 - box.width())))

@@ -408,11 +408,8 @@ class Scene:
                     self._cut(part.actor)
 
     def _cut(self, actor: vtkActor) -> None:
-        mapper = actor.GetMapper()
-        if self._cutting:
-            mapper.SetClippingPlanes(collection([self._planes[k] for k in self._cutting]))
-        else:
-            mapper.RemoveAllClippingPlanes()
+        planes = collection([self._planes[k] for k in self._cutting]) if self._cutting else None
+        vtkdata.clip(actor, planes)
 
     def set_field(self, model_id: str, ready: FieldReady | None) -> None:
         """Give a model the colours of a field, or take them away."""
@@ -829,6 +826,11 @@ class Scene:
         radius = float(np.linalg.norm(part.high - part.low)) / 2.0 * scale
         return scale, max(float(self.eye.depth(centre[None])[0]) - radius, self.eye.near)
 
+    def _pixel_at(self, place: Array) -> float:
+        """Metres of a device pixel at a place in World."""
+        depth = float((place - self.camera.position) @ self.camera.direction)
+        return self.camera.metres_per_pixel(self.size[1], max(depth, 1e-6))
+
     def _show(self, parts: list[Part]) -> None:
         wanted = {id(p) for p in parts}
         for model in self.models.values():
@@ -845,7 +847,7 @@ class Scene:
         self._surface.SetErase(erase)
         self._layer.SetDraw(layer)
         if layer:
-            self.features.refresh()
+            self.features.refresh(self._pixel_at)
         self._action = action
         if layer:
             self._depth = None

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import collections
 import contextlib
+import math
 import os
 import sys
 import threading
@@ -41,14 +42,15 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.discs import disc
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.rendering import barpainting, painting
+from vomstudio.rendering.annotations import Annotations
 from vomstudio.rendering.camera import STANDARD_VIEWS, VIEW_ALIASES, Camera
 from vomstudio.rendering.clipping import FACES, ClipBox, along_axis
-from vomstudio.rendering.decluttering import LabelGrid, place_labels
 from vomstudio.rendering.drawing import FeatureDrawing
 from vomstudio.rendering.scalars import ELEVATION, FieldStyle, Scale
-from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent, Preview
+from vomstudio.tools.types import BrushRing, Button, Hit, Pointer, PointerEvent, Preview
 
 if TYPE_CHECKING:
     from vomstudio.rendering.scene import Scene
@@ -63,6 +65,8 @@ REST_MS = 250
 BACKGROUND = QColor.fromRgbF(0.36, 0.375, 0.39)
 """The scene's own, until there is a scene."""
 HOVER_S = 0.016
+STILL_MS = 150
+BRUSH_STEPS = 40
 DEGREES_PER_PIXEL = 0.35
 ZOOM_PER_NOTCH = 0.85
 
@@ -99,6 +103,7 @@ class Viewport(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setMinimumSize(160, 120)
         self.orbit_button = Qt.MouseButton.LeftButton
+        """The right one leaves drags with the left one to the tool, from the press on."""
         self.navigation = "turntable"
 
         self._scene: Scene | None = None
@@ -119,8 +124,7 @@ class Viewport(QWidget):
         self._first_done = False
         self._warming: Iterator[None] = iter(())
         self._stages: dict[str, set[str]] = {}
-        self._label_boxes: list[tuple[str, QRectF]] = []
-        self._labels = painting.LabelCache()
+        self._annotations = Annotations()
         self._cursor: QPointF | None = None
 
         self._press: QPointF | None = None
@@ -162,6 +166,10 @@ class Viewport(QWidget):
         self._hover = QTimer(self)
         self._hover.setSingleShot(True)
         self._hover.timeout.connect(self._emit_hover)
+        # A tool whose figures lag behind its drag catches up where the cursor stands still.
+        self._still = QTimer(self)
+        self._still.setInterval(STILL_MS)
+        self._still.timeout.connect(self._stand_still)
         self._handed.connect(self._take, Qt.ConnectionType.QueuedConnection)
         self._imported.connect(self._start, Qt.ConnectionType.QueuedConnection)
         self._importer: threading.Thread | None = None
@@ -222,7 +230,7 @@ class Viewport(QWidget):
         if self._closed:
             return
         self._closed = True
-        for timer in (self._rest, self._refine, self._hover):
+        for timer in (self._rest, self._refine, self._hover, self._still):
             timer.stop()
         for stop in (*self._jobs.values(), *self._field_jobs.values()):
             stop.set()
@@ -555,6 +563,7 @@ class Viewport(QWidget):
             self.update()
         if box != self._clip:
             self._clip = box
+            self._annotations.forget()
 
             def apply() -> None:
                 assert self._scene is not None
@@ -598,6 +607,7 @@ class Viewport(QWidget):
         if value is None:
             return
         self._clip = self._clip.with_face(axis, side, value)
+        self._annotations.forget()
         if self._scene is not None:
             self._scene.set_clip(self._clip)
         self._stir()
@@ -652,6 +662,7 @@ class Viewport(QWidget):
                 self._features.pop(key, None)
             else:
                 self._features[key] = drawing
+        self._annotations.forget()
         if self._scene is not None:
             self._scene.set_features(changes)
         self._features_dirty = True
@@ -665,16 +676,12 @@ class Viewport(QWidget):
         self._features_dirty = True
         self.update()
 
-    def pick_feature(self, x: float, y: float) -> str | None:
-        """Id of the feature whose label, line or disc lies under a pixel, in this order."""
-        for key, box in self._label_boxes:
-            if box.contains(x, y):
-                return key
-        shown = [d for d in self._features.values() if d.visible]
-        if self._clip is not None:
-            # What is cut away cannot be meant.
-            clip = self._clip
-            shown = [d for d in shown if clip.holds(d.line if len(d.line) else d.anchor).any()]
+    def pick_feature(self, x: float, y: float, *, discs: bool = True) -> str | None:
+        """Id of the feature whose label, symbol, line or disc lies under a pixel, in this order."""
+        if (found := self._annotations.at(x, y)) is not None:
+            return found
+        # What is cut away cannot be meant.
+        shown = [d for d in self._features.values() if d.visible and self._unclipped(d)]
         lines = [d for d in shown if len(d.line) >= 2]
         if lines:
             sizes = [len(d.line) for d in lines]
@@ -691,8 +698,8 @@ class Viewport(QWidget):
             off[(owner[:-1] != owner[1:]) | ~np.isfinite(off)] = np.inf
             if len(off) and off.min() <= FEATURE_PIXELS:
                 return lines[int(owner[int(np.argmin(off))])].id
-        best, found = np.inf, None
-        for d in shown:
+        best = np.inf
+        for d in shown if discs else ():
             if d.disc is None:
                 continue
             ring, depth = self._camera.project(np.asarray(d.disc, float), self._extent())
@@ -702,7 +709,12 @@ class Viewport(QWidget):
 
     def set_preview(self, preview: Preview | None) -> None:
         """What an unfinished tool shows; None for nothing."""
-        self._preview = preview
+        before, self._preview = self._preview, preview
+        area = None if preview is None else preview.area
+        if area is not (None if before is None else before.area) and self._scene is not None:
+            color = (1.0, 1.0, 1.0) if preview is None else preview.color
+            self._scene.features.areas.set_live(area, color)
+            self._features_dirty = True
         self.update()
 
     # -- camera
@@ -921,8 +933,8 @@ class Viewport(QWidget):
         """The picture with all that moves only with the camera."""
         width, height = self._extent()
         if self._picture is not None:
-            # Painted upon in place: whoever wants it anew takes it anew from the scene.
-            base = self._picture
+            # Qt paints quickest upon its own order of bytes, and the screen takes it as it is.
+            base = self._picture.convertToFormat(QImage.Format.Format_RGB32)
         else:
             ratio = self.devicePixelRatioF()
             base = QImage(
@@ -968,31 +980,33 @@ class Viewport(QWidget):
         )
 
     def _paint_labels(self, painter: QPainter) -> None:
-        self._label_boxes = []
-        shown = [d for d in self._features.values() if d.visible and d.label]
-        if not shown or self._scene is None:
-            return
         width, height = self._extent()
-        anchors = np.array([np.asarray(d.anchor, float) for d in shown])
-        pixels, seen = self.project(anchors)
-        selected = np.array([d.id in self._selected for d in shown])
-        if self._clip is not None:
-            inside = self._clip.holds(anchors)
-            seen, pixels = seen & inside, np.where(inside[:, None], pixels, np.nan)
-        candidates = np.flatnonzero(seen | (selected & np.isfinite(pixels).all(axis=1)))
-        order = candidates[np.argsort(~selected[candidates], kind="stable")]
-        sizes = np.array([self._labels.size(d.label) for d in shown])
-        grid = LabelGrid(width, height)
-        taken = [painting.compass_box(height), painting.scale_bar_box(width, height)]
-        for box in (*taken, *(bar.box for bar in self._bars)):
-            grid.block(box.x(), box.y(), box.width(), box.height())
-        ratio = self.devicePixelRatioF()
-        for i, (x, y) in place_labels(grid, pixels, sizes, order).items():
-            d = shown[i]
-            painter.drawPixmap(
-                QPointF(x, y), self._labels.picture(d.label, d.color, bool(selected[i]), ratio)
-            )
-            self._label_boxes.append((d.id, QRectF(x, y, float(sizes[i, 0]), float(sizes[i, 1]))))
+        features = {k: d for k, d in self._features.items() if self._unclipped(d)}
+        self._annotations.paint(
+            painter,
+            features,
+            self._selected,
+            self._camera,
+            self._project_unclipped,
+            (width, height),
+            kept_free=(
+                painting.compass_box(height),
+                painting.scale_bar_box(width, height),
+                *(bar.box for bar in self._bars),
+            ),
+            moving=self._moving,
+        )
+
+    def _unclipped(self, drawing: FeatureDrawing) -> bool:
+        """Whether a part of a feature is inside the clipping box."""
+        if self._clip is None:
+            return True
+        points = drawing.line if len(drawing.line) else drawing.anchor
+        return bool(self._clip.holds(points).any())
+
+    def _project_unclipped(self, points: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
+        pixels, seen = self.project(points)
+        return pixels, seen if self._clip is None else seen & self._clip.holds(points)
 
     def _paint_preview(self, painter: QPainter) -> None:
         preview = self._preview
@@ -1026,6 +1040,9 @@ class Viewport(QWidget):
                         hot=i == self._hot_handle,
                         marked=i == preview.marked,
                     )
+        clear = 0.0
+        if preview.brush is not None:
+            clear = self._paint_brush(painter, preview.brush, color)
         if self._cursor is not None:
             painting.draw_reading(
                 painter,
@@ -1035,7 +1052,16 @@ class Viewport(QWidget):
                 preview.verdict,
                 width,
                 height,
+                clear=min(clear, 0.2 * width),
             )
+
+    def _paint_brush(self, painter: QPainter, brush: BrushRing, color: QColor) -> float:
+        """Flat on the surface where it is known how that lies, else towards the viewer. Its half
+        width in pixels."""
+        normal = self._camera.direction if brush.normal is None else brush.normal
+        ring, _ = self._camera.project(disc(brush.centre, normal, brush.radius), self._extent())
+        painting.draw_brush(painter, ring, color, removes=brush.removes)
+        return float(np.ptp(ring[:, 0])) / 2.0 if np.isfinite(ring).all() else 0.0
 
     def _paint_line(self, painter: QPainter, line: Array, color: QColor, wide: float) -> None:
         """A World line, cut finely enough to tell its hidden parts."""
@@ -1061,7 +1087,7 @@ class Viewport(QWidget):
     def changeEvent(self, event: QEvent) -> None:  # noqa: N802 - Qt's name
         super().changeEvent(event)
         if event.type() == QEvent.Type.FontChange:
-            self._labels.clear()
+            self._annotations.forget_font()
             self._features_dirty = True
 
     def _rescale(self) -> None:
@@ -1150,6 +1176,9 @@ class Viewport(QWidget):
             self._action = "orbit"
             if at is not None:
                 self._camera.set_pivot(at)
+        elif button == Qt.MouseButton.LeftButton:
+            self._action = "tool"
+            self.pointer.emit(self._event(Pointer.DRAG_START, self._press, button, event))
         elif button == Qt.MouseButton.RightButton:
             self._action = "zoom"
             if at is not None:
@@ -1177,6 +1206,9 @@ class Viewport(QWidget):
             move = self._event(Pointer.DRAG_MOVE, at, self._press_button, event)
             self.pointer.emit(replace(move, handle=self._press_handle))
             return
+        if self._action == "tool":
+            self._drag_tool(event, at, at - QPointF(dx, dy))
+            return
         if self._action == "orbit":
             if self.navigation == "trackball":
                 self._camera.tumble(dx * DEGREES_PER_PIXEL, dy * DEGREES_PER_PIXEL)
@@ -1189,6 +1221,30 @@ class Viewport(QWidget):
         else:
             return
         self._moved()
+
+    def _drag_tool(self, event: QMouseEvent, at: QPointF, last: QPointF) -> None:
+        """Tell the tool of the way from `last` to `at`, in steps that leave no gap between the
+        places of its brush."""
+        way, steps = at - last, 1
+        brush = self._preview.brush if self._preview is not None else None
+        if brush is not None:
+            depth = float((brush.centre - self._camera.position) @ self._camera.direction)
+            pixels = brush.radius / self._camera.metres_per_pixel(self._extent()[1], depth)
+            length = max(abs(way.x()), abs(way.y()))
+            steps = min(max(1, math.ceil(2.0 * length / max(pixels, 2.0))), BRUSH_STEPS)
+        self._still.start()
+        for step in range(1, steps + 1):
+            there = last + way * (step / steps)
+            move = self._event(Pointer.DRAG_MOVE, there, self._press_button, event)
+            self.pointer.emit(replace(move, handle=None, more=step < steps))
+
+    def _stand_still(self) -> None:
+        if self._action != "tool" or self._press is None or self._closed:
+            self._still.stop()
+            return
+        x, y = self._last.x(), self._last.y()
+        button = BUTTONS.get(self._press_button, Button.NONE)
+        self.pointer.emit(PointerEvent(Pointer.DRAG_MOVE, x, y, button, hit=self.pick(x, y)))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802 - Qt's name
         if self._press is None or event.button() != self._press_button:
@@ -1203,6 +1259,9 @@ class Viewport(QWidget):
         if action == "handle":
             end = self._event(Pointer.DRAG_END, event.position(), event.button(), event)
             self.pointer.emit(replace(end, handle=self._press_handle))
+        elif action == "tool":
+            end = self._event(Pointer.DRAG_END, event.position(), event.button(), event)
+            self.pointer.emit(replace(end, handle=None))
         elif action is None and not self._after_double_click:
             click = self._event(Pointer.CLICK, press, event.button(), event)
             self.pointer.emit(click)
@@ -1212,6 +1271,10 @@ class Viewport(QWidget):
     _after_double_click = False
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:  # noqa: N802 - Qt's name
+        if self.orbit_button != Qt.MouseButton.LeftButton:
+            # Quick strokes of a brush are strokes.
+            self.mousePressEvent(event)
+            return
         self._press = self._last = event.position()
         self._press_button = event.button()
         self._action = None

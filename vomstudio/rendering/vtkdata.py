@@ -8,8 +8,14 @@ import numpy as np
 import numpy.typing as npt
 from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonCore import VTK_INT, vtkPoints, vtkUnsignedCharArray
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkImageData, vtkPolyData
+from vtkmodules.vtkCommonDataModel import (
+    vtkCellArray,
+    vtkImageData,
+    vtkPlaneCollection,
+    vtkPolyData,
+)
 from vtkmodules.vtkCommonMath import vtkMatrix4x4
+from vtkmodules.vtkRenderingCore import vtkActor
 
 
 def vtk_points(points: npt.NDArray[np.float32]) -> vtkPoints:
@@ -76,6 +82,25 @@ def cells_of(sizes: Sequence[int]) -> vtkCellArray:
     return cells
 
 
+def runs_of_cells(first: int, count: int, size: int) -> vtkCellArray:
+    """`count` cells of `size` points each, which use the points in order from `first` on."""
+    cells = vtkCellArray()
+    offsets = np.arange(0, size * count + 1, size, dtype=np.int32)
+    points = np.arange(first, first + size * count, dtype=np.int32)
+    cells.SetData(
+        numpy_to_vtk(offsets, array_type=VTK_INT), numpy_to_vtk(points, array_type=VTK_INT)
+    )
+    return cells
+
+
+def clip(actor: vtkActor, planes: vtkPlaneCollection | None) -> None:
+    """Draw only what lies on the inner side of all these planes; None for everything."""
+    if planes is None:
+        actor.GetMapper().RemoveAllClippingPlanes()
+    else:
+        actor.GetMapper().SetClippingPlanes(planes)
+
+
 def image(pixels: npt.NDArray[np.uint8]) -> vtkImageData:
     """(height, width, channels) uint8, first row at the bottom, as a VTK image."""
     height, width, channels = pixels.shape
@@ -89,3 +114,8 @@ def matrix(values: npt.NDArray[np.float64]) -> vtkMatrix4x4:
     out = vtkMatrix4x4()
     out.DeepCopy(np.asarray(values, np.float64).reshape(-1).tolist())
     return out
+
+
+def rgb(color: tuple[float, float, float]) -> npt.NDArray[np.uint8]:
+    """(3,) uint8 of RGB 0..1."""
+    return np.round(np.clip(color, 0.0, 1.0) * np.array(255.0)).astype(np.uint8)

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 from vomstudio.document.measurements import Measurement
 from vomstudio.document.records import Feature
 from vomstudio.document.session import Session
-from vomstudio.geometry.surface import Surface
+from vomstudio.geometry.brush import PaintSurface
 from vomstudio.tools.types import PointerEvent, Preview
 
 
@@ -63,7 +63,7 @@ class ToolContext(Protocol):
     def next_set(self) -> str:
         """The set for what is made next."""
 
-    def surface(self, model_id: str) -> Surface | None:
+    def surface(self, model_id: str) -> PaintSurface | None:
         """The surface of an open model; None while it is not loaded."""
 
     def measure(self, feature: Feature) -> Measurement:

@@ -52,7 +52,8 @@ class Hit:
 class PointerEvent:
     """Pixels are logical (device independent), from the viewport's top left corner.
 
-    `handle` is the index of the preview's vertex handle under the cursor, or None.
+    `handle` is the index of the preview's vertex handle under the cursor, or None. `more`: another
+    one of the same drag follows at once, so nothing needs to be shown yet.
     """
 
     kind: Pointer
@@ -63,6 +64,35 @@ class PointerEvent:
     ctrl: bool = False
     hit: Hit | None = None
     handle: int | None = None
+    more: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Area:
+    """A piece of a model's surface as it is drawn.
+
+    origin : (3,) float64 World
+    corners : (k, 3, 3) float32 of triangles, or (k, 3) of points, World minus `origin`
+    border : (b, 2, 3) float32 edges around it, World minus `origin`
+    """
+
+    origin: npt.NDArray[np.float64]
+    corners: npt.NDArray[np.float32]
+    border: npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class BrushRing:
+    """Where a round brush touches the surface.
+
+    centre : (3,) World; radius : m; normal : (3,) of the surface there, None where unknown
+    removes : what it touches is taken away
+    """
+
+    centre: npt.NDArray[np.float64]
+    radius: float
+    normal: npt.NDArray[np.float64] | None
+    removes: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +106,8 @@ class Preview:
     color : RGB 0..1
     reading : lines of text beside the cursor, the first the most important
     verdict : "good", "doubtful", "poor" or None where nothing can be judged yet
+    brush : the brush over the surface, or None
+    area : what the brush has touched since it was put down, or None
     """
 
     line: npt.NDArray[np.float64]
@@ -85,3 +117,5 @@ class Preview:
     color: tuple[float, float, float] = (0.9, 0.6, 0.0)
     reading: tuple[str, ...] = ()
     verdict: str | None = None
+    brush: BrushRing | None = None
+    area: Area | None = None

@@ -4,14 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from PySide6.QtWidgets import QInputDialog, QMessageBox
 
 from vomstudio.document import edits
-from vomstudio.document.records import FEATURES, Model, Trace
+from vomstudio.document.records import FEATURES, Model
 from vomstudio.errors import VomError
-from vomstudio.ui import display_commands, ortho_dialog
+from vomstudio.tools.polyline import PolylineTool
+from vomstudio.ui import (
+    display_commands,
+    feature_commands,
+    line_commands,
+    net_commands,
+    ortho_dialog,
+    patch_commands,
+)
 from vomstudio.ui.actions import Command
 
 if TYPE_CHECKING:
@@ -38,6 +46,10 @@ def commands(w: MainWindow) -> list[Command]:
         *_models(w),
         *_tools(w),
         *ortho_dialog.commands(w),
+        *line_commands.commands(w),
+        *patch_commands.commands(w),
+        *net_commands.commands(w),
+        *feature_commands.commands(w),
         *display_commands.commands(w),
         *_help(w),
     ]
@@ -52,7 +64,7 @@ def _files(w: MainWindow) -> list[Command]:
     return [
         Command("new", "&New project", w.files.new_project, "file-outline", "Ctrl+N"),
         Command("open", "&Open model…", w.files.choose_model, "folder-open-outline", "Ctrl+O",
-                "OBJ, PLY, LAS/LAZ; or drop a file onto the window"),
+                "Meshes, clouds and height models; or drop a file onto the window"),
         Command("open_sample", "Try the sample outcrop", lambda: _open_sample(w),
                 "image-filter-hdr", (), "A generated cliff whose bedding is known exactly"),
         Command("open_project", "Open &project…", w.files.choose_project, "folder-outline",
@@ -65,6 +77,10 @@ def _files(w: MainWindow) -> list[Command]:
                 no_features),
         Command("export_gpkg", "Export &GIS layers…", lambda: w.files.export("gpkg"),
                 "layers-outline", (), "Planes and traces as GeoPackage", no_features),
+        Command("export_shp", "Export &shapefiles…", lambda: w.files.export("shp"), None, (),
+                "Planes, traces and the rest as shapefiles, one for each layer", no_features),
+        Command("export_dxf", "Export &DXF…", lambda: w.files.export("dxf"), None, (),
+                "Planes, traces and the rest for CAD, a layer for each feature type", no_features),
         Command("quit", "&Quit", w.close, None, "Ctrl+Q"),
     ]  # fmt: skip
 
@@ -202,6 +218,12 @@ def _models(w: MainWindow) -> list[Command]:
         if model is not None:
             studio.copy_model(model.id)
 
+    def cannot_export() -> str | None:
+        model = w.files.current_model()
+        if model is None:
+            return "open a model first"
+        return None if model.id in studio.models else "the model's file is not open"
+
     def not_missing() -> str | None:
         model = w.files.current_model()
         if model is None:
@@ -216,48 +238,69 @@ def _models(w: MainWindow) -> list[Command]:
         Command("copy_model", "&Copy into the project", copy, "content-copy", (),
                 "The model, its materials and images, so that the folder can be moved and zipped",
                 cannot_copy),
+        Command("export_model", "&Export model as…", w.files.export_model, "export", (),
+                "In World, as OBJ, PLY, GLB, LAS/LAZ, XYZ, SHP or DXF", cannot_export),
         Command("remove_model", "&Remove model", w.files.remove_model, "close", (), "", no_model),
     ]  # fmt: skip
 
 
 def _tools(w: MainWindow) -> list[Command]:
     studio = w.studio
-    tool = studio.trace_tool
+
+    def picking() -> PolylineTool[Any] | None:
+        """The open tool, where it picks vertices."""
+        tool = studio.open_tool
+        return tool if isinstance(tool, PolylineTool) else None
 
     def not_loaded() -> str | None:
         return None if studio.models else "open a model first"
 
     def cannot_finish() -> str | None:
-        unfinished = studio.open_tool
+        unfinished = studio.open_tool or studio.tool
         return NOTHING_OPEN if unfinished is None else unfinished.why_not_finish()
 
     def nothing_open() -> str | None:
         return NOTHING_OPEN if studio.open_tool is None else None
 
+    def cannot_cancel() -> str | None:
+        return None if studio.patch_tool.current is not None else nothing_open()
+
     def no_vertex() -> str | None:
-        if not tool.open:
-            return "no trace is being picked"
+        if (tool := picking()) is None:
+            return NOTHING_OPEN
         if tool.current_vertex is None:
-            return "click a vertex of the open trace first"
+            return f"click a vertex of the open {tool.what} first"
+        return None
+
+    def to_continue() -> tuple[str, str] | None:
+        """Id and tool of the last selected feature that was picked vertex by vertex."""
+        for id_ in reversed(studio.selection.ids):
+            for name, tool in studio.tools.items():
+                if isinstance(tool, PolylineTool) and isinstance(
+                    studio.records.get(id_), tool.record
+                ):
+                    return id_, name
         return None
 
     def cannot_continue() -> str | None:
         if studio.open_tool is not None:
             return "something is being picked: finish or cancel it first"
-        if any(isinstance(studio.records.get(i), Trace) for i in studio.selection.ids):
-            return None
-        return "select a trace first"
+        return None if to_continue() else "select a trace, line or measurement first"
 
     def nothing_to_delete() -> str | None:
-        if tool.open:
+        if picking() is not None:
             return no_vertex()
         if any(isinstance(studio.records.get(i), FEATURES) for i in studio.selection.ids):
             return None
         return "select a feature first"
 
-    def delete() -> None:
-        if tool.open:
+    def delete_vertex() -> None:
+        if (tool := picking()) is not None:
             tool.delete_vertex()
+
+    def delete() -> None:
+        if picking() is not None:
+            delete_vertex()
         else:
             studio.delete_selected()
 
@@ -265,11 +308,16 @@ def _tools(w: MainWindow) -> list[Command]:
         if (unfinished := studio.open_tool) is not None:
             unfinished.undo()
 
-    def continue_trace() -> None:
-        current = [i for i in studio.selection.ids if isinstance(studio.records.get(i), Trace)][-1]
-        studio.activate("trace")
+    def continue_feature() -> None:
+        found = to_continue()
+        if found is None:
+            return
+        id_, name = found
+        studio.activate(name)
+        tool = studio.tools[name]
         try:
-            tool.continue_trace(current)
+            if isinstance(tool, PolylineTool):
+                tool.continue_feature(id_)
         except VomError as error:
             studio.fail(error)
 
@@ -289,21 +337,23 @@ def _tools(w: MainWindow) -> list[Command]:
         Command("finish", "Finish", studio.finish_tool, "check", ("Return", "Enter"),
                 "Keep what is being picked", cannot_finish, in_viewport=True),
         Command("cancel", "Cancel", studio.cancel_tool, "close", "Esc",
-                "Give up what is being picked; a continued trace stays as it was", nothing_open,
+                "Give up what is being picked; a continued one stays as it was", cannot_cancel,
                 in_viewport=True),
-        Command("continue_trace", "Continue", continue_trace, "vector-polyline-plus", (),
-                "Take the selected trace up again: add, move, insert or delete vertices",
+        Command("continue_trace", "Continue", continue_feature, "vector-polyline-plus", (),
+                "Take the selected trace, line or measurement up again: add, move, insert or "
+                "delete vertices",
                 cannot_continue),
-        Command("delete_vertex", "Delete vertex", tool.delete_vertex, "vector-polyline-remove", (),
-                "The marked vertex of the open trace (Del in the viewport)", no_vertex),
+        Command("delete_vertex", "Delete vertex", delete_vertex, "vector-polyline-remove", (),
+                "The marked vertex of what is being picked (Del in the viewport)", no_vertex),
         Command("delete_here", "Delete what is marked or selected", delete, None, "Del",
-                "The marked vertex of the open trace, else the selected features",
+                "The marked vertex of what is being picked, else the selected features",
                 nothing_to_delete, in_viewport=True),
         Command("undo_click", "Take back the last click", back, None, "Backspace", "", nothing_open,
                 in_viewport=True),
         Command("along_beta", "Look along &beta", lambda: w.view_panel.along_beta(), None, "B",
                 "Orthographic view down the fold axis of the bedding", no_beta, in_viewport=True),
-        Command("face_plane", "Face the &plane", lambda: w.view_panel.face(), None, "P",
+        Command("face_plane", "Face the &plane", lambda: w.view_panel.face(), None,
+                "Shift+P",
                 "Orthographic view at right angles to the selected plane", no_plane,
                 in_viewport=True),
         Command("show_stereonet", "Show the &stereonet", lambda: w.docks["stereonet"].raise_()),
@@ -351,6 +401,8 @@ def _shortcuts(w: MainWindow) -> None:
     mouse = (
         "<p><b>Mouse</b>: drag orbits about the point under the cursor, wheel zooms to the cursor, "
         "middle button or Shift+drag pans, double click sets the pivot. While picking: click adds, "
-        "drag a vertex moves it, Ctrl+click inserts, Enter or double click finishes.</p>"
+        "drag a vertex moves it, Ctrl+click inserts, Enter or double click finishes. With the "
+        "brush of Patch: drag paints, Ctrl+drag takes away, the right button orbits. "
+        "On the net: click a pole or a great circle, drag a lasso around poles; Ctrl adds.</p>"
     )
     QMessageBox.information(w, "Shortcuts", f"<table>{''.join(rows)}</table>{mouse}")

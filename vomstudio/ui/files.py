@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, Qt
 from PySide6.QtWidgets import QFileDialog, QMenu, QMessageBox
@@ -15,11 +15,20 @@ from vomstudio.errors import VomError
 from vomstudio.io.export import export_records
 from vomstudio.io.project import SUFFIX, is_project, untitled_folder, untitled_projects
 from vomstudio.io.registry import extensions
+from vomstudio.jobs.events import Failed
 from vomstudio.ui.frame_dialog import FrameDialog
 from vomstudio.ui.studio import Notice, Studio
 
 if TYPE_CHECKING:
     from vomstudio.ui.main_window import MainWindow
+
+
+_EXPORTS = {
+    "csv": "Orientation table (*.csv)",
+    "gpkg": "GeoPackage (*.gpkg)",
+    "shp": "Shapefiles (*.shp)",
+    "dxf": "DXF (*.dxf)",
+}
 
 
 class Files(QObject):
@@ -83,7 +92,7 @@ class Files(QObject):
         return self.attempt(lambda: self.studio.save_as(folder))
 
     def export(self, format_: str) -> None:
-        pattern = {"csv": "Orientation table (*.csv)", "gpkg": "GeoPackage (*.gpkg)"}[format_]
+        pattern = _EXPORTS[format_]
         stem = "orientations" if self.studio.project.untitled else self.studio.project.name
         name, _ = QFileDialog.getSaveFileName(
             self._window,
@@ -97,11 +106,51 @@ class Files(QObject):
 
     def export_to(self, format_: str, path: Path) -> None:
         def write() -> None:
-            export_records(self.studio.records, format_, path, force=True,
-                           thresholds=self.studio.settings.thresholds)  # fmt: skip
-            self.studio.info(f"Written: {path}")
+            made = export_records(self.studio.records, format_, path, force=True,
+                                  thresholds=self.studio.settings.thresholds)  # fmt: skip
+            self.studio.info(f"Written: {', '.join(str(file) for file in made.files)}")
 
         self.attempt(write)
+
+    def export_model(self) -> None:
+        """The current model in World, in any format that is written, by a worker."""
+        from vomstudio.io.writing import find_writers
+
+        model = self.current_model()
+        path = self.studio.project.find_model(model) if model is not None else None
+        if model is None or path is None:
+            return
+        patterns = [f"{w.name} ({' '.join(f'*{e}' for e in w.extensions)})" for w in find_writers()]
+        name, _ = QFileDialog.getSaveFileName(
+            self._window,
+            self.tr("Export {0} as").format(model.name),
+            str(Path(self.folder()) / f"{model.name}_export"),
+            ";;".join(patterns),
+        )
+        if not name:
+            return
+
+        def done(result: dict[str, Any]) -> None:
+            self.studio.info(" ".join([f"Written: {name}.", *result["warnings"]]))
+
+        def failed(event: Failed) -> None:
+            if not event.cancelled:
+                self.studio.warn(event.message, "error")
+
+        self.studio.jobs.submit(
+            "products",
+            "export_model",
+            {
+                "path": str(path),
+                "cache": str(self.studio.project.cache),
+                "to_world": [list(row) for row in model.to_world],
+                "crs": model.frame.crs,
+                "out": name,
+            },
+            title=f"Exporting {model.name}",
+            on_done=done,
+            on_failed=failed,
+        )
 
     def attempt(self, do: Callable[[], None]) -> bool:
         try:

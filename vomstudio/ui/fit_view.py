@@ -6,6 +6,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
 from vomstudio.document.measurements import Measurement
+from vomstudio.tools.measure import dimension_lines
 from vomstudio.ui import theme
 from vomstudio.ui.wording import area, degrees, length, number, orientation_text
 
@@ -116,22 +117,13 @@ class FitView(QWidget):
 def _line_values(measured: Measurement) -> dict[str, str]:
     values = {}
     if measured.max_confidence95_deg is not None:
-        values["confidence"] = (
-            f"{degrees(measured.max_confidence95_deg)} × {degrees(measured.min_confidence95_deg)}"
-        )
+        values["confidence"] = degrees(measured.max_confidence95_deg)
+        # Without an axis it is a round cone.
+        if measured.confidence_axis is not None:
+            values["confidence"] += f" × {degrees(measured.min_confidence95_deg)}"
     if (fit := measured.line_fit) is not None:
         values["size"] = f"{length(fit.length)} / {length(fit.rms)}   (n {fit.n})"
     return values
-
-
-_DIMENSIONS = {
-    "thickness_m": "across the plane",
-    "length_m": "along the line",
-    "distance_m": "distance",
-    "horizontal_m": "horizontal",
-    "vertical_m": "vertical",
-    "perimeter_m": "perimeter",
-}
 
 
 def _more(measured: Measurement) -> list[str]:
@@ -147,7 +139,6 @@ def _more(measured: Measurement) -> list[str]:
         lines.append(f"Slip of the hanging wall: rake {measured.slip_rake_deg:.0f}°")
     if measured.angle_deg is not None:
         lines.append(f"Angle between the planes {degrees(measured.angle_deg)}")
-    for name, text in _DIMENSIONS.items():
-        if measured.dimension and name in measured.dimension:
-            lines.append(f"{length(measured.dimension[name])} {text}")
+    if measured.dimension:
+        lines += dimension_lines(measured.dimension)
     return lines

@@ -32,7 +32,15 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio import __version__
-from vomstudio.document.records import FEATURES, Model, Record, Trace
+from vomstudio.document.records import (
+    FEATURES,
+    Dimension,
+    Lineation,
+    Model,
+    Patch,
+    Record,
+    Trace,
+)
 from vomstudio.io.settings import Settings
 from vomstudio.ui import display_commands, theme
 from vomstudio.ui.actions import Actions
@@ -43,19 +51,23 @@ if TYPE_CHECKING:
     from vomstudio.rendering.viewport import Viewport
     from vomstudio.ui.studio import Notice
 
-_LAYOUT_VERSION = 1
+_LAYOUT_VERSION = 2
 _MENUS = (
     ("&File", ("new", "open", "open_project", "*recent", "*discarded", "|", "save", "save_as", "|",
-               "export_csv", "export_gpkg", "|", "quit")),
+               "import_readings", "|", "export_csv", "export_gpkg", "export_shp", "export_dxf",
+               "export_net", "|", "quit")),
     ("&Edit", ("undo", "redo", "|", "delete", "rename", "|", "select_all", "|", "find_command")),
     ("&View", ("home", "frame_selection", "orthographic", "|", "view_top", "view_north",
                "view_east", "view_south", "view_west", "view_bottom", "|", "*display",
-               "clipping_box", "clipping_reset", "|", "*notation", "trackball", "|",
-               "only_outcrop", "*docks")),
-    ("&Model", ("declare_frame", "locate", "copy_model", "remove_model")),
-    ("&Interpret", ("navigate", "trace", "|", "finish", "cancel", "continue_trace",
-                    "delete_vertex")),
-    ("&Analyse", ("along_beta", "face_plane", "|", "orthophoto", "|", "show_stereonet")),
+               "clipping_box", "clipping_reset", "*planes", "*notation", "trackball", "|",
+               "show_chosen", "hide_chosen", "show_only", "show_all", "|", "only_outcrop",
+               "*docks")),
+    ("&Model", ("declare_frame", "locate", "copy_model", "export_model", "remove_model")),
+    ("&Interpret", ("navigate", "trace", "patch", "line", "measure", "|", "finish", "cancel",
+                    "continue_trace", "delete_vertex", "|", "continue_patch", "brush_removes",
+                    "brush_smaller", "brush_larger", "|", "feature_types")),
+    ("&Analyse", ("along_beta", "along_line", "face_plane", "|", "keep_intersection",
+                  "intersection_of_sets", "|", "orthophoto", "|", "show_stereonet")),
     ("&Help", ("shortcuts", "about")),
 )  # fmt: skip
 
@@ -71,7 +83,7 @@ class MainWindow(QMainWindow):
         self._filled = False
         self._net_importer: threading.Thread | None = None
         self._net_imported.connect(self._bring_net, Qt.ConnectionType.QueuedConnection)
-        self._put_away: list[QDockWidget] = []
+        self._put_away: QByteArray | None = None
         self.viewport: Viewport | None = None
         self.setWindowTitle("VOM Studio")
         self.setAcceptDrops(True)
@@ -128,7 +140,11 @@ class MainWindow(QMainWindow):
 
     def _make_docks(self) -> None:
         from vomstudio.ui.display_panel import DisplayPanel
+        from vomstudio.ui.feature_commands import open_types
+        from vomstudio.ui.line_panel import LinePanel
+        from vomstudio.ui.measure_panel import MeasurePanel
         from vomstudio.ui.messages_panel import MessagesPanel
+        from vomstudio.ui.patch_panel import PatchPanel
         from vomstudio.ui.project_tree import ProjectTree
         from vomstudio.ui.properties_panel import PropertiesPanel
         from vomstudio.ui.table_panel import TablePanel
@@ -137,12 +153,19 @@ class MainWindow(QMainWindow):
 
         actions = self.actions_table.all
         self.docks: dict[str, QDockWidget] = {}
-        self.tree = ProjectTree(self.studio, self._record_actions)
+        self.tree = ProjectTree(
+            self.studio, self._record_actions, lambda type_id: open_types(self, type_id)
+        )
         self.trace_panel = TracePanel(self.studio, actions)
+        self.patch_panel = PatchPanel(self.studio, actions)
+        self.line_panel = LinePanel(self.studio, actions)
+        self.measure_panel = MeasurePanel(self.studio, actions)
         self.view_panel = ViewPanel(self.studio, self.look)
         self.display_panel = DisplayPanel(self.studio, actions, self.files.current_model)
         self.display_panel.on_clip_toggled(actions["clipping_box"].trigger)
-        self.properties = PropertiesPanel(self.studio, actions["declare_frame"])
+        self.properties = PropertiesPanel(
+            self.studio, actions["declare_frame"], actions["keep_intersection"]
+        )
         self.table = TablePanel(self.studio, actions["export_csv"])
         self.messages = MessagesPanel()
         for view in (self.tree.tree, self.table.view):
@@ -158,6 +181,9 @@ class MainWindow(QMainWindow):
         self.setCorner(Qt.Corner.BottomRightCorner, right)
         self._dock("project", self.tr("Project"), self.tree, left)
         self._dock("trace", self.tr("Trace"), self.trace_panel, left)
+        self._dock("patch", self.tr("Patch"), self.patch_panel, left)
+        self._dock("line", self.tr("Line"), self.line_panel, left)
+        self._dock("measure", self.tr("Measure"), self.measure_panel, left)
         self._dock("stereonet", self.tr("Stereonet"), self._net_place, right)
         self._dock("view", self.tr("View direction"), self.view_panel, right)
         self._dock("display", self.tr("Display"), self.display_panel, right)
@@ -177,6 +203,9 @@ class MainWindow(QMainWindow):
         self.tabifyDockWidget(docks["stereonet"], docks["view"])
         self.tabifyDockWidget(docks["view"], docks["display"])
         self.tabifyDockWidget(docks["table"], docks["messages"])
+        for tool in ("patch", "line", "measure"):
+            self.tabifyDockWidget(docks["trace"], docks[tool])
+        docks["trace"].raise_()
         docks["stereonet"].raise_()
         docks["table"].raise_()
 
@@ -209,6 +238,11 @@ class MainWindow(QMainWindow):
         elif name == "display":
             display = menu.addMenu(self.tr("&Display"))
             display_commands.fill_menu(self, display)
+        elif name == "planes":
+            planes = menu.addMenu(self.tr("&Planes as"))
+            planes.setToolTipsVisible(True)
+            for each in ("planes_discs", "planes_symbols", "planes_neither"):
+                planes.addAction(self.actions_table.all[each])
         elif name == "notation":
             notation = menu.addMenu(self.tr("&Notation"))
             for each in ("notation_dipdir", "notation_strike", "notation_quadrant"):
@@ -222,8 +256,9 @@ class MainWindow(QMainWindow):
         bar = QToolBar(self.tr("Tools"))
         bar.setObjectName("toolbar")
         bar.setMovable(False)
-        names = ("open", "save", "|", "navigate", "trace", "|", "undo", "redo", "|",
-                 "home", "frame_selection", "orthographic", "*views")  # fmt: skip
+        names = ("open", "save", "|", "navigate", "trace", "patch", "line", "measure", "|",
+                 "undo", "redo", "|", "home", "frame_selection",
+                 "orthographic", "*views")  # fmt: skip
         for name in names:
             if name == "|":
                 bar.addSeparator()
@@ -329,7 +364,7 @@ class MainWindow(QMainWindow):
             return
         from vomstudio.ui.stereonet_panel import StereonetPanel
 
-        self.net = StereonetPanel(self.studio)
+        self.net = StereonetPanel(self.studio, self.actions_table.all["export_net"])
         self.docks["stereonet"].setWidget(self.net)
         self._net_place.deleteLater()
         self.studio.jobs.submit(
@@ -359,12 +394,15 @@ class MainWindow(QMainWindow):
     def _record_actions(self, record: Record) -> list[QAction]:
         table = self.actions_table
         table.refresh()
+        common = ("show_chosen", "hide_chosen", "show_only", "rename", "delete")
         names = (
             ("declare_frame", "locate", "copy_model", "remove_model")
             if isinstance(record, Model)
-            else ("frame_selection", "continue_trace", "face_plane", "rename", "delete")
-            if isinstance(record, Trace)
-            else ("frame_selection", "face_plane", "rename", "delete")
+            else ("frame_selection", "continue_trace", "face_plane", *common)
+            if isinstance(record, Trace | Lineation | Dimension)
+            else ("frame_selection", "continue_patch", "face_plane", *common)
+            if isinstance(record, Patch)
+            else ("frame_selection", "along_line", "face_plane", *common)
             if isinstance(record, FEATURES)
             else ()
         )
@@ -403,13 +441,13 @@ class MainWindow(QMainWindow):
 
     def show_only_outcrop(self) -> None:
         """Hide every panel, or bring back those that were there."""
-        if self._put_away:
-            for dock in self._put_away:
-                dock.show()
-            self._put_away = []
+        if self._put_away is not None:
+            # Shown one by one they would share the room anew.
+            self.restoreState(self._put_away, _LAYOUT_VERSION)
+            self._put_away = None
         else:
-            self._put_away = [dock for dock in self.docks.values() if not dock.isHidden()]
-            for dock in self._put_away:
+            self._put_away = self.saveState(_LAYOUT_VERSION)
+            for dock in self.docks.values():
                 dock.hide()
 
     def _camera_changed(self) -> None:
@@ -443,6 +481,10 @@ class MainWindow(QMainWindow):
             picking = name in self.studio.tools
             cursor = Qt.CursorShape.CrossCursor if picking else Qt.CursorShape.ArrowCursor
             self.viewport.setCursor(cursor)
+            # A brush paints with the left button.
+            self.viewport.orbit_button = (
+                Qt.MouseButton.RightButton if name == "patch" else Qt.MouseButton.LeftButton
+            )
         self._refresh()
 
     def _refresh(self, *_: object) -> None:
@@ -481,11 +523,10 @@ class MainWindow(QMainWindow):
         if not self.files.ask_to_keep():
             event.ignore()
             return
-        if self._put_away:
-            self.show_only_outcrop()
+        docks = self._put_away or self.saveState(_LAYOUT_VERSION)
         self.studio.settings.window = {
             "geometry": _text(self.saveGeometry()),
-            "docks": _text(self.saveState(_LAYOUT_VERSION)),
+            "docks": _text(docks),
         }
         self.studio.keep_settings()
         self._keep_camera()

@@ -11,9 +11,9 @@ from typing import Any, Literal
 from PySide6.QtCore import QObject, Qt, Signal
 
 from vomstudio.errors import VomError
+from vomstudio.geometry.brush import CloudSurface, MeshSurface, surface_of
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.surface import VertexSurface
 from vomstudio.io import model_cache
 from vomstudio.jobs.events import Failed
 from vomstudio.ui.job_bridge import Job, JobBridge
@@ -24,7 +24,7 @@ class OpenModel:
     """The data of a model that has been read. crs and content_hash are the file's."""
 
     data: Mesh | PointCloud
-    surface: VertexSurface
+    surface: MeshSurface | CloudSurface
     warnings: tuple[str, ...]
     resolution: float | None
     crs: str | None
@@ -91,7 +91,7 @@ class ModelLoader(QObject):
             self._mapped.emit(key, f"{path.name} cannot be kept at hand: {error}", then)
             return
         data = loaded.data
-        surface = VertexSurface(data.vertices if isinstance(data, Mesh) else data.points)
+        surface = surface_of(data)
         opened = OpenModel(
             data,
             surface,

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QSignalBlocker, Qt
+from html import escape
+
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QPalette
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -20,22 +22,25 @@ from vomstudio.document import edits
 from vomstudio.document.records import (
     FEATURES,
     TYPED,
+    Dimension,
     Feature,
-    FeatureType,
     Lineation,
     Model,
+    Reading,
     Trace,
 )
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.ui import theme
+from vomstudio.ui import relations
 from vomstudio.ui.fit_view import FitView
+from vomstudio.ui.plane_box import PlaneBox
 from vomstudio.ui.studio import Studio
+from vomstudio.ui.type_box import TypeBox
 from vomstudio.ui.widgets import ComboBox
-from vomstudio.ui.wording import length
+from vomstudio.ui.wording import length, slip_names
 
 
 class PropertiesPanel(QWidget):
-    def __init__(self, studio: Studio, declare: QAction) -> None:
+    def __init__(self, studio: Studio, declare: QAction, keep: QAction) -> None:
         super().__init__()
         self._studio = studio
         self._shown: list[str] = []
@@ -45,7 +50,7 @@ class PropertiesPanel(QWidget):
         self._nothing.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self._nothing)
-        self._stack.addWidget(_scrolled(self._make_feature()))
+        self._stack.addWidget(_scrolled(self._make_feature(keep)))
         self._stack.addWidget(_scrolled(self._make_model(declare)))
         studio.selection_changed.connect(self.refresh)
         studio.edited.connect(self.refresh)
@@ -53,11 +58,11 @@ class PropertiesPanel(QWidget):
         studio.settings_changed.connect(self.refresh)
         studio.model_loaded.connect(self.refresh)
 
-    def _make_feature(self) -> QWidget:
+    def _make_feature(self, keep: QAction) -> QWidget:
         page = QWidget()
         self._name = QLineEdit()
         self._name.editingFinished.connect(self._typed)
-        self._type = ComboBox()
+        self._type = TypeBox(self._studio)
         self._type.activated.connect(lambda _: self._change(type_id=self._type.currentData()))
         self._set = QLineEdit()
         self._set.editingFinished.connect(self._typed)
@@ -69,18 +74,25 @@ class PropertiesPanel(QWidget):
         self._method.activated.connect(lambda _: self._change(method=self._method.currentData()))
         self._notes = QLineEdit()
         self._notes.editingFinished.connect(self._typed)
+        self._compass = QLabel()
+        self._compass.setWordWrap(True)
+        self._compass.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._fields = {"name": self._name, "set_name": self._set, "notes": self._notes}
         self._fit = FitView()
         self._slip = ComboBox()
-        for text, value in (
-            (self.tr("none"), ""),
-            (self.tr("normal"), "normal"),
-            (self.tr("reverse"), "reverse"),
-            (self.tr("sinistral (left-lateral)"), "sinistral"),
-            (self.tr("dextral (right-lateral)"), "dextral"),
-        ):
+        for value, text in slip_names().items():
             self._slip.addItem(text, value)
+        self._slip.keep_narrow()
         self._slip.activated.connect(lambda _: self._change(slip=self._slip.currentData()))
+        self._plane = PlaneBox(self._studio, self.tr("none"), follow=False)
+        self._plane.chosen.connect(self._lay_on)
+        self._relation = QLabel()
+        self._relation.setWordWrap(True)
+        self._relation.setTextFormat(Qt.TextFormat.RichText)
+        self._relation.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._keep = QPushButton(keep.text().replace("&", ""))
+        self._keep.setIcon(keep.icon())
+        self._keep.clicked.connect(keep.trigger)
         self._form = form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
         form.setVerticalSpacing(3)
@@ -89,11 +101,15 @@ class PropertiesPanel(QWidget):
         form.addRow(self.tr("Set"), self._set)
         form.addRow(self.tr("Bed"), self._overturned)
         form.addRow(self.tr("Fit"), self._method)
+        form.addRow(self.tr("On plane"), self._plane)
         form.addRow(self.tr("Slip"), self._slip)
         form.addRow(self.tr("Notes"), self._notes)
         layout = QVBoxLayout(page)
         layout.setContentsMargins(6, 4, 6, 4)
+        layout.addWidget(self._relation)
+        layout.addWidget(self._keep)
         layout.addWidget(self._fit)
+        layout.addWidget(self._compass)
         layout.addLayout(form)
         layout.addStretch()
         return page
@@ -153,7 +169,24 @@ class PropertiesPanel(QWidget):
         else:
             self._stack.setCurrentIndex(0)
 
+    def _lay_on(self, plane_id: str) -> None:
+        """Lines without a plane have no sense of slip."""
+        self._change(plane_id=plane_id, **({} if plane_id else {"slip": ""}))
+
+    def _show_relation(self) -> None:
+        """Of two selected planes."""
+        relation = relations.of_selected(self._studio)
+        self._relation.setVisible(relation is not None)
+        self._keep.setVisible(relation is not None)
+        if relation is None:
+            return
+        names = " and ".join(self._studio.records[i].name for i in self._studio.selection.ids)
+        measured = self._studio.measure(relation)
+        self._relation.setText("<br>".join([f"<b>{escape(names)}</b>", *relations.words(measured)]))
+        self._keep.setEnabled(measured.line is not None)
+
     def _show_feature(self, feature: Feature) -> None:
+        self._show_relation()
         measured = self._studio.measured([feature.id])[feature.id]
         self._fit.show_measurement(
             measured, self._studio.settings.notation, local=not self._studio.north_known()
@@ -163,23 +196,39 @@ class PropertiesPanel(QWidget):
             ("set_name", self._set),
             ("overturned", self._overturned),
             ("method", self._method),
+            ("plane_id", self._plane),
             ("slip", self._slip),
         ):
             self._form.setRowVisible(widget, hasattr(feature, name))
+        if isinstance(feature, Lineation | Dimension):
+            self._plane.show_plane(feature.plane_id)
+        label = self._form.labelForField(self._plane)
+        if isinstance(label, QLabel):
+            across = isinstance(feature, Dimension)
+            label.setText(self.tr("Across") if across else self.tr("On plane"))
+        if isinstance(feature, Dimension):
+            self._form.setRowVisible(self._plane, feature.kind == "thickness")
         if isinstance(feature, Lineation):
             self._form.setRowVisible(self._slip, bool(feature.plane_id))
             self._slip.setCurrentIndex(self._slip.findData(feature.slip))
-        with QSignalBlocker(self._type):
-            self._type.clear()
-            for kind in self._studio.session.of(FeatureType):
-                self._type.addItem(theme.swatch(kind.color), kind.name, kind.id)
-            if isinstance(feature, TYPED):
-                self._type.setCurrentIndex(self._type.findData(feature.type_id))
+        self._compass.setVisible(isinstance(feature, Reading))
+        if isinstance(feature, Reading):
+            self._compass.setText("\n".join(self._of_reading(feature)))
+        if isinstance(feature, TYPED):
+            self._type.choose(feature.type_id)
         for name, field in self._fields.items():
             field.setText(getattr(feature, name, ""))
         self._overturned.setChecked(getattr(feature, "overturned", False))
         if isinstance(feature, Trace):
             self._method.setCurrentIndex(self._method.findData(feature.method))
+
+    def _of_reading(self, reading: Reading) -> list[str]:
+        lines = [f"Compass reading, {self._studio.nearest_text(reading.id)}"]
+        if reading.turned_deg:
+            lines.append(f"Azimuth as read {reading.turned_deg:+.2f}° (to grid north)")
+        if reading.source:
+            lines.append(f"From {reading.source}")
+        return lines
 
     def _show_model(self, model: Model) -> None:
         lines = [f"<b>{model.name}</b>", model.path]

@@ -16,19 +16,25 @@ from vomstudio.document.records import (
     Dimension,
     Feature,
     FeatureType,
+    Intersection,
+    Lineation,
     Model,
     Patch,
+    Trace,
 )
+from vomstudio.geology.orientation import slip_from_rake
 from vomstudio.geometry import transform
 from vomstudio.geometry.discs import disc
+from vomstudio.geometry.patches import has_id
 from vomstudio.rendering.clipping import ClipBox
-from vomstudio.rendering.drawing import FeatureDrawing
+from vomstudio.rendering.drawing import FeatureDrawing, Symbol
 from vomstudio.rendering.scalars import field_names
+from vomstudio.rendering.symbols import small_disc, symbol_of_line, symbol_of_plane
 from vomstudio.rendering.viewport import Viewport
-from vomstudio.tools.types import Button, Pointer, PointerEvent, Preview
+from vomstudio.tools.patch import area_of
+from vomstudio.tools.types import Area, Button, Pointer, PointerEvent, Preview
 from vomstudio.ui.first_view import first_view
-from vomstudio.ui.project_tree import DIMENSIONS
-from vomstudio.ui.studio import Studio
+from vomstudio.ui.studio import DIMENSIONS, Studio, group_of
 from vomstudio.ui.wording import drawn_points, length, orientation_text
 
 
@@ -39,6 +45,7 @@ class ScenePresenter:
         self._shown: set[str] = set()
         self._features: set[str] = set()
         self._placed = False
+        self._areas: dict[str, tuple[Patch, Model, Area | None]] = {}
         studio.project_opened.connect(self.rebuild)
         studio.edited.connect(self._edited)
         studio.model_loaded.connect(self._model_loaded)
@@ -56,6 +63,7 @@ class ScenePresenter:
         self._shown.clear()
         self._viewport.set_features(dict.fromkeys(self._features))
         self._features.clear()
+        self._areas.clear()
         self._placed = self._take_camera()
         for what in ("mode", "lit", "point_size", "eye_dome", "clip"):
             self._displayed(what)
@@ -96,6 +104,7 @@ class ScenePresenter:
         self._shown.add(model_id)
         self._show_field(model_id)
         self._frame()
+        self._draw(p.id for p in self._studio.session.of(Patch) if p.model_id == model_id)
 
     # --- display -----------------------------------------------------------------------------
     def _displayed(self, what: str) -> None:
@@ -211,6 +220,7 @@ class ScenePresenter:
             changes[id_] = drawing
             if drawing is None:
                 self._features.discard(id_)
+                self._areas.pop(id_, None)
             else:
                 self._features.add(id_)
         if changes:
@@ -218,25 +228,67 @@ class ScenePresenter:
 
     def _drawing(self, feature: Feature, measured: Measurement) -> FeatureDrawing | None:
         """None where the feature has no place in the outcrop."""
-        line = self._line(feature, measured)
-        if not len(line):
+        area = self._area(feature) if isinstance(feature, Patch) else None
+        line = self._line(feature, measured) if area is None else np.zeros((0, 3))
+        if not len(line) and area is None:
             return None
-        group = DIMENSIONS if isinstance(feature, Dimension) else feature.type_id
+        group = group_of(feature)
         kind = self._studio.records.get(group)
         fit = measured.fit
         text = orientation_text(measured, self._studio.settings.notation)
-        ring = None
-        if fit is not None and fit.extent is not None:
+        planes_as = self._studio.settings.planes_as
+        extent = extent_of(measured)
+        ring, symbol = None, None
+        if planes_as == "symbols":
+            symbol = symbol_of(feature, measured, extent)
+            if symbol is not None:
+                # Its number stands beside the symbol.
+                text = "–"
+        elif planes_as == "discs" and fit is not None and fit.extent is not None and area is None:
             ring = disc(fit.centroid, fit.normal, 0.5 * fit.extent)
+            symbol = small_disc(fit.centroid, fit.extent)
         return FeatureDrawing(
             id=feature.id,
             line=line,
             disc=ring,
             color=_rgb(kind.color if isinstance(kind, FeatureType) else "#ffffff"),
             label=feature.name if text == "–" else f"{feature.name}  {text}",
-            anchor=line[len(line) // 2],
+            anchor=middle_of(feature, measured, line) if area is None else _middle(area),
             visible=self._studio.visible(feature.id) and self._studio.visible(group),
+            area=area,
+            symbol=symbol,
+            extent=extent,
         )
+
+    def _area(self, patch: Patch) -> Area | None:
+        """The painted piece of an open model, made once."""
+        model, opened = (
+            self._studio.records.get(patch.model_id),
+            self._studio.models.get(patch.model_id),
+        )
+        if opened is None or not isinstance(model, Model):
+            return None
+        kept = self._areas.get(patch.id)
+        if kept is None or kept[0].runs is not patch.runs or kept[1].to_world != model.to_world:
+            kept = (patch, model, area_of(patch, model, opened.surface))
+            self._areas[patch.id] = kept
+        return kept[2]
+
+    def _patch_at(self, x: float, y: float) -> str | None:
+        """The smallest visible patch that has the face or point under a pixel."""
+        hit = self._viewport.pick(x, y)
+        if hit is None:
+            return None
+        found = [
+            (patch.n, patch.id)
+            for patch in self._studio.session.of(Patch)
+            if patch.model_id == hit.model_id
+            and patch.element == hit.element
+            and has_id(patch.runs, hit.index)
+            and self._studio.visible(patch.id)
+            and self._studio.visible(patch.type_id)
+        ]
+        return min(found)[1] if found else None
 
     def _line(self, feature: Feature, measured: Measurement) -> npt.NDArray[np.float64]:
         points = measured.points
@@ -246,7 +298,23 @@ class ScenePresenter:
             return transform.apply(rows, (*feature.outline, feature.outline[0]))
         if isinstance(feature, Dimension) and feature.kind == "area" and len(points) > 2:
             return np.vstack([points, points[:1]])
+        if isinstance(feature, Lineation) and measured.slip_rake_deg is not None:
+            return self._with_arrow(feature, measured)
         return points
+
+    def _with_arrow(self, feature: Lineation, measured: Measurement) -> npt.NDArray[np.float64]:
+        """The line with a head at the end toward which the hanging wall moved."""
+        plane = self._studio.measured([feature.plane_id])[feature.plane_id].plane
+        if plane is None or measured.slip_rake_deg is None:
+            return measured.points
+        ends = measured.points
+        slip = slip_from_rake(plane, measured.slip_rake_deg).vector()
+        if (ends[-1] - ends[0]) @ slip < 0.0:
+            ends = ends[::-1]
+        size = 0.18 * float(np.linalg.norm(ends[-1] - ends[0]))
+        across = np.cross(plane.normal(), slip)
+        wings = [ends[-1] + size * (0.5 * side * across - slip) for side in (1.0, -1.0)]
+        return np.vstack([ends, wings[0], ends[-1], wings[1]])
 
     def _visibility(self, ids: tuple[str, ...]) -> None:
         for model_id in self._shown:
@@ -266,11 +334,68 @@ class ScenePresenter:
         if self._studio.tool_name != "navigate":
             self._studio.pointer(event)
         elif event.kind is Pointer.CLICK and event.button is Button.LEFT:
-            found = self._viewport.pick_feature(event.x, event.y)
+            found = (
+                self._viewport.pick_feature(event.x, event.y, discs=False)
+                or self._patch_at(event.x, event.y)
+                or self._viewport.pick_feature(event.x, event.y)
+            )
             if found is not None and event.ctrl:
                 self._studio.selection.toggle(found)
             elif not event.ctrl:
                 self._studio.selection.set([] if found is None else [found])
+
+
+def _middle(area: Area) -> npt.NDArray[np.float64]:
+    """A point of the surface in the middle of an area."""
+    points = area.corners.reshape(-1, 3)
+    off = ((points - points.mean(axis=0)) ** 2).sum(axis=1)
+    return area.origin + points[int(off.argmin())]
+
+
+def extent_of(measured: Measurement) -> float:
+    """m, how far a feature reaches: its longest axis or the size of its box; 0 for a point."""
+    if measured.fit is not None and measured.fit.extent is not None:
+        return float(measured.fit.extent)
+    if not len(measured.points):
+        return 0.0
+    return float(np.linalg.norm(np.ptp(measured.points, axis=0)))
+
+
+def middle_of(
+    feature: Feature, measured: Measurement, line: npt.NDArray[np.float64]
+) -> npt.NDArray[np.float64]:
+    """(3,) where a feature is named: on the rock, so of a trace the vertex nearest its centroid,
+    which itself may lie in the air or inside; half way along what has two ends."""
+    if isinstance(feature, Lineation | Dimension | Intersection) and len(line) > 1:
+        if isinstance(feature, Lineation):
+            line = line[: len(feature.vertices)]
+        lengths = np.linalg.norm(np.diff(line, axis=0), axis=1)
+        along = np.concatenate([[0.0], np.cumsum(lengths)])
+        return np.array([np.interp(0.5 * along[-1], along, line[:, i]) for i in range(3)])
+    points = measured.points if len(measured.points) else line
+    centre = points.mean(axis=0) if measured.fit is None else measured.fit.centroid
+    if isinstance(feature, Trace):
+        centre = points[int(np.argmin(np.linalg.norm(points - centre, axis=1)))]
+    return np.asarray(centre, float)
+
+
+def symbol_of(feature: Feature, measured: Measurement, extent: float) -> Symbol | None:
+    """Strike and dip, or trend and plunge, at the middle of a feature that has one."""
+    if isinstance(feature, Dimension) or not len(measured.points):
+        return None
+    place = middle_of(feature, measured, measured.points)
+    if measured.plane is not None:
+        plane = measured.plane
+        return symbol_of_plane(
+            plane.dip_direction_deg,
+            plane.dip_deg,
+            place,
+            extent,
+            overturned=bool(getattr(feature, "overturned", False)),
+        )
+    if measured.line is not None:
+        return symbol_of_line(measured.line.trend_deg, measured.line.plunge_deg, place, extent)
+    return None
 
 
 def _rgb(color: str) -> tuple[float, float, float]:

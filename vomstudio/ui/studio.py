@@ -11,14 +11,16 @@ from typing import Any
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from vomstudio.document import edits
+from vomstudio.document.comparison import NearestPick, nearest_picks
 from vomstudio.document.edit import Edit
-from vomstudio.document.measurements import Measurement, Measurements, measure_all, sources_of
+from vomstudio.document.measurements import Measurement, Measurements, sources_of
 from vomstudio.document.records import (
     FEATURES,
     ON_A_MODEL,
     TYPED,
     Dimension,
     Feature,
+    FeatureType,
     Frame,
     Intersection,
     Lineation,
@@ -28,18 +30,23 @@ from vomstudio.document.records import (
 from vomstudio.document.selection import Selection
 from vomstudio.document.session import Session
 from vomstudio.errors import VomError
-from vomstudio.geometry.surface import Surface
+from vomstudio.geometry.brush import PaintSurface
 from vomstudio.io.project import Project, create_untitled, is_free, is_project, untitled_projects
 from vomstudio.io.settings import Settings, write_settings
 from vomstudio.jobs.events import Failed
 from vomstudio.tools.context import Tool
+from vomstudio.tools.line import LineTool
+from vomstudio.tools.measure import MeasureTool
+from vomstudio.tools.patch import PatchTool
 from vomstudio.tools.trace import TraceTool
 from vomstudio.tools.types import PointerEvent, Preview
 from vomstudio.ui.display import Display
 from vomstudio.ui.job_bridge import JobBridge
 from vomstudio.ui.model_loader import ModelLoader, OpenModel
-from vomstudio.ui.wording import plane_text
+from vomstudio.ui.wording import degrees, length, plane_text
 
+DIMENSIONS = "dimensions"
+"""Stands for all dimensions where types stand for the other features."""
 _LAYERS_IDLE_MS = 2000
 _LAYERS_PATIENCE_S = 10.0
 
@@ -54,6 +61,11 @@ class Notice:
     action: str = ""
 
 
+def group_of(feature: Feature) -> str:
+    """The id that hides a feature together with its like."""
+    return DIMENSIONS if isinstance(feature, Dimension) else feature.type_id
+
+
 class Studio(QObject):
     """Views connect to these signals, never to a session: another project may take its place."""
 
@@ -63,6 +75,7 @@ class Studio(QObject):
     selection_changed = Signal(object)  # tuple of ids
     model_loaded = Signal(str)
     frame_wanted = Signal(str)
+    next_changed = Signal()
     tool_changed_signal = Signal()
     active_tool_changed = Signal(str)
     preview = Signal(object)  # Preview | None
@@ -79,6 +92,7 @@ class Studio(QObject):
         self.selection = Selection()
         self.selection.changed.connect(self.selection_changed.emit)
         self.measurements = Measurements(settings.thresholds)
+        self._nearest: dict[str, NearestPick] | None = None
         self.models: dict[str, OpenModel] = {}
         self.hidden: set[str] = set()
         self.tool_name = "navigate"
@@ -93,7 +107,15 @@ class Studio(QObject):
         self._layers_timer.setInterval(_LAYERS_IDLE_MS)
         self._layers_timer.timeout.connect(self.write_layers)
         self.trace_tool = TraceTool(self)
-        self.tools: dict[str, Tool] = {"trace": self.trace_tool}
+        self.patch_tool = PatchTool(self)
+        self.line_tool = LineTool(self)
+        self.measure_tool = MeasureTool(self)
+        self.tools: dict[str, Tool] = {
+            "trace": self.trace_tool,
+            "patch": self.patch_tool,
+            "line": self.line_tool,
+            "measure": self.measure_tool,
+        }
 
     # --- project -----------------------------------------------------------------------------
     @property
@@ -130,10 +152,13 @@ class Studio(QObject):
         if self.project is not None:
             self._leave()
         self.project = project
+        self._nearest = None
         self.session.changed.connect(self._on_edit)
         self.session.history_changed.connect(lambda _: self.history_changed.emit())
         self._mark_open(True)
         self.hidden = set(project.journal.view("hidden", []))
+        if self.next_type_id not in self.records:
+            self.next_type_id = self.session.of(FeatureType)[0].id
         self.display.load(project.journal.view("display"))
         self.selection.set(())
         self.project_opened.emit()
@@ -160,7 +185,9 @@ class Studio(QObject):
             self.next_type_id, self.next_set = trace.type_id, trace.set_name
         self.tool_changed()
         count = len(state.get("vertices", ()))
-        self.info(f"An unfinished {name} with {count} points is back: go on picking.")
+        points = f"{count} point{'s' if count != 1 else ''}"
+        what = "measurement" if name == "measure" else name
+        self.info(f"An unfinished {what} with {points} is back: go on picking.")
 
     def _leave(self) -> None:
         self._mark_open(False)
@@ -188,7 +215,8 @@ class Studio(QObject):
 
     def discard(self) -> None:
         """Leave what was not saved to the history. Raises VomError."""
-        self.cancel_tool()
+        if (tool := self.open_tool) is not None:
+            tool.cancel()
         if self.session.dirty:
             self.session.discard_unsaved()
 
@@ -265,12 +293,16 @@ class Studio(QObject):
             self.fail(error)
 
     def _on_edit(self, edit: Edit) -> None:
+        self._nearest = None
         for id_, record in edit.after.items():
             if isinstance(record, Model) and id_ not in self.models:
                 self._load(record)
+        if self.next_type_id not in self.records:
+            self.next_type_id = self.session.of(FeatureType)[0].id
         self.measurements.forget_all_but(self.records)
         self.selection.keep(self.records)
         self.edited.emit(edit)
+        self.patch_tool.look_again()
         if not self.project.untitled:
             self._layers_timer.start()
 
@@ -414,15 +446,47 @@ class Studio(QObject):
     def visible(self, id_: str) -> bool:
         return id_ not in self.hidden
 
+    def show_only(self, ids: Iterable[str]) -> None:
+        """These features with their types, and no others; the models stay as they are."""
+        ids = set(ids)
+        features = self.session.features()
+        groups = {group_of(f) for f in features if f.id in ids}
+        hidden = {f.id for f in features if f.id not in ids}
+        changed = (self.hidden & (ids | groups)) | (hidden - self.hidden)
+        self._set_hidden((self.hidden - ids - groups) | hidden, changed)
+
+    def show_all(self) -> None:
+        self._set_hidden(set(), set(self.hidden))
+
+    def _set_hidden(self, hidden: set[str], changed: set[str]) -> None:
+        if changed:
+            self.hidden = hidden
+            self.project.journal.set_view("hidden", sorted(self.hidden))
+            self.visibility_changed.emit(tuple(changed))
+
     def set_visible(self, ids: Iterable[str], visible: bool) -> None:
         ids = tuple(ids)
-        self.hidden = self.hidden - set(ids) if visible else self.hidden | set(ids)
-        self.project.journal.set_view("hidden", sorted(self.hidden))
-        self.visibility_changed.emit(ids)
+        hidden = self.hidden - set(ids) if visible else self.hidden | set(ids)
+        self._set_hidden(hidden, set(ids))
 
     # --- derived -----------------------------------------------------------------------------
     def measured(self, ids: Iterable[str]) -> dict[str, Measurement]:
         return self.measurements.of(self.records, ids)
+
+    def nearest_pick(self, reading_id: str) -> NearestPick | None:
+        """The pick to which a compass reading is compared; worked out for all readings at once, and
+        again after an edit."""
+        if self._nearest is None:
+            self._nearest = nearest_picks(self.records, self.measurements)
+        return self._nearest.get(reading_id)
+
+    def nearest_text(self, reading_id: str) -> str:
+        """How far a reading is from the nearest pick, and from which, in words."""
+        found = self.nearest_pick(reading_id)
+        if found is None:
+            return "No pick of the same type to compare with"
+        how = "the most alike" if found.distance_m is None else f"{length(found.distance_m)} away"
+        return f"{degrees(found.angle_deg)} from {found.name}, {how}"
 
     def north_known(self) -> bool:
         """Every model of the project knows its north."""
@@ -464,6 +528,9 @@ class Studio(QObject):
     def activate(self, name: str) -> None:
         if name == self.tool_name:
             return
+        if self.tool_name == "patch":
+            # A stroke that is being made is kept: there is no way back to it.
+            self.patch_tool.leave()
         open_tool = self.open_tool
         if open_tool is not None and self.tools.get(name) is not open_tool:
             waits = "finish it with Enter or cancel it with Esc"
@@ -486,11 +553,11 @@ class Studio(QObject):
         return next((tool for tool in self.tools.values() if tool.open), None)
 
     def finish_tool(self) -> None:
-        if (tool := self.open_tool) is not None:
+        if (tool := self.open_tool or self.tool) is not None:
             tool.finish()
 
     def cancel_tool(self) -> None:
-        if (tool := self.open_tool) is not None:
+        if (tool := self.open_tool or self.tool) is not None:
             tool.cancel()
 
     def pointer(self, event: PointerEvent) -> None:
@@ -502,14 +569,15 @@ class Studio(QObject):
         self.next_type_id, self.next_set = type_id, set_name
         for tool in self.tools.values():
             tool.set_type(type_id, set_name)
+        self.next_changed.emit()
 
     # --- ToolContext -------------------------------------------------------------------------
-    def surface(self, model_id: str) -> Surface | None:
+    def surface(self, model_id: str) -> PaintSurface | None:
         found = self.models.get(model_id)
         return found.surface if found else None
 
     def measure(self, feature: Feature) -> Measurement:
-        return measure_all(self.records, [feature], self.settings.thresholds)[0]
+        return self.measurements.one(self.records, feature)
 
     def format_plane(self, measurement: Measurement) -> str:
         return plane_text(measurement.fit, self.settings.notation, local=not self.north_known())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from PySide6.QtCore import (
@@ -15,13 +16,13 @@ from PySide6.QtCore import (
     QSortFilterProxyModel,
     Qt,
 )
-from PySide6.QtGui import QAction, QPalette
+from PySide6.QtGui import QAction, QGuiApplication, QKeySequence, QPalette, QShortcut
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHBoxLayout,
     QHeaderView,
     QLabel,
-    QLineEdit,
+    QMenu,
     QTableView,
     QToolButton,
     QVBoxLayout,
@@ -30,9 +31,11 @@ from PySide6.QtWidgets import (
 
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
-from vomstudio.document.measurements import Measurement
-from vomstudio.document.records import TYPED, FeatureType, Typed
+from vomstudio.document.records import TYPED, Reading
 from vomstudio.ui import theme
+from vomstudio.ui.feature_filter import Test
+from vomstudio.ui.feature_row import Row, row_of
+from vomstudio.ui.filter_line import FilterLine
 from vomstudio.ui.studio import Studio
 from vomstudio.ui.wording import area, degrees, length, natural, number, orientation_text
 
@@ -40,6 +43,8 @@ _Index = QModelIndex | QPersistentModelIndex
 _SORT = Qt.ItemDataRole.UserRole
 # Column widths are taken from so many rows: all of a thousand would hold the window up.
 _MEASURED_ROWS = 50
+# More rows than this are sorted in anew together, not one by one.
+_AT_ONCE = 200
 _QUALITY_ORDER = {"good": 0, "doubtful": 1, "poor": 2, None: 3}
 
 
@@ -53,43 +58,6 @@ class Column:
     value: Callable[[Row], Any]
     field: str | None = None
     left: bool = False
-
-
-@dataclass(frozen=True, eq=False)
-class Row:
-    feature: Typed
-    kind: FeatureType | None
-    measured: Measurement
-    notation: str
-
-    @property
-    def azimuth(self) -> float | None:
-        if self.measured.plane is not None:
-            return self.measured.plane.dip_direction_deg
-        return None if self.measured.line is None else self.measured.line.trend_deg
-
-    @property
-    def rake(self) -> float | None:
-        slip = self.measured.slip_rake_deg
-        return self.measured.rake_deg if slip is None else slip
-
-    def fit(self, name: str) -> Any:
-        return None if self.measured.fit is None else getattr(self.measured.fit, name)
-
-    @property
-    def quality(self) -> str | None:
-        return self.measured.verdict.quality if self.measured.verdict else None
-
-    @property
-    def reasons(self) -> str:
-        if self.measured.verdict is None:
-            return self.measured.problem or ""
-        return "; ".join(self.measured.verdict.reasons)
-
-    @property
-    def ratio(self) -> float | None:
-        extent, resolution = self.fit("extent"), self.measured.resolution_m
-        return extent / resolution if extent and resolution else None
 
 
 def _fit(title: str, name: str, tip: str, words: Callable[[Any], str]) -> Column:
@@ -108,12 +76,12 @@ COLUMNS: tuple[Column, ...] = (
     Column(
         "Type",
         "Feature type",
-        lambda r: r.kind.name if r.kind else "",
-        lambda r: r.kind.name if r.kind else "",
+        lambda r: r.type_name,
+        lambda r: r.type_name,
         None,
         True,
     ),
-    Column("Set", "Set", lambda r: r.feature.set_name, lambda r: r.feature.set_name,
+    Column("Set", "Set", lambda r: r.set_name, lambda r: r.set_name,
            "set_name", True),
     Column(
         "Orientation",
@@ -126,6 +94,14 @@ COLUMNS: tuple[Column, ...] = (
         "Verdict on the plane or line, with its reasons",
         lambda r: r.quality or ("no plane" if r.measured.problem else "–"),
         lambda r: _QUALITY_ORDER[r.quality],
+        None,
+        True,
+    ),
+    Column(
+        "Overturned",
+        "The bed is upside down: its younging is known",
+        lambda r: "yes" if r.overturned else "",
+        lambda r: None if r.overturned is None else not r.overturned,
         None,
         True,
     ),
@@ -158,6 +134,13 @@ COLUMNS: tuple[Column, ...] = (
         lambda r: r.rake,
     ),
     Column(
+        "To pick",
+        "Of a compass reading: its angle from the nearest pick of the same type, or from the most "
+        "alike where the reading has no position",
+        lambda r: degrees(r.to_pick),
+        lambda r: r.to_pick,
+    ),
+    Column(
         "Ext./res.",
         "Extent over the model's resolution: 100 is wanted",
         lambda r: number(r.ratio, 2),
@@ -168,6 +151,8 @@ COLUMNS: tuple[Column, ...] = (
            None, True),
     Column("Notes", "Notes", lambda r: r.feature.notes, lambda r: r.feature.notes, "notes", True),
 )  # fmt: skip
+
+_TO_PICK = next(i for i, column in enumerate(COLUMNS) if column.title == "To pick")
 
 
 class OrientationModel(QAbstractTableModel):
@@ -181,13 +166,13 @@ class OrientationModel(QAbstractTableModel):
         self.beginResetModel()
         features = [f for f in self._studio.session.features() if isinstance(f, TYPED)]
         measured = self._studio.measured(feature.id for feature in features)
-        self._rows = [self._row(feature, measured[feature.id]) for feature in features]
+        self._rows = [row_of(self._studio, feature, measured[feature.id]) for feature in features]
         self._places = {row.feature.id: i for i, row in enumerate(self._rows)}
         self.endResetModel()
 
     def update(self, ids: list[str]) -> None:
         """Some features are new, other, or gone."""
-        if any(self._studio.records.get(i) is None for i in ids):
+        if len(ids) > _AT_ONCE or any(self._studio.records.get(i) is None for i in ids):
             self.reset()
             return
         measured = self._studio.measured(ids)
@@ -195,7 +180,7 @@ class OrientationModel(QAbstractTableModel):
             feature = self._studio.records[id_]
             if not isinstance(feature, TYPED):
                 continue
-            row = self._row(feature, measured[id_])
+            row = row_of(self._studio, feature, measured[id_])
             place = self._places.get(id_)
             if place is None:
                 place = len(self._rows)
@@ -207,14 +192,15 @@ class OrientationModel(QAbstractTableModel):
                 self._rows[place] = row
                 self.dataChanged.emit(self.index(place, 0), self.index(place, len(COLUMNS) - 1))
 
-    def _row(self, feature: Typed, measured: Measurement) -> Row:
-        kind = self._studio.records.get(feature.type_id)
-        return Row(
-            feature,
-            kind if isinstance(kind, FeatureType) else None,
-            measured,
-            self._studio.settings.notation,
-        )
+    def row(self, place: int) -> Row:
+        return self._rows[place]
+
+    def compare_again(self) -> None:
+        """Readings are compared with other rows, which have changed."""
+        if any(isinstance(row.feature, Reading) for row in self._rows):
+            self.dataChanged.emit(
+                self.index(0, _TO_PICK), self.index(len(self._rows) - 1, _TO_PICK)
+            )
 
     def id_at(self, row: int) -> str:
         return self._rows[row].feature.id
@@ -241,6 +227,12 @@ class OrientationModel(QAbstractTableModel):
 
     def data(self, index: _Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         row, column = self._rows[index.row()], COLUMNS[index.column()]
+        if column.title == "Overturned":
+            if role == Qt.ItemDataRole.CheckStateRole and row.overturned is not None:
+                return Qt.CheckState.Checked if row.overturned else Qt.CheckState.Unchecked
+            if role == Qt.ItemDataRole.DisplayRole:
+                # The box says it.
+                return None
         if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.EditRole):
             return column.text(row)
         if role == _SORT:
@@ -249,7 +241,7 @@ class OrientationModel(QAbstractTableModel):
             if column.title == "Quality":
                 return theme.verdict_icon(row.quality)
             if column.title == "Type" and row.kind:
-                return theme.swatch(row.kind.color)
+                return theme.type_icon(row.kind.color, row.kind.symbol)
         if role == Qt.ItemDataRole.TextAlignmentRole and not column.left:
             return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         if role == Qt.ItemDataRole.ToolTipRole:
@@ -260,6 +252,8 @@ class OrientationModel(QAbstractTableModel):
         flags = super().flags(index)
         if COLUMNS[index.column()].field:
             flags |= Qt.ItemFlag.ItemIsEditable
+        if COLUMNS[index.column()].title == "Overturned":
+            flags |= Qt.ItemFlag.ItemIsUserCheckable
         return flags
 
     def setData(  # noqa: N802
@@ -267,6 +261,10 @@ class OrientationModel(QAbstractTableModel):
     ) -> bool:
         field = COLUMNS[index.column()].field
         row = self._rows[index.row()]
+        if role == Qt.ItemDataRole.CheckStateRole and row.overturned is not None:
+            # Qt hands over a plain number.
+            on = Qt.CheckState(value) == Qt.CheckState.Checked
+            return self._studio.attempt(edits.set_attributes, [row.feature.id], overturned=on)
         if field is None or value == getattr(row.feature, field):
             return False
         return self._studio.attempt(
@@ -275,11 +273,11 @@ class OrientationModel(QAbstractTableModel):
 
 
 class _Sorted(QSortFilterProxyModel):
-    words: tuple[str, ...] = ()
+    test: Test | None = None
 
-    def set_words(self, text: str) -> None:
-        """Rows stay that have each of these words in some column."""
-        self.words = tuple(text.casefold().split())
+    def set_test(self, test: Test | None) -> None:
+        """Rows stay that pass the test; all of them without one."""
+        self.test = test
         self.invalidate()
 
     def lessThan(self, left: _Index, right: _Index) -> bool:  # noqa: N802
@@ -292,13 +290,9 @@ class _Sorted(QSortFilterProxyModel):
         return bool(a < b)
 
     def filterAcceptsRow(self, row: int, parent: _Index) -> bool:  # noqa: N802
-        if not self.words:
-            return True
         model = self.sourceModel()
-        text = " ".join(
-            str(model.index(row, c, parent).data()) for c in range(len(COLUMNS))
-        ).casefold()
-        return all(word in text for word in self.words)
+        assert isinstance(model, OrientationModel)
+        return self.test is None or self.test(model.row(row))
 
 
 class TablePanel(QWidget):
@@ -306,6 +300,7 @@ class TablePanel(QWidget):
         super().__init__()
         self._studio = studio
         self._showing = False
+        self._seen_settings: tuple[str, list[str]] = ("", [])
         self.model = OrientationModel(studio)
         self._sorted = _Sorted()
         self._sorted.setSourceModel(self.model)
@@ -323,11 +318,17 @@ class TablePanel(QWidget):
         self.view.horizontalHeader().setResizeContentsPrecision(_MEASURED_ROWS)
         self.view.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
         self.view.selectionModel().selectionChanged.connect(self._selected)
-        self._filter = QLineEdit()
-        self._filter.setPlaceholderText(self.tr("Filter: words of any column"))
-        self._filter.setClearButtonEnabled(True)
-        self._filter.setMaximumWidth(320)
-        self._filter.textChanged.connect(self._filtered)
+        header = self.view.horizontalHeader()
+        header.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        header.customContextMenuRequested.connect(
+            lambda at: self.column_menu().exec(header.mapToGlobal(at))
+        )
+        copy = QShortcut(QKeySequence.StandardKey.Copy, self.view)
+        copy.setContext(Qt.ShortcutContext.WidgetShortcut)
+        copy.activated.connect(self.copy_rows)
+        self._filter = FilterLine(self.tr("Filter: words, or dip>30 quality:good"))
+        self._filter.setMaximumWidth(360)
+        self._filter.changed.connect(self._filtered)
         self._count = QLabel()
         button = QToolButton()
         button.setDefaultAction(export)
@@ -339,9 +340,10 @@ class TablePanel(QWidget):
         self._empty.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         top = QHBoxLayout()
         top.setContentsMargins(4, 2, 4, 0)
-        top.addWidget(self._filter)
+        top.addWidget(self._filter, 2)
         top.addWidget(self._count)
-        top.addStretch()
+        top.addWidget(self._filter.problem, 3)
+        top.addStretch(1)
         top.addWidget(button)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -353,20 +355,65 @@ class TablePanel(QWidget):
         self._sorted.rowsRemoved.connect(self._counted)
         self._sorted.modelReset.connect(self._counted)
         studio.project_opened.connect(self.rebuild)
-        studio.settings_changed.connect(self.rebuild)
+        studio.settings_changed.connect(self._settings_changed)
         studio.edited.connect(self._edited)
         studio.selection_changed.connect(self._show_selection)
 
+    def _settings_changed(self) -> None:
+        settings = self._studio.settings
+        if self._seen_settings != (settings.notation, settings.hidden_columns):
+            self.rebuild()
+
     def rebuild(self) -> None:
+        settings = self._studio.settings
+        self._seen_settings = (settings.notation, settings.hidden_columns)
         self.model.reset()
         self._counted()
         self._fit_columns()
         self._show_selection(self._studio.selection.ids)
 
-    def _filtered(self, text: str) -> None:
+    # --- columns and copies ------------------------------------------------------------------
+    def column_menu(self) -> QMenu:
+        """Which columns are shown."""
+        menu = QMenu(self)
+        hidden = self._studio.settings.hidden_columns
+        for column in COLUMNS[1:]:
+            action = menu.addAction(column.title)
+            action.setToolTip(column.tip)
+            action.setCheckable(True)
+            action.setChecked(column.title not in hidden)
+            action.toggled.connect(partial(self._show_column, column.title))
+        menu.setToolTipsVisible(True)
+        menu.addSeparator()
+        menu.addAction(self.tr("Show all columns"), lambda: self._hide_columns([]))
+        return menu
+
+    def _show_column(self, title: str, shown: bool) -> None:
+        hidden = [t for t in self._studio.settings.hidden_columns if t != title]
+        self._hide_columns(hidden if shown else [*hidden, title])
+
+    def _hide_columns(self, titles: list[str]) -> None:
+        self._studio.settings.hidden_columns = titles
+        self._studio.keep_settings()
+
+    def copy_rows(self) -> None:
+        """The selected rows as they are shown, under their titles, for a spreadsheet."""
+        rows = sorted(self.view.selectionModel().selectedRows(), key=lambda i: i.row())
+        if not rows:
+            return
+        columns = [i for i in range(len(COLUMNS)) if not self.view.isColumnHidden(i)]
+        lines = [[COLUMNS[i].title for i in columns]]
+        for index in rows:
+            row = self.model.row(self._sorted.mapToSource(index).row())
+            lines.append([" ".join(COLUMNS[i].text(row).split()) for i in columns])
+        QGuiApplication.clipboard().setText("\n".join("\t".join(line) for line in lines) + "\n")
+        many = "s" if len(rows) != 1 else ""
+        self._studio.info(f"Copied {len(rows)} row{many} of the table.")
+
+    def _filtered(self) -> None:
         # A row that goes out of sight stays selected.
         self._showing = True
-        self._sorted.set_words(text)
+        self._sorted.set_test(self._filter.test)
         self._showing = False
         self._counted()
         self._show_selection(self._studio.selection.ids)
@@ -377,6 +424,7 @@ class TablePanel(QWidget):
             return
         first = self.model.rowCount() == 0
         self.model.update(ids)
+        self.model.compare_again()
         self._counted()
         if first:
             self._fit_columns()
@@ -393,6 +441,8 @@ class TablePanel(QWidget):
                 self.view.setColumnWidth(i, min(420, wanted))
 
     def _fit_columns(self) -> None:
+        for i, column in enumerate(COLUMNS):
+            self.view.setColumnHidden(i, column.title in self._studio.settings.hidden_columns)
         self.view.resizeColumnsToContents()
         for i, column in enumerate(COLUMNS):
             if column.title in ("Name", "Set", "Notes", "Quality"):
@@ -420,18 +470,24 @@ class TablePanel(QWidget):
         self._studio.selection.set(ids)
 
     def _show_selection(self, ids: tuple[str, ...]) -> None:
-        chosen = QItemSelection()
         last = QModelIndex()
+        rows = []
         for id_ in ids:
             place = self.model.place(id_)
-            index = (
-                QModelIndex()
-                if place is None
-                else self._sorted.mapFromSource(self.model.index(place, 0))
-            )
-            if index.isValid():
-                chosen.select(index, index)
-                last = index
+            if place is not None:
+                index = self._sorted.mapFromSource(self.model.index(place, 0))
+                if index.isValid():
+                    rows.append(index.row())
+                    last = index
+        # As runs of rows: Qt looks at every column of every range.
+        rows.sort()
+        chosen = QItemSelection()
+        start = 0
+        for i in range(1, len(rows) + 1):
+            if i == len(rows) or rows[i] != rows[i - 1] + 1:
+                first, end = rows[start], rows[i - 1]
+                chosen.select(self._sorted.index(first, 0), self._sorted.index(end, 0))
+                start = i
         selection = self.view.selectionModel()
         self._showing = True
         selection.select(

@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QFont, QIcon, QPainter, QPalette, QPen, QPixmap, QPixmapCache
+from PySide6.QtGui import (
+    QColor,
+    QFont,
+    QIcon,
+    QPainter,
+    QPalette,
+    QPen,
+    QPixmap,
+    QPixmapCache,
+    QPolygonF,
+)
 from PySide6.QtWidgets import QApplication
 
 # One icon for each class of feature, in tree and toolbar.
@@ -52,6 +63,58 @@ def swatch(color: str) -> QIcon:
         painter.drawEllipse(QPointF(16, 16), 11, 11)
 
     return _painted(f"swatch {color}", draw)
+
+
+def type_icon(color: str, symbol: str) -> QIcon:
+    """A feature type's symbol in its colour, as the net and the legend show it."""
+
+    def draw(painter: QPainter) -> None:
+        painter.setBrush(QColor(color))
+        painter.setPen(QPen(QColor(0, 0, 0, 140), 1.5))
+        corners = _CORNERS.get(symbol)
+        if corners is None:
+            painter.drawEllipse(QPointF(16, 16), 11, 11)
+            return
+        count, start_deg, inner = corners
+        radii = (13.5, 13.5 * inner) if inner else (13.5,)
+        steps = count * len(radii)
+        painter.drawPolygon(
+            QPolygonF(
+                [
+                    QPointF(
+                        16 + radii[k % len(radii)] * math.cos(turn),
+                        16 - radii[k % len(radii)] * math.sin(turn),
+                    )
+                    for k in range(steps)
+                    for turn in (math.radians(start_deg + 360.0 * k / steps),)
+                ]
+            )
+        )
+
+    return _painted(f"type {color} {symbol}", draw)
+
+
+# Corners, the angle of the first, and how far in the corners between them lie.
+_CORNERS: dict[str, tuple[int, float, float]] = {
+    "square": (4, 45.0, 0.0),
+    "triangle": (3, 90.0, 0.0),
+    "diamond": (4, 90.0, 0.0),
+    "pentagon": (5, 90.0, 0.0),
+    "star": (5, 90.0, 0.42),
+}
+SYMBOLS: tuple[str, ...] = ("circle", *_CORNERS)
+
+# Okabe-Ito (2008) and its grey: colours that colour-blind readers can tell apart.
+COLORS: tuple[tuple[str, str], ...] = (
+    ("Blue", "#0072b2"),
+    ("Vermilion", "#d55e00"),
+    ("Green", "#009e73"),
+    ("Purple", "#cc79a7"),
+    ("Sky blue", "#56b4e9"),
+    ("Orange", "#e69f00"),
+    ("Yellow", "#f0e442"),
+    ("Grey", "#999999"),
+)
 
 
 def _painted(key: str, draw: Callable[[QPainter], None]) -> QIcon:

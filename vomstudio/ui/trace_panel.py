@@ -2,31 +2,16 @@
 
 from __future__ import annotations
 
-import re
-
-from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import (
-    QAbstractItemView,
-    QFormLayout,
-    QGridLayout,
-    QHeaderView,
-    QLabel,
-    QLineEdit,
-    QSizePolicy,
-    QTableWidget,
-    QTableWidgetItem,
-    QToolButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QFormLayout, QLabel, QLineEdit, QVBoxLayout, QWidget
 
-from vomstudio.document.records import FeatureType, Model
-from vomstudio.geometry import transform
-from vomstudio.ui import theme
 from vomstudio.ui.fit_view import FitView
 from vomstudio.ui.studio import Studio
-from vomstudio.ui.widgets import ComboBox
+from vomstudio.ui.type_box import TypeBox
+from vomstudio.ui.vertex_table import VertexTable, parse_number
+from vomstudio.ui.widgets import action_buttons
+
+__all__ = ["TracePanel", "parse_number"]
 
 
 class TracePanel(QWidget):
@@ -34,7 +19,7 @@ class TracePanel(QWidget):
         super().__init__()
         self._studio = studio
         self._tool = studio.trace_tool
-        self.type_box = ComboBox()
+        self.type_box = TypeBox(studio)
         self.type_box.setObjectName("trace_type")
         self.type_box.currentIndexChanged.connect(self._next_changed)
         self.set_edit = QLineEdit()
@@ -47,29 +32,10 @@ class TracePanel(QWidget):
 
         self.fit_view = FitView(reasons_shown=2)
 
-        self.table = QTableWidget(0, 3)
+        self.table = VertexTable(studio, self._tool)
         self.table.setObjectName("trace_vertices")
-        self.table.setHorizontalHeaderLabels(["E (m)", "N (m)", "Z (m)"])
-        self.table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        self.table.horizontalHeader().setMinimumSectionSize(40)
-        self.table.verticalHeader().setFixedWidth(22)
-        self.table.verticalHeader().setDefaultSectionSize(22)
-        self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        self.table.setMinimumHeight(76)
-        self.table.itemSelectionChanged.connect(self._marked)
-        self.table.itemChanged.connect(self._typed)
 
-        buttons = QGridLayout()
-        buttons.setSpacing(4)
         names = ("finish", "cancel", "continue_trace", "delete_vertex")
-        for i, name in enumerate(names):
-            button = QToolButton()
-            button.setDefaultAction(actions[name])
-            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-            button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-            buttons.addWidget(button, i // 2, i % 2)
-
         self._hint = QLabel()
         self._hint.setWordWrap(True)
         layout = QVBoxLayout(self)
@@ -79,31 +45,18 @@ class TracePanel(QWidget):
         layout.addWidget(self.fit_view)
         layout.addWidget(self.table, 1)
         layout.addWidget(self._hint)
-        layout.addLayout(buttons)
-        studio.project_opened.connect(self._fill_types)
-        studio.edited.connect(self._edited)
+        layout.addLayout(action_buttons([actions[name] for name in names]))
+        # After the box, which follows them first.
+        studio.project_opened.connect(self.refresh)
+        studio.edited.connect(self.refresh)
         studio.tool_changed_signal.connect(self.refresh)
-
-    def _fill_types(self) -> None:
-        with QSignalBlocker(self.type_box):
-            self.type_box.clear()
-            for kind in self._studio.session.of(FeatureType):
-                self.type_box.addItem(theme.swatch(kind.color), kind.name, kind.id)
-            self.type_box.setCurrentIndex(max(0, self.type_box.findData(self._studio.next_type_id)))
-        self.refresh()
-
-    def _edited(self, edit: object) -> None:
-        known = {kind.id for kind in self._studio.session.of(FeatureType)}
-        shown = {self.type_box.itemData(i) for i in range(self.type_box.count())}
-        if known != shown:
-            self._fill_types()
-        self.refresh()
+        studio.next_changed.connect(self._show_kind)
 
     def _next_changed(self) -> None:
         self.set_edit.setModified(False)
         self._studio.set_next(str(self.type_box.currentData()), self.set_edit.text().strip())
 
-    def refresh(self) -> None:
+    def refresh(self, *_: object) -> None:
         tool = self._tool
         measured = tool.measurement if len(tool.vertices) > 2 else None
         self.fit_view.show_measurement(
@@ -120,7 +73,7 @@ class TracePanel(QWidget):
         )
         self._hint.setVisible(not tool.open)
         self._show_kind()
-        self._fill_vertices()
+        self.table.refresh()
 
     def _show_kind(self) -> None:
         """Type and set of the open trace, else of the next one. Those of a continued trace are
@@ -128,8 +81,7 @@ class TracePanel(QWidget):
         trace, studio = self._tool.trace, self._studio
         type_id = trace.type_id if trace else studio.next_type_id
         set_name = trace.set_name if trace else studio.next_set
-        with QSignalBlocker(self.type_box):
-            self.type_box.setCurrentIndex(max(0, self.type_box.findData(type_id)))
+        self.type_box.choose(type_id)
         if not self.set_edit.isModified():
             self.set_edit.setText(set_name)
         for field in (self.type_box, self.set_edit):
@@ -139,70 +91,3 @@ class TracePanel(QWidget):
                 if self._tool.continued
                 else ""
             )
-
-    def _fill_vertices(self) -> None:
-        tool = self._tool
-        with QSignalBlocker(self.table):
-            self.table.setRowCount(len(tool.vertices))
-            if tool.open:
-                model = self._studio.records.get(tool.trace.model_id) if tool.trace else None
-                rows = model.to_world if isinstance(model, Model) else None
-                points = transform.apply(rows, tool.vertices) if rows else tool.vertices
-                for i, point in enumerate(points):
-                    for j, value in enumerate(point):
-                        item = QTableWidgetItem(f"{value:.3f}")
-                        item.setTextAlignment(
-                            Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-                        )
-                        self.table.setItem(i, j, item)
-                if tool.current_vertex is not None:
-                    self.table.selectRow(tool.current_vertex)
-                else:
-                    self.table.clearSelection()
-                    self.table.scrollToBottom()
-        self.table.setVisible(tool.open)
-
-    def _marked(self) -> None:
-        rows = {index.row() for index in self.table.selectedIndexes()}
-        if rows and self._tool.open:
-            self._tool.mark(rows.pop())
-
-    def _typed(self, item: QTableWidgetItem) -> None:
-        """Numbers may carry either decimal mark."""
-        tool = self._tool
-        trace = tool.trace
-        if trace is None:
-            return
-        model = self._studio.records.get(trace.model_id)
-        rows = model.to_world if isinstance(model, Model) else None
-        value = parse_number(item.text())
-        if value is None:
-            self._studio.warn(f"“{item.text()}” is not a number.")
-            self._fill_vertices()
-            return
-        index = item.row()
-        point = transform.apply(rows, [tool.vertices[index]])[0] if rows else tool.vertices[index]
-        point = [float(v) for v in point]
-        point[item.column()] = value
-        if rows:
-            point = [float(v) for v in transform.apply(transform.invert(rows), [point])[0]]
-        tool.move_vertex(index, (point[0], point[1], point[2]))
-
-
-def parse_number(text: str) -> float | None:
-    """A number with either decimal mark; blanks, apostrophes or the other mark may stand between
-    its thousands. One mark alone is the decimal mark."""
-    plain = re.sub(r"[\s'’]", "", text).replace("−", "-")
-    marks = re.sub(r"[^.,]", "", plain)
-    if len(set(marks)) == 2 or len(marks) > 1:
-        decimal = marks[-1] if len(set(marks)) == 2 else ""
-        group = "." if decimal == "," else "," if decimal == "." else marks[0]
-        whole, _, rest = plain.rpartition(decimal) if decimal else (plain, "", "")
-        if not re.fullmatch(rf"[+-]?\d{{1,3}}(?:{re.escape(group)}\d{{3}})+", whole):
-            return None
-        plain = whole.replace(group, "") + "." + rest
-    try:
-        value = float(plain.replace(",", "."))
-    except ValueError:
-        return None
-    return value if abs(value) < 1e300 else None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import numpy.typing as npt
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -18,16 +19,22 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.document.records import FEATURES, Patch, Trace
+from vomstudio.document.records import FEATURES, Matrix, Model, Patch, Trace
 from vomstudio.errors import VomError
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.notation import format_line, parse_line
 from vomstudio.geology.orientation import Line, Plane, angle_between_lines, normals_to_planes
+from vomstudio.geometry import transform
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.ui.first_view import first_view
 from vomstudio.ui.studio import Studio
 from vomstudio.ui.wording import degrees
 
 SAME_DEG = 0.5
 """Directions nearer than this are the same for whoever looks along them."""
+
+_EDGE_ON = 0.05
+"""Sine of the angle to the exposed face under which neither side is the better one."""
 
 
 class ViewPanel(QWidget):
@@ -39,6 +46,7 @@ class ViewPanel(QWidget):
         self._look = look
         self._direction = Line(0.0, 0.0)
         self._axis_kept: FoldAxis | str | None = None
+        self._faced: tuple[str, Matrix, npt.NDArray[np.float64]] | None = None
         self.now = QLabel("–")
         font = self.now.font()
         font.setPointSizeF(font.pointSizeF() * 1.2)
@@ -67,6 +75,7 @@ class ViewPanel(QWidget):
                 ("facing", self.tr("Facing the plane"), self.face),
                 ("strike", self.tr("Along strike"), self._along_strike),
                 ("dip", self.tr("Down dip"), self._down_dip),
+                ("line", self.tr("Along the line"), self.along_line),
                 ("flip", self.tr("From the other side"), self._flip),
             )
         ):
@@ -109,7 +118,7 @@ class ViewPanel(QWidget):
     def along_beta(self) -> None:
         axis = self._axis()
         if isinstance(axis, FoldAxis):
-            self._turn(axis.beta)
+            self._turn_axis(axis.beta)
 
     def face(self) -> None:
         plane = self._plane()
@@ -117,6 +126,12 @@ class ViewPanel(QWidget):
             # Against the upward normal; a vertical plane is looked at toward its dip direction
             # plus 180 degrees (CLI.md, ortho --plane).
             self._turn(Line((plane.dip_direction_deg + 180.0) % 360.0, 90.0 - plane.dip_deg))
+
+    def along_line(self) -> None:
+        """Along the selected lineation or intersection."""
+        line = self._line()
+        if line is not None:
+            self._turn_axis(line)
 
     def _along_strike(self) -> None:
         plane = self._plane()
@@ -130,6 +145,26 @@ class ViewPanel(QWidget):
 
     def _flip(self) -> None:
         self._turn(Line((self._direction.trend_deg + 180.0) % 360.0, -self._direction.plunge_deg))
+
+    def _turn_axis(self, axis: Line) -> None:
+        """Of the two views along an axis the one onto the exposed side; `From the other side` is
+        the other one, and where no side is known, or both are edge on, the view is down it."""
+        side = self._exposed_view()
+        if side is not None and axis.vector() @ side < -_EDGE_ON:
+            axis = Line.from_vector(-axis.vector(), directed=True)
+        self._turn(axis)
+
+    def _exposed_view(self) -> npt.NDArray[np.float64] | None:
+        """Direction of a view onto the first mesh that is open."""
+        for model_id, opened in self._studio.models.items():
+            model = self._studio.records.get(model_id)
+            if isinstance(model, Model) and isinstance(opened.data, Mesh):
+                if self._faced is None or self._faced[:2] != (model_id, model.to_world):
+                    trend, plunge = first_view(opened.data, transform.matrix(model.to_world))
+                    view = Line(trend, plunge).vector()
+                    self._faced = (model_id, model.to_world, view)
+                return self._faced[2]
+        return None
 
     def _turn(self, line: Line) -> None:
         self._look(line.trend_deg, line.plunge_deg)
@@ -167,12 +202,23 @@ class ViewPanel(QWidget):
             None,
         )
 
+    def why_no_line(self) -> str | None:
+        if self._line() is not None:
+            return None
+        return self.tr("select a lineation or an intersection first")
+
     # --- what they are taken from ------------------------------------------------------------
     def _plane(self) -> Plane | None:
         current = self._studio.selection.current
         if current is None or not isinstance(self._studio.records.get(current), FEATURES):
             return None
         return self._studio.measured([current])[current].plane
+
+    def _line(self) -> Line | None:
+        current = self._studio.selection.current
+        if current is None or not isinstance(self._studio.records.get(current), FEATURES):
+            return None
+        return self._studio.measured([current])[current].line
 
     def bedding(self) -> list[str]:
         """Bedding only: kinds are never pooled silently."""
@@ -228,6 +274,7 @@ class ViewPanel(QWidget):
         why = None if plane is not None else self.tr("select a plane first")
         for name in ("facing", "strike", "dip"):
             _enable(self._buttons[name], why)
+        _enable(self._buttons["line"], self.why_no_line())
         if isinstance(axis, FoldAxis):
             count = len(self.bedding())
             words = (

@@ -14,6 +14,8 @@ from vomstudio.document.records import DimensionKind
 from vomstudio.geology.notation import format_line, format_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.planes import PlaneFit
+from vomstudio.geometry.units import area_text as area
+from vomstudio.geometry.units import length_text as length
 
 
 def plane_text(
@@ -58,7 +60,7 @@ def dimension_text(figures: Mapping[str, float]) -> str:
                 return area(figures[name])
             error = figures.get(name.replace("_m", "_error95_m"))
             text = length(figures[name])
-            return text if error is None else f"{text} ± {length(error)}"
+            return text if error is None else f"{text} ± {length(error, 2)}"
     return "–"
 
 
@@ -70,12 +72,15 @@ DIMENSION_NAMES: dict[DimensionKind, str] = {
 }
 
 
-def area(value_m2: float | None) -> str:
-    if value_m2 is None:
-        return "–"
-    if value_m2 < 0.01:
-        return f"{value_m2 * 1e4:.3g} cm²"
-    return f"{value_m2:.3g} m²" if value_m2 < 1e4 else f"{value_m2 / 1e6:.3g} km²"
+def slip_names() -> dict[str, str]:
+    """Senses of slip as they are offered."""
+    return {
+        "": "none",
+        "normal": "normal",
+        "reverse": "reverse",
+        "sinistral": "sinistral (left-lateral)",
+        "dextral": "dextral (right-lateral)",
+    }
 
 
 def drawn_points(measured: Measurement) -> npt.NDArray[np.float64]:
@@ -105,19 +110,6 @@ def number(value: float | None, digits: int = 3) -> str:
         return f"{value:.{digits}g}"
     decimals = max(0, digits - 1 - floor(log10(abs(value))))
     return f"{value:.{decimals}f}"
-
-
-def length(value_m: float | None) -> str:
-    """A length in the unit that suits it."""
-    if value_m is None:
-        return "–"
-    if value_m < 0.01:
-        return f"{value_m * 1000:.2g} mm"
-    if value_m < 1.0:
-        return f"{value_m * 100:.2g} cm"
-    if value_m < 1000.0:
-        return f"{value_m:.3g} m"
-    return f"{value_m / 1000:.3g} km" if value_m < 1e6 else f"{value_m / 1000:.0f} km"
 
 
 def natural(name: str) -> tuple[tuple[int, int, str], ...]:

@@ -17,6 +17,7 @@ from vomstudio.progress import Progress
 
 BLOCK_BYTES = 8 * 1024 * 1024
 READERS = 3
+ROWS_AT_FIRST = 2_000_000
 
 
 def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> npt.NDArray[np.uint8]:
@@ -133,3 +134,30 @@ def drop_unsound_points(cloud: PointCloud, said: list[str], path: Path) -> Point
         None if cloud.normals is None else cloud.normals[finite],
         {name: values[finite] for name, values in cloud.fields.items()},
     )
+
+
+class Columns:
+    """Arrays that grow with what was really read, never with what a header promises."""
+
+    def __init__(self) -> None:
+        self._arrays: dict[str, npt.NDArray[Any]] = {}
+        self._filled: dict[str, int] = {}
+
+    def add(self, name: str, values: npt.NDArray[Any], limit: int) -> None:
+        filled = self._filled.get(name, 0)
+        needed = filled + len(values)
+        array = self._arrays.get(name)
+        if array is None or len(array) < needed:
+            room = min(limit, max(needed, 2 * filled, ROWS_AT_FIRST))
+            wider = np.empty((max(room, needed), *values.shape[1:]), values.dtype)
+            if array is not None:
+                wider[:filled] = array[:filled]
+            self._arrays[name] = array = wider
+        array[filled:needed] = values
+        self._filled[name] = needed
+
+    def take(self, name: str, n: int) -> npt.NDArray[Any] | None:
+        array = self._arrays.pop(name, None)
+        if array is None:
+            return None
+        return array if len(array) == n else array[:n].copy()

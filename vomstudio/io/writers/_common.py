@@ -14,9 +14,10 @@ from typing import Any, BinaryIO, TextIO
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import TargetError
+from vomstudio.errors import InputError, TargetError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.crs import parse_crs
 from vomstudio.io.image_store import ending_of, plain_name
 from vomstudio.io.writing import Outgoing
 
@@ -182,28 +183,41 @@ def _unreadable(path: Path, error: OSError) -> TargetError:
     )
 
 
-def prj_beside(out: Outgoing, said: list[str]) -> list[tuple[Path, str]]:
+def prj_beside(out: Outgoing, said: list[str], esri: bool = False) -> list[tuple[Path, str]]:
     """`NAME.prj` with the CRS, for formats that have no place for one; nothing where it stands
-    there already."""
+    there already. esri : in the words of ESRI, as a shapefile has it"""
     path = out.path.with_suffix(".prj")
     if out.crs is None:
         if path.exists():
             said.append(f"'{path.name}' beside it names a CRS that is not this model's; remove it.")
         return []
+    text = prj_text(out.crs, esri)
+    return [] if says_the_same(path, text, out.crs) else [(path, text)]
+
+
+def prj_text(crs: str, esri: bool = False) -> str:
     from pyproj import CRS
     from pyproj.exceptions import CRSError
 
-    crs = CRS.from_user_input(out.crs)
+    known = CRS.from_user_input(crs)
     try:
-        text = crs.to_wkt("WKT1_GDAL")
+        return str(known.to_wkt("WKT1_ESRI" if esri else "WKT1_GDAL")) + "\n"
     except CRSError:
-        text = crs.to_wkt()
+        return str(known.to_wkt()) + "\n"
+
+
+def says_the_same(path: Path, text: str, crs: str) -> bool:
+    """Whether a .prj file that is there names this CRS, in whatever words."""
     try:
-        if path.read_text(encoding="utf-8").strip() == text.strip():
-            return []
+        there = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
-        pass
-    return [(path, text + "\n")]
+        return False
+    if there.strip() == text.strip():
+        return True
+    try:
+        return parse_crs(there)[0] == crs
+    except InputError:
+        return False
 
 
 def write_lines(file: TextIO, columns: list[list[Any]], form: str) -> None:

@@ -1,0 +1,94 @@
+"""Lines through points: closed forms, laws, and coverage of the 95 % cone by simulation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vomstudio.errors import GeometryError
+from vomstudio.geometry.lines import fit_line, path_length, ring_area
+
+
+def turns(count: int, seed: int = 3) -> list[np.ndarray]:
+    chance = np.random.default_rng(seed)
+    found = []
+    for _ in range(count):
+        q, _ = np.linalg.qr(chance.normal(size=(3, 3)))
+        found.append(q * np.sign(np.linalg.det(q)))
+    return found
+
+
+def axial_deg(a, b) -> float:
+    return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b)), abs(np.dot(a, b)))))
+
+
+def test_two_points_give_their_direction_downward_and_no_error():
+    fit = fit_line([[10.0, 20.0, 5.0], [13.0, 20.0, 9.0]])
+    assert fit.direction == pytest.approx([-0.6, 0.0, -0.8])
+    assert fit.length == pytest.approx(5.0)
+    assert fit.confidence95_deg is None
+    assert fit.rms == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("points", [[[1, 2, 3]], [[1, 2, 3]] * 4, [[0, 0, 0], [np.nan, 0, 0]]])
+def test_what_is_no_line_is_refused(points):
+    with pytest.raises(GeometryError):
+        fit_line(points)
+
+
+def test_a_line_turns_with_its_points_and_keeps_its_error():
+    chance = np.random.default_rng(5)
+    points = np.outer(np.linspace(-1, 1, 9), [1.0, 2.0, -0.5]) + chance.normal(0, 0.02, (9, 3))
+    plain = fit_line(points)
+    for turn in turns(20):
+        fit = fit_line(points @ turn.T + [4e5, 5e6, 800.0])
+        assert axial_deg(fit.direction, turn @ plain.direction) < 1e-6
+        assert fit.direction[2] <= 0.0
+        assert fit.confidence95_deg == pytest.approx(plain.confidence95_deg, rel=1e-6)
+        assert fit.rms == pytest.approx(plain.rms, rel=1e-6)
+
+
+def test_order_and_direction_of_picking_do_not_matter():
+    chance = np.random.default_rng(6)
+    points = np.outer(np.linspace(0, 3, 7), [0.3, -1.0, 0.2]) + chance.normal(0, 0.05, (7, 3))
+    a, b = fit_line(points), fit_line(points[::-1])
+    assert a.direction == pytest.approx(b.direction)
+    assert a.confidence95_deg == pytest.approx(b.confidence95_deg)
+
+
+def missed(n: int, sigma: float, runs: int, seed: int) -> float:
+    """Share of runs in which the cone holds the true direction."""
+    chance = np.random.default_rng(seed)
+    truth = np.array([0.6, 0.48, -0.64])
+    held = 0
+    for _ in range(runs):
+        along = np.sort(chance.uniform(-1.0, 1.0, n))
+        fit = fit_line(np.outer(along, truth) + chance.normal(0.0, sigma, (n, 3)))
+        held += axial_deg(fit.direction, truth) <= fit.confidence95_deg
+    return held / runs
+
+
+@pytest.mark.parametrize("n", [3, 4, 5, 8, 12, 20])
+def test_the_cone_holds_the_true_direction_in_95_of_100(n):
+    """At 4000 runs 1.1 % is three standard deviations."""
+    share = missed(n, 0.01, 4000, 40 + n)
+    assert 0.937 <= share <= 0.963
+
+
+def test_the_length_of_a_path_is_the_sum_of_its_steps():
+    assert path_length([[0, 0, 0], [3, 4, 0], [3, 4, 12]]) == pytest.approx(17.0)
+    assert path_length([[1, 1, 1]]) == 0.0
+
+
+def test_the_area_of_a_ring_is_the_same_however_it_is_turned_and_walked():
+    ring = np.array([[0, 0, 0], [4, 0, 0], [4, 3, 0], [2, 1, 0], [0, 3, 0]], float)
+    for turn in turns(10):
+        moved = ring @ turn.T + [4e5, 5e6, 800.0]
+        assert ring_area(moved) == pytest.approx(8.0, rel=1e-8)
+        assert ring_area(moved[::-1]) == pytest.approx(8.0, rel=1e-8)
+        assert ring_area(np.roll(moved, 2, axis=0)) == pytest.approx(8.0, rel=1e-8)
+
+
+def test_the_area_of_a_ring_on_a_slope_is_that_of_the_slope():
+    ring = np.array([[0, 0, 0], [2, 0, 2], [2, 5, 2], [0, 5, 0]], float)
+    assert ring_area(ring) == pytest.approx(5 * np.hypot(2, 2))

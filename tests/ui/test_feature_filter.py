@@ -1,0 +1,134 @@
+"""The filter line: words and conditions, and what it says of what it cannot read."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.document import edits
+from vomstudio.document.records import Reading
+from vomstudio.errors import UsageError
+from vomstudio.ui.feature_filter import parse_filter
+from vomstudio.ui.feature_row import row_of
+
+
+def reading(name: str, azimuth: float, inclination: float, geometry: str = "plane", **more):
+    return Reading(
+        name, name, more.pop("type_id", "bedding"), geometry, azimuth, inclination, **more
+    )
+
+
+@pytest.fixture
+def found(studio):
+    """The names that pass a filter, of compass readings whose angles are exact."""
+    add_cliff(studio)
+    features = [
+        reading("north", 350.0, 30.0, set_name="west limb", notes="wet"),
+        reading("east", 95.0, 31.2, set_name="east limb", overturned=True),
+        reading("crack", 20.0, 80.0, type_id="joint"),
+        reading("axis", 30.0, 12.0, "line", type_id="fold_axis"),
+    ]
+    assert studio.attempt(edits.add_features, features)
+
+    def names(text: str) -> list[str]:
+        test = parse_filter(text)
+        measured = studio.measured(f.id for f in features)
+        return [f.name for f in features if test(row_of(studio, f, measured[f.id]))]
+
+    return names
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        ("dip>30", ["east", "crack"]),
+        ("dip>=30", ["north", "east", "crack"]),
+        ("dip=31", ["east"]),
+        ("dip=31.0", []),
+        ("dip:30..40", ["north", "east"]),
+        ("dip<31,2", ["north"]),
+        ("dipdir:340..40", ["north", "crack"]),
+        ("dipdir!=340..40", ["east"]),
+        ("strike:5", ["east"]),
+        ("plunge<20", ["axis"]),
+        ("type:joint", ["crack"]),
+        ("type=joint|bedding dip<31", ["north"]),
+        ("-type:bedding", ["crack", "axis"]),
+        ('set:"west limb"', ["north"]),
+        ("set:limb -wet", ["east"]),
+        ("overturned:yes", ["east"]),
+        ("overturned:no type:bedding", ["north"]),
+        ("kind:reading joint", ["crack"]),
+        ("350/30", ["north"]),
+        ('"west limb"', ["north"]),
+        ("", ["north", "east", "crack", "axis"]),
+    ],
+)
+def test_conditions_choose_what_they_say(found, text, names):
+    assert found(text) == names
+
+
+def test_what_is_undefined_fulfils_no_condition(found):
+    assert "axis" not in found("dip<90") + found("dip!=5")
+    assert found("extent>0") == []
+
+
+def test_lengths_may_have_a_unit(studio):
+    add_cliff(studio)
+    add_bed(studio, "t1", "bed")
+    measured = studio.measured(["t1"])["t1"]
+    row = row_of(studio, studio.records["t1"], measured)
+    extent = measured.fit.extent
+    assert parse_filter(f"extent>{extent * 99:.3f}cm")(row)
+    assert not parse_filter(f"extent>{extent * 101:.3f}cm")(row)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("dip>steep", "a number is wanted"),
+        ("dip>", "not finished"),
+        ("dip>30..40", "a range is written"),
+        ("slope>30", "no “slope”"),
+        ("type>joint", "words have no order"),
+        ("overturned:perhaps", "overturned:yes"),
+        ("dip>3kg", "cannot be read"),
+    ],
+)
+def test_what_cannot_be_read_is_said_with_what_is_wanted(text, says):
+    with pytest.raises(UsageError, match=says):
+        parse_filter(text)
+
+
+def test_the_line_keeps_the_last_filter_while_a_condition_is_unfinished(window, studio):
+    add_cliff(studio)
+    add_bed(studio, "t1", "flat", dip=0.2)
+    add_bed(studio, "t2", "steep", dip=2.0)
+    panel = window.table
+    panel._filter.setText("dip>45")
+    assert panel._sorted.rowCount() == 1
+    panel._filter.setText("dip>45 dip<")
+    assert panel._sorted.rowCount() == 1
+    assert panel._filter.problem.isVisible()
+    assert "not finished" in panel._filter.problem.text()
+    panel._filter.clear()
+    assert panel._sorted.rowCount() == 2
+    assert not panel._filter.problem.isVisible()
+    assert "dip>30" in panel._filter.toolTip()
+
+
+def test_the_tree_is_filtered_by_the_same_words_and_says_how_many_are_left(window, studio):
+    add_cliff(studio)
+    add_bed(studio, "t1", "flat", dip=0.2)
+    add_bed(studio, "t2", "steep", dip=2.0)
+    add_bed(studio, "t3", "other", type_id="fault")
+    studio.selection.set(["t1"])
+    window.tree.filter.setText("type:bedding dip>45")
+    items = window.tree._items
+    assert [items[i].isHidden() for i in ("t1", "t2", "t3", "fault")] == [True, False, True, True]
+    assert items["bedding"].text(0) == "Bedding (1 of 2)"
+    assert studio.selection.ids == ("t1",)
+    assert not items["models"].isHidden()
+    window.tree.filter.clear()
+    assert items["bedding"].text(0) == "Bedding (2)"
+    assert not items["t1"].isHidden()

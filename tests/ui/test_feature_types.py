@@ -1,0 +1,316 @@
+"""Feature types: the dialog, the tree's menus and drags, and what follows from them."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt
+from PySide6.QtGui import QDragEnterEvent, QDragMoveEvent, QDropEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from tests.driver import click
+from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.document import edits
+from vomstudio.document.records import DEFAULT_TYPES, FeatureType
+from vomstudio.ui import theme
+from vomstudio.ui.types_dialog import TypesDialog
+
+LEFT = Qt.MouseButton.LeftButton
+
+
+@pytest.fixture
+def dialog(window, studio):
+    add_cliff(studio)
+    window.actions_table.run("feature_types")
+    (made,) = [d for d in window.findChildren(TypesDialog) if d.isVisible()]
+    QApplication.processEvents()
+    yield made
+    made.close()
+
+
+def press(button) -> None:
+    click(button, button.rect().center())
+    QApplication.processEvents()
+
+
+def type_name(dialog, text: str) -> None:
+    dialog.name.setFocus()
+    dialog.name.selectAll()
+    QTest.keyClicks(dialog.name, text)
+    QTest.keyClick(dialog.name, Qt.Key.Key_Return)
+    QApplication.processEvents()
+
+
+def kinds(studio) -> dict[str, FeatureType]:
+    return {kind.name: kind for kind in studio.session.of(FeatureType)}
+
+
+def combos(window) -> list[list[str]]:
+    return [
+        [box.itemText(i) for i in range(box.count())]
+        for box in (window.trace_panel.type_box, window.properties._type)
+    ]
+
+
+# --- the dialog ----------------------------------------------------------------------------------
+def test_a_type_is_added_named_coloured_used_and_taken_back(window, studio, dialog):
+    before = len(kinds(studio))
+    press(dialog.add_button)
+    type_name(dialog, "Shear zone")
+    press(dialog.colors["#e69f00"])
+    dialog.symbol.setCurrentIndex(dialog.symbol.findData("diamond"))
+    dialog.symbol.activated.emit(dialog.symbol.currentIndex())
+    made = kinds(studio)["Shear zone"]
+    assert (made.color, made.symbol, made.geometry) == ("#e69f00", "diamond", "plane")
+    assert all("Shear zone" in names for names in combos(window))
+    assert dialog.list.currentItem().text() == "Shear zone"
+    for _ in range(4):
+        studio.undo()
+    assert len(kinds(studio)) == before
+    assert not any("Shear zone" in names for names in combos(window))
+
+
+def test_return_in_the_name_does_not_close_the_dialog_or_press_a_button(studio, dialog):
+    before = len(kinds(studio))
+    type_name(dialog, "Strata")
+    assert dialog.isVisible()
+    assert len(kinds(studio)) == before
+    assert "Strata" in kinds(studio)
+
+
+def test_a_type_in_use_is_kept_and_the_dialog_says_why(studio, dialog):
+    add_bed(studio, "t1", type_id="fault")
+    dialog.select("fault")
+    press(dialog.remove_button)
+    assert "Fault" in kinds(studio)
+    assert "1 feature is of the type Fault" in dialog.says.text()
+    studio.attempt(edits.set_attributes, ["t1"], type_id="joint")
+    dialog.select("fault")
+    press(dialog.remove_button)
+    assert "Fault" not in kinds(studio)
+
+
+def test_a_name_that_is_taken_is_refused_and_the_old_one_stays(studio, dialog):
+    dialog.select("joint")
+    type_name(dialog, "fault")
+    assert "there is a feature type Fault already" in dialog.says.text().replace("There", "there")
+    assert dialog.name.text() == "Joint"
+    assert "Joint" in kinds(studio)
+
+
+def test_new_types_differ_from_those_there_are(studio, dialog):
+    for _ in range(4):
+        press(dialog.add_button)
+    looks = [(kind.color, kind.symbol) for kind in studio.session.of(FeatureType)]
+    assert len(set(looks)) == len(looks)
+
+
+def test_the_dialog_opens_once(window, studio, dialog):
+    window.actions_table.run("feature_types")
+    assert len([d for d in window.findChildren(TypesDialog) if d.isVisible()]) == 1
+
+
+# --- old projects --------------------------------------------------------------------------------
+def test_a_project_from_before_the_line_types_opens_and_may_add_them(window, studio, tmp_path):
+    add_cliff(studio)
+    add_bed(studio, "t1")
+    for type_id in ("fold_axis", "lineation"):
+        assert studio.attempt(edits.remove_type, type_id)
+    studio.set_next("lineation", "")
+    studio.save_as(tmp_path / "old.vom")
+    studio.new_project()
+    studio.open_project(tmp_path / "old.vom")
+    assert "Lineation" not in kinds(studio)
+    assert studio.next_type_id in studio.records
+    assert window.tree._items["bedding"].text(0) == "Bedding (1)"
+    lineation = next(kind for kind in DEFAULT_TYPES if kind.id == "lineation")
+    assert studio.attempt(edits.add_type, lineation)
+    assert all("Lineation" in names for names in combos(window))
+
+
+def test_what_is_made_next_never_has_a_type_that_is_gone(studio):
+    add_cliff(studio)
+    studio.set_next("vein", "")
+    assert studio.attempt(edits.remove_type, "vein")
+    assert studio.next_type_id in studio.records
+
+
+# --- combos follow -------------------------------------------------------------------------------
+def test_names_and_colours_of_types_change_everywhere_at_once(window, studio):
+    add_cliff(studio)
+    add_bed(studio, "t1")
+    studio.set_next("fault", "")
+    studio.selection.set(["t1"])
+    kind = studio.records["bedding"]
+    from dataclasses import replace
+
+    assert studio.attempt(edits.change_type, replace(kind, name="Strata", color="#123456"))
+    assert all(names[0] == "Strata" for names in combos(window))
+    assert window.trace_panel.type_box.currentData() == "fault"
+    assert window.properties._type.currentData() == "bedding"
+    assert window.tree._items["bedding"].text(0) == "Strata (1)"
+    model = window.table.model
+    texts = [model.index(0, c).data() for c in range(model.columnCount())]
+    assert "Strata" in texts
+
+
+# --- the tree ------------------------------------------------------------------------------------
+def drop(tree, ids: list[str], onto: str) -> bool:
+    """The events of a drag of the selected rows."""
+    view = tree.tree
+    data = QMimeData()
+    data.setData("application/x-vomstudio-features", b"")
+    at = view.visualItemRect(tree._items[onto]).center()
+    move, none = Qt.DropAction.CopyAction, Qt.KeyboardModifier.NoModifier
+    enter = QDragEnterEvent(at, move, data, LEFT, none)
+    QApplication.sendEvent(view.viewport(), enter)
+    over = QDragMoveEvent(at, move, data, LEFT, none)
+    QApplication.sendEvent(view.viewport(), over)
+    taken = over.isAccepted()
+    if taken:
+        QApplication.sendEvent(view.viewport(), QDropEvent(QPointF(at), move, data, LEFT, none))
+    return taken
+
+
+def test_features_dropped_onto_another_type_change_in_one_edit(window, studio):
+    add_cliff(studio)
+    for i in range(3):
+        add_bed(studio, f"t{i}")
+    add_bed(studio, "f1", type_id="fault")
+    tree = window.tree
+    studio.selection.set(["t0", "t2"])
+    assert drop(tree, ["t0", "t2"], "fault")
+    assert [studio.records[f"t{i}"].type_id for i in range(3)] == ["fault", "bedding", "fault"]
+    assert tree._items["t0"].parent() is tree._items["fault"]
+    assert studio.selection.ids == ("t0", "t2")
+    studio.undo()
+    assert studio.records["t0"].type_id == studio.records["t2"].type_id == "bedding"
+    # A feature stands for its type.
+    studio.selection.set(["t1"])
+    assert drop(tree, ["t1"], "f1")
+    assert studio.records["t1"].type_id == "fault"
+    assert not drop(tree, ["t1"], "m1")
+
+
+def test_empty_types_are_shown_on_demand_and_one_is_chosen_for_what_is_next(window, studio):
+    add_cliff(studio)
+    add_bed(studio, "t1")
+    tree = window.tree
+    assert tree._items["vein"].isHidden()
+    click(tree.empty_types, tree.empty_types.rect().center())
+    assert not tree._items["vein"].isHidden()
+    menu = tree.menu_for("vein")
+    next(a for a in menu.actions() if a.text().startswith("&Next")).trigger()
+    assert studio.next_type_id == "vein"
+    assert window.trace_panel.type_box.currentData() == "vein"
+    assert tree._items["vein"].font(0).bold()
+    assert not tree._items["bedding"].font(0).bold()
+
+
+def test_the_menu_of_a_type_changes_its_colour_and_refuses_to_remove_it(window, studio):
+    add_cliff(studio)
+    add_bed(studio, "t1")
+    menu = window.tree.menu_for("bedding")
+    by_text = {a.text(): a for a in menu.actions()}
+    colors = {a.text(): a for a in by_text["&Colour"].menu().actions()}
+    colors["Orange"].trigger()
+    assert studio.records["bedding"].color == "#e69f00"
+    by_text["Re&move type"].trigger()
+    assert "give them another type first" in studio.notices[-1].text
+    by_text["&Select its features"].trigger()
+    assert studio.selection.ids == ("t1",)
+
+
+def test_hide_show_only_and_show_everything(window, studio):
+    add_cliff(studio)
+    for i in range(3):
+        add_bed(studio, f"t{i}")
+    add_bed(studio, "f1", type_id="fault")
+    studio.set_visible(["fault"], False)
+    studio.selection.set(["t0", "f1"])
+    window.actions_table.run("show_only")
+    assert {i for i in ("t0", "t1", "t2", "f1", "fault") if studio.visible(i)} == {
+        "t0", "f1", "fault",
+    }  # fmt: skip
+    assert window.tree._items["t1"].checkState(0) == Qt.CheckState.Unchecked
+    assert window.tree._items["fault"].checkState(0) == Qt.CheckState.Checked
+    window.actions_table.run("hide_chosen")
+    assert not studio.visible("t0")
+    window.actions_table.run("show_all")
+    assert all(studio.visible(i) for i in ("t0", "t1", "t2", "f1", "fault"))
+
+
+def test_sets_overturned_beds_and_notes_are_seen_in_the_tree(window, studio):
+    add_cliff(studio)
+    add_bed(studio, "t1", "plain")
+    assert window.tree.tree.isColumnHidden(2)
+    add_bed(studio, "t2", "upper", set_name="limb A", notes="covered by scree", overturned=True)
+    item = window.tree._items["t2"]
+    assert not window.tree.tree.isColumnHidden(2)
+    assert item.text(2) == "limb A"
+    assert "covered by scree" in item.toolTip(0)
+    assert "Overturned" in item.toolTip(1)
+    assert item.text(1) != window.tree._items["t1"].text(1)
+    item.setText(2, "limb B")
+    assert studio.records["t2"].set_name == "limb B"
+
+
+def test_every_symbol_looks_different(window):
+    pictures = {
+        theme.type_icon("#0072b2", symbol).pixmap(32, 32).toImage().constBits().tobytes()
+        for symbol in theme.SYMBOLS
+    }
+    assert len(pictures) == len(theme.SYMBOLS)
+
+
+# --- the table -----------------------------------------------------------------------------------
+def test_selected_rows_are_copied_as_they_are_shown(window, studio):
+    add_cliff(studio)
+    for name in ("c", "a", "b"):
+        add_bed(studio, name, name, set_name="limb\tA")
+    table = window.table
+    studio.selection.set(["c", "a"])
+    table.view.setFocus()
+    QTest.keyClick(table.view, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
+    lines = QApplication.clipboard().text().splitlines()
+    rows = [line.split("\t") for line in lines]
+    assert rows[0][:3] == ["Name", "Type", "Set"]
+    assert [row[0] for row in rows[1:]] == ["a", "c"]
+    assert rows[1][2] == "limb A"
+    assert len({len(row) for row in rows}) == 1
+
+
+def test_hidden_columns_stay_hidden_and_are_not_copied(window, studio):
+    from vomstudio.io.settings import read_settings
+    from vomstudio.ui.table_panel import COLUMNS
+
+    add_cliff(studio)
+    add_bed(studio, "t1", "a")
+    menu = window.table.column_menu()
+    next(a for a in menu.actions() if a.text() == "Set").trigger()
+    place = next(i for i, c in enumerate(COLUMNS) if c.title == "Set")
+    assert window.table.view.isColumnHidden(place)
+    assert read_settings()[0].hidden_columns == ["Set"]
+    studio.selection.set(["t1"])
+    window.table.copy_rows()
+    assert "Set" not in QApplication.clipboard().text().splitlines()[0].split("\t")
+    window.table.column_menu().actions()[-1].trigger()
+    assert not window.table.view.isColumnHidden(place)
+
+
+def test_overturned_beds_are_ticked_in_the_table(window, studio):
+    from vomstudio.ui.table_panel import COLUMNS
+
+    add_cliff(studio)
+    add_bed(studio, "t1", "a")
+    view = window.table.view
+    place = next(i for i, c in enumerate(COLUMNS) if c.title == "Overturned")
+    index = window.table._sorted.index(0, place)
+    view.scrollTo(index)
+    QApplication.processEvents()
+    box = view.visualRect(index)
+    click(view.viewport(), QPoint(box.left() + 10, box.center().y()))
+    assert studio.records["t1"].overturned
+    assert index.data(Qt.ItemDataRole.CheckStateRole) == Qt.CheckState.Checked
+    studio.undo()
+    assert not studio.records["t1"].overturned

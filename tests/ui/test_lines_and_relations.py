@@ -1,0 +1,259 @@
+"""Panels of the line and measure tools, and how planes lie to each other."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+from tests.tools.fakes import event
+from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.document import edits
+from vomstudio.document.records import Dimension, Intersection, Lineation
+from vomstudio.ui.plane_box import SELECTED
+from vomstudio.ui.relations import IntersectionDialog
+from vomstudio.ui.table_panel import COLUMNS
+
+FACE = ((0.0, 0.0, 0.0), (1.0, 2.0, 0.2), (0.4, 4.0, 0.1), (2.0, 5.0, 1.0), (3.0, 1.0, 2.0))
+
+
+def choose(box, data) -> None:
+    """As a person does: the popup, then an entry."""
+    box.showPopup()
+    box.setCurrentIndex(box.findData(data))
+    box.activated.emit(box.currentIndex())
+    box.hidePopup()
+
+
+def click(studio, *points) -> None:
+    for point in points:
+        studio.pointer(event(at=point))
+
+
+@pytest.fixture
+def planes(window, studio):
+    add_cliff(studio)
+    add_bed(studio, "b1", "B01", dip=0.3)
+    add_bed(studio, "b2", "B02", dip=0.4, set_name="upper")
+    add_bed(studio, "f1", "F01", dip=2.5, type_id="fault", vertices=FACE)
+    # The window's commands ask for a model whose data are there; the tools do not.
+    return studio
+
+
+# --- line ----------------------------------------------------------------------------------------
+def test_types_that_are_lines_stand_first(window, planes):
+    box = window.line_panel.type_box
+    names = [box.itemText(i) for i in range(box.count())]
+    assert names[:2] == ["Fold axis", "Lineation"]
+    assert set(names[2:]) >= {"Bedding", "Fault"}
+    assert box.currentText() == "Lineation"
+    planes.set_next("joint", "J1")
+    assert box.currentText() == "Lineation"
+
+
+def test_slip_waits_for_a_plane_and_says_so(window, planes):
+    panel = window.line_panel
+    assert not panel.slip_box.isEnabled()
+    assert "choose the plane" in panel.slip_box.toolTip()
+    choose(panel.plane_box, "f1")
+    assert panel.slip_box.isEnabled()
+    choose(panel.slip_box, "normal")
+    planes.activate("line")
+    click(planes, (0, 0, 0), (1, 0.5, 1.0), (2, 1.1, 2.0))
+    assert panel.fit_view._plane.text() != "–"
+    assert "Rake" in panel.fit_view._more.text()
+    planes.finish_tool()
+    (made,) = planes.session.of(Lineation)
+    assert (made.plane_id, made.slip) == ("f1", "normal")
+    assert planes.selection.ids == (made.id,)
+    column = next(i for i, c in enumerate(COLUMNS) if c.title == "Rake")
+    model = window.table._sorted
+    rows = {model.index(r, 0).data(): model.index(r, column).data()
+            for r in range(model.rowCount())}  # fmt: skip
+    assert rows[made.name].startswith("-")
+    assert rows["B01"] == "–"
+    choose(panel.plane_box, "")
+    assert not panel.slip_box.isEnabled()
+    assert planes.line_tool.next.slip == ""
+
+
+def test_the_selected_plane_is_followed_and_stays_when_a_line_is_made(window, planes):
+    panel = window.line_panel
+    planes.selection.set(["f1"])
+    assert planes.line_tool.next.plane_id == "", "not before it is asked for"
+    choose(panel.plane_box, SELECTED)
+    assert planes.line_tool.next.plane_id == "f1"
+    planes.selection.set(["b2"])
+    assert planes.line_tool.next.plane_id == "b2"
+    assert "B02" in panel.plane_box.currentText()
+    planes.activate("line")
+    click(planes, (0, 0, 0), (1, 0.5, 1.0))
+    planes.finish_tool()
+    assert planes.line_tool.next.plane_id == "b2", "the made line is selected, the plane stays"
+    choose(panel.plane_box, "f1")
+    planes.selection.set(["b1"])
+    assert planes.line_tool.next.plane_id == "f1", "chosen by name: the selection does not matter"
+    choose(panel.plane_box, SELECTED)
+    assert planes.line_tool.next.plane_id == "b1"
+    planes.selection.set(["b1"])
+    planes.attempt(edits.delete, ["b1"])
+    assert planes.line_tool.next.plane_id == ""
+
+
+def test_a_line_is_laid_onto_another_plane_in_its_properties(window, planes):
+    planes.activate("line")
+    click(planes, (0, 0, 0), (1, 0.5, 1.0))
+    planes.finish_tool()
+    (made,) = planes.session.of(Lineation)
+    panel = window.properties
+    assert not panel._form.isRowVisible(panel._slip)
+    choose(panel._plane, "f1")
+    assert planes.records[made.id].plane_id == "f1"
+    assert panel._form.isRowVisible(panel._slip)
+    choose(panel._slip, "reverse")
+    assert planes.records[made.id].slip == "reverse"
+    choose(panel._plane, "")
+    assert (planes.records[made.id].plane_id, planes.records[made.id].slip) == ("", "")
+    planes.undo()
+    assert (planes.records[made.id].plane_id, planes.records[made.id].slip) == ("f1", "reverse")
+    planes.selection.set(["b1"])
+    assert not panel._form.isRowVisible(panel._plane)
+
+
+# --- measure -----------------------------------------------------------------------------------
+def test_measurements_stand_in_the_tree_with_their_value(window, planes):
+    planes.activate("measure")
+    click(planes, (0, 0, 0), (0, 3, 4))
+    (made,) = planes.session.of(Dimension)
+    item = window.tree._items[made.id]
+    assert item.parent() is window.tree._items["dimensions"]
+    assert item.parent().text(0) == "Measurements"
+    assert item.text(1) == "5.00 m"
+    assert "5.00 m straight" in window.properties._fit._more.text()
+    planes.undo()
+    assert made.id not in window.tree._items
+    planes.redo()
+    planes.selection.set([made.id])
+    planes.delete_selected()
+    assert planes.session.of(Dimension) == []
+
+
+def test_a_thickness_is_measured_across_the_selected_plane(window, planes):
+    panel = window.measure_panel
+    assert not panel._form.isRowVisible(panel.plane_box)
+    choose(panel.kind_box, "thickness")
+    assert panel._form.isRowVisible(panel.plane_box)
+    planes.selection.set(["b1"])
+    planes.activate("measure")
+    click(planes, (0, 0, 0), (0, 0, 2))
+    (made,) = planes.session.of(Dimension)
+    assert made.plane_id == "b1"
+    assert "±" in window.tree._items[made.id].text(1)
+    label = window.properties._form.labelForField(window.properties._plane)
+    assert label.text() == "Across"
+
+
+def test_what_is_typed_into_the_vertices_moves_them(window, planes):
+    planes.activate("measure")
+    choose(window.measure_panel.kind_box, "polyline")
+    click(planes, (0, 0, 0), (0, 3, 4))
+    table = window.measure_panel.table
+    table.item(1, 2).setText("0,5")
+    assert planes.measure_tool.vertices[1] == (0.0, 3.0, 0.5)
+    assert "3.04 m" in window.measure_panel.figures.text()
+    planes.cancel_tool()
+    assert not table.isVisible()
+
+
+# --- relations -----------------------------------------------------------------------------------
+def test_two_selected_planes_show_how_they_lie_and_their_line_is_kept(window, planes):
+    panel, action = window.properties, window.actions_table.all["keep_intersection"]
+    planes.selection.set(["b1"])
+    assert panel._relation.isHidden()
+    assert not action.isEnabled()
+    assert "two planes" in action.toolTip()
+    planes.selection.set(["b1", "f1"])
+    assert not panel._relation.isHidden()
+    assert "B01 and F01" in panel._relation.text()
+    assert "Angle between them" in panel._relation.text()
+    QTest.mouseClick(panel._keep, Qt.MouseButton.LeftButton)
+    (made,) = planes.session.of(Intersection)
+    assert (made.first.feature_id, made.second.feature_id) == ("b1", "f1")
+    assert made.type_id == "lineation"
+    assert planes.selection.ids == (made.id,)
+    assert panel._relation.isHidden()
+    found = planes.measured([made.id])[made.id]
+    assert window.tree._items[made.id].text(1) != "–"
+    assert found.max_confidence95_deg > 0.0
+    planes.attempt(edits.delete, ["f1"])
+    assert window.tree._items[made.id].text(1) == "–", "one of its planes is gone"
+    planes.undo()
+    assert window.tree._items[made.id].text(1) != "–"
+    planes.undo()
+    assert planes.session.of(Intersection) == []
+
+
+def test_parallel_planes_have_no_line_to_keep(window, planes):
+    add_bed(planes, "b3", "B03", dip=0.3)
+    planes.selection.set(["b1", "b3"])
+    assert "parallel" in window.properties._relation.text()
+    assert not window.properties._keep.isEnabled()
+    assert not window.actions_table.all["keep_intersection"].isEnabled()
+
+
+def test_sets_are_chosen_in_a_dialog_bedding_and_fault_first(window, planes):
+    action = window.actions_table.all["intersection_of_sets"]
+    assert action.isEnabled()
+    action.trigger()
+    (dialog,) = window.findChildren(IntersectionDialog)
+    assert dialog.first.currentText() == "Bedding (2 planes)"
+    assert dialog.second.currentText() == "Fault (1 plane)"
+    assert [dialog.first.itemText(i) for i in range(dialog.first.count())] == [
+        "Bedding (2 planes)", "Bedding, upper (1 plane)", "Fault (1 plane)",
+    ]  # fmt: skip
+    assert "Meet in" in dialog.result_text.text()
+    dialog.second.setCurrentIndex(0)
+    assert not dialog.keep_button.isEnabled()
+    assert "two different" in dialog.result_text.text()
+    dialog.first.setCurrentIndex(1)
+    dialog.second.setCurrentIndex(2)
+    QTest.keyClicks(dialog.name, "upper on fault")
+    QTest.mouseClick(dialog.keep_button, Qt.MouseButton.LeftButton)
+    assert not dialog.isVisible()
+    (made,) = planes.session.of(Intersection)
+    assert made.name == "upper on fault"
+    assert (made.first.type_id, made.first.set_name) == ("bedding", "upper")
+    assert planes.selection.ids == (made.id,)
+
+
+def test_the_view_goes_along_the_selected_line(window, planes):
+    seen = []
+    window.view_panel._look = lambda trend, plunge: seen.append((trend, plunge))
+    planes.selection.set(["b1", "f1"])
+    window.actions_table.all["keep_intersection"].trigger()
+    (made,) = planes.session.of(Intersection)
+    line = planes.measured([made.id])[made.id].line
+    window.view_panel._buttons["line"].click()
+    assert seen == [(line.trend_deg, line.plunge_deg)]
+    planes.selection.set(["b1"])
+    assert not window.view_panel._buttons["line"].isEnabled()
+    assert "lineation or an intersection" in window.view_panel._buttons["line"].toolTip()
+
+
+def test_the_net_shows_an_intersection_with_its_region(window, planes, qtbot):
+    window._bring_net()
+    planes.selection.set(["b1", "f1"])
+    window.actions_table.all["keep_intersection"].trigger()
+    (made,) = planes.session.of(Intersection)
+    contents = window.net.contents()
+    (crossing,) = [s for s in contents.sets if s.ids == (made.id,)]
+    assert crossing.kind == "line"
+    (ellipse,) = contents.ellipses
+    found = planes.measured([made.id])[made.id]
+    assert ellipse.line == found.line
+    assert ellipse.max_angle_deg == found.max_confidence95_deg
+    assert sum(len(part) for part in ellipse.outline("area")) > 20
+    window.net.redraw()
+    planes.selection.set(["b1"])
+    planes.selection.set([made.id])
+    window.net.redraw()

@@ -1,0 +1,192 @@
+"""Importing a field book through the dialog, with mouse and keyboard."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QComboBox, QDialogButtonBox
+
+from tests import driver
+from tests.ui.conftest import add_bed, add_cliff
+from tests.ui.test_panels import column
+from vomstudio.document.records import FeatureType, Frame, Reading
+from vomstudio.geology.orientation import Plane, angle_between_planes
+from vomstudio.io.project_table import project_table
+from vomstudio.ui.net_commands import import_readings
+from vomstudio.ui.readings_dialog import ReadingsDialog
+
+BOOK = """# limb
+station,kind,dip direction,dip,x,y,z
+F1,Bedding,270,45,500010,5100010,1
+F2,bedding,268,,500010,5100010,1
+F3,Dyke,45,80,,,
+F4,,132,41,500010,5100010,1
+"""
+UTM = Frame("crs", "EPSG:32633")
+
+
+@pytest.fixture
+def book(tmp_path):
+    path = tmp_path / "book.csv"
+    path.write_text(BOOK)
+    return path
+
+
+def ask(window, path) -> ReadingsDialog:
+    import_readings(window, path)
+    dialog = window.findChildren(ReadingsDialog)[-1]
+    driver.wait(dialog.isVisible, "the dialog")
+    return dialog
+
+
+def choose(combo: QComboBox, value: object) -> None:
+    """As the keyboard does it: the list's own order, then activated."""
+    combo.setFocus()
+    place = combo.findData(value)
+    assert place >= 0
+    while combo.currentIndex() != place:
+        down = combo.currentIndex() < place
+        QTest.keyClick(combo, Qt.Key.Key_Down if down else Qt.Key.Key_Up)
+
+
+def ok(dialog):
+    return dialog._buttons.button(QDialogButtonBox.StandardButton.Ok)
+
+
+def test_nothing_is_added_before_the_north_is_said_and_then_it_says_what_it_does(
+    window, studio, book
+):
+    add_cliff(studio, UTM)
+    dialog = ask(window, book)
+    assert not ok(dialog).isEnabled()
+    assert "which north" in dialog._says.text()
+    choose(dialog._north, "magnetic")
+    assert not ok(dialog).isEnabled()
+    assert "declination" in dialog._says.text()
+    QTest.keyClicks(dialog._declination, "2,6")
+    assert "Adds 2.6° E declination" in dialog._says.text()
+    assert "convergence" in dialog._says.text()
+    assert "line 4: there is no dip" in dialog._bad.toPlainText()
+    assert dialog._bad.isVisible()
+    assert ok(dialog).text() == "Add 3 readings"
+    dialog.reject()
+    assert not studio.session.of(Reading)
+
+
+def test_an_import_is_one_edit_turned_to_grid_north_and_compared_with_the_picks(
+    window, studio, book
+):
+    add_cliff(studio, UTM)
+    bed = add_bed(studio, "t1", "B01", dip=1.0)
+    plane = studio.measured([bed.id])[bed.id].plane
+    dialog = ask(window, book)
+    choose(dialog._north, "magnetic")
+    QTest.keyClicks(dialog._declination, "10")
+    turned = dialog.turn().deg
+    assert turned == pytest.approx(10.0, abs=0.01)  # beside the central meridian
+    QTest.mouseClick(ok(dialog), driver.LEFT)
+    readings = studio.session.of(Reading)
+    assert [r.name for r in readings[:2]] == ["F1", "F3"]
+    assert [r.azimuth_deg for r in readings] == [
+        pytest.approx(a + turned) for a in (270.0, 45.0, 132.0)
+    ]
+    assert {r.turned_deg for r in readings} == {turned}
+    kinds = {k.id: k.name for k in studio.session.of(FeatureType)}
+    assert [kinds[r.type_id] for r in readings] == ["Bedding", "Dyke", "Bedding"]
+    assert studio.selection.ids == tuple(r.id for r in readings)
+    first = readings[0]
+    found = studio.nearest_pick(first.id)
+    assert found.pick_id == bed.id
+    expected = angle_between_planes(plane, Plane(270.0 + turned, 45.0))
+    assert found.angle_deg == pytest.approx(expected)
+    model = window.table.model
+    shown = model.index(model.place(first.id), column("To pick")).data()
+    assert shown == f"{expected:.1f}°"
+    studio.selection.set([first.id])
+    assert f"{shown} from B01" in window.properties._compass.text()
+    assert "+10.0" in window.properties._compass.text()
+    assert "3 readings" in studio.notices[-1].text
+    studio.undo()
+    assert not studio.session.of(Reading)
+    assert "Dyke" not in {k.name for k in studio.session.of(FeatureType)}
+    studio.redo()
+    assert len(studio.session.of(Reading)) == 3
+
+
+def test_the_difference_follows_the_pick(window, studio, book):
+    add_cliff(studio, UTM)
+    dialog = ask(window, book)
+    choose(dialog._north, "grid")
+    QTest.mouseClick(ok(dialog), driver.LEFT)
+    first = studio.session.of(Reading)[0]
+    model = window.table.model
+    cell = model.index(model.place(first.id), column("To pick"))
+    assert cell.data() == "–"
+    add_bed(studio, "t1", "B01", dip=1.0)
+    assert cell.data() not in ("–", "")
+    studio.undo()
+    assert model.index(model.place(first.id), column("To pick")).data() == "–"
+
+
+def test_without_a_crs_no_convergence_is_applied_and_that_is_said(window, studio, book):
+    add_cliff(studio)
+    dialog = ask(window, book)
+    choose(dialog._north, "true")
+    assert dialog.turn().deg == 0.0
+    assert "no CRS" in dialog._says.text()
+    dialog.reject()
+
+
+def test_an_unknown_type_can_be_one_that_is_there(window, studio, book):
+    add_cliff(studio)
+    dialog = ask(window, book)
+    choose(dialog._unknown["dyke"], "vein")
+    choose(dialog._north, "grid")
+    QTest.mouseClick(ok(dialog), driver.LEFT)
+    assert [r.type_id for r in studio.session.of(Reading)] == ["bedding", "vein", "bedding"]
+
+
+def test_an_azimuth_that_can_be_either_waits_for_the_user(window, studio, tmp_path):
+    path = tmp_path / "two.txt"
+    path.write_text("40 50\n42 52\n")
+    add_cliff(studio)
+    dialog = ask(window, path)
+    choose(dialog._north, "grid")
+    assert not ok(dialog).isEnabled()
+    assert "strike from a dip direction" in dialog._says.text()
+    choose(dialog._notation, "strike/dip")
+    assert dialog._column_roles[0].currentText() == "Strike (right-hand)"
+    QTest.mouseClick(ok(dialog), driver.LEFT)
+    assert [r.azimuth_deg for r in studio.session.of(Reading)] == [130.0, 132.0]
+
+
+def test_a_role_belongs_to_one_column(window, studio, book):
+    add_cliff(studio)
+    dialog = ask(window, book)
+    choose(dialog._column_roles[6], "inclination")
+    assert dialog.columns()["inclination"] == 6
+    assert dialog._column_roles[3].currentData() == ""
+    dialog.reject()
+
+
+def test_a_file_that_is_no_table_is_said(window, studio, tmp_path):
+    add_cliff(studio)
+    path = tmp_path / "sheet.csv"
+    path.write_bytes(b"PK\x03\x04" + bytes(100))
+    import_readings(window, path)
+    assert "workbook" in studio.notices[-1].text
+    assert not window.findChildren(ReadingsDialog)
+
+
+def test_the_export_says_what_was_added_and_how_far_the_pick_is(window, studio, book):
+    add_cliff(studio, UTM)
+    add_bed(studio, "t1", "B01", dip=1.0)
+    dialog = ask(window, book)
+    choose(dialog._north, "magnetic")
+    QTest.keyClicks(dialog._declination, "10")
+    QTest.mouseClick(ok(dialog), driver.LEFT)
+    rows = {row["name"]: row for row in project_table(studio.records).rows}
+    assert "azimuth as read +10.0" in rows["F1"]["notes"]
+    assert "from B01" in rows["F1"]["notes"]
+    assert rows["B01"]["notes"] is None

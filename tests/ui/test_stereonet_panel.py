@@ -1,0 +1,195 @@
+"""The stereonet dock under a real mouse, and the figure it exports."""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ElementTree
+
+import pytest
+from PIL import Image
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QMouseEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from tests import driver
+from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.document import edits
+from vomstudio.document.records import Reading
+from vomstudio.ui.net_commands import export_net
+
+LEFT, NONE, CTRL = driver.LEFT, driver.NONE, driver.CTRL
+
+
+@pytest.fixture
+def net(window, studio):
+    """A net with four clusters of poles, one to each quarter of the compass."""
+    add_cliff(studio)
+    window._bring_net()
+    window.docks["stereonet"].raise_()
+    readings = [
+        Reading(f"{name}{i}", f"{name}{i}", "bedding" if name in "NS" else "joint", "plane",
+                azimuth + 2.0 * i, 45.0, set_name=name)
+        for name, azimuth in (("S", 0.0), ("W", 90.0), ("N", 180.0), ("E", 270.0))
+        for i in range(3)
+    ]  # fmt: skip
+    assert studio.attempt(edits.add_readings, readings)
+    drawn(window)
+    return window.net
+
+
+def drawn(window) -> None:
+    net = window.net
+    driver.wait(lambda: net.artists is not None and not net._timer.isActive(), "the net")
+    QApplication.processEvents()
+
+
+def at(net, azimuth: float, radius: float = 0.54) -> QPoint:
+    """Where a pole of that trend is on the canvas."""
+    x, y = net.artists.centre_px
+    r, a = radius * net.artists.radius_px, math.radians(azimuth)
+    ratio = net.canvas.devicePixelRatioF()
+    height = net.canvas.height()
+    return QPoint(
+        round((x + r * math.sin(a)) / ratio), round(height - (y + r * math.cos(a)) / ratio)
+    )
+
+
+def lasso(net, corners: list[QPoint], modifier=NONE) -> None:
+    def send(kind, where, button, held):
+        event = QMouseEvent(kind, QPointF(where), QPointF(net.canvas.mapToGlobal(where)), button,
+                            held, modifier)  # fmt: skip
+        QApplication.sendEvent(net.canvas, event)
+
+    send(QEvent.Type.MouseButtonPress, corners[0], LEFT, LEFT)
+    for corner in corners[1:]:
+        send(QEvent.Type.MouseMove, corner, Qt.MouseButton.NoButton, LEFT)
+        QApplication.processEvents()
+    send(QEvent.Type.MouseButtonRelease, corners[-1], LEFT, Qt.MouseButton.NoButton)
+
+
+def around(net, azimuth: float) -> list[QPoint]:
+    return [
+        at(net, azimuth - 25, 0.3), at(net, azimuth + 30, 0.3),
+        at(net, azimuth + 30, 0.8), at(net, azimuth - 25, 0.8),
+    ]  # fmt: skip
+
+
+def test_a_lasso_selects_the_poles_inside_and_ctrl_adds_to_them(net, studio):
+    lasso(net, around(net, 0))
+    assert set(studio.selection.ids) == {"N0", "N1", "N2"}
+    lasso(net, around(net, 90), CTRL)
+    assert set(studio.selection.ids) == {"N0", "N1", "N2", "E0", "E1", "E2"}
+    lasso(net, around(net, 180))
+    assert set(studio.selection.ids) == {"S0", "S1", "S2"}
+    lasso(net, [at(net, 45, 0.05), at(net, 45, 0.15), at(net, 60, 0.15)])
+    assert studio.selection.ids == ()
+
+
+def test_a_click_takes_one_pole_and_a_click_on_empty_net_clears(net, studio):
+    QTest.mouseClick(net.canvas, LEFT, NONE, at(net, 0))
+    assert studio.selection.ids == ("N0",)
+    QTest.mouseClick(net.canvas, LEFT, CTRL, at(net, 180))
+    assert studio.selection.ids == ("N0", "S0")
+    net._circles.setChecked(False)
+    QTest.mouseClick(net.canvas, LEFT, NONE, at(net, 45, 0.1))
+    assert studio.selection.ids == ()
+
+
+def test_what_is_selected_elsewhere_is_emphasised_without_drawing_the_net_anew(net, studio):
+    before, artists = net.canvas.grab().toImage(), net.artists
+    draws: list[object] = []
+    net.canvas.mpl_connect("draw_event", draws.append)
+    studio.selection.set(["E1"])
+    driver.pause(50)
+    assert net.artists is artists
+    assert not draws
+    assert net.canvas.grab().toImage() != before
+    assert "E1" in net._under.text()
+    studio.selection.set(())
+    driver.pause(50)
+    assert net.canvas.grab().toImage() == before
+
+
+def test_sets_of_a_type_differ_in_their_symbols_and_share_its_colour(net, studio):
+    sets = net.contents().sets
+    assert [(s.name, len(s)) for s in sets] == [
+        ("Bedding: N (compass)", 3), ("Bedding: S (compass)", 3),
+        ("Joint: E (compass)", 3), ("Joint: W (compass)", 3),
+    ]  # fmt: skip
+    style = net.artists.style
+    assert sets[0].color == sets[1].color != sets[2].color
+    assert style.symbol(sets[0])[0] != style.symbol(sets[1])[0]
+    assert style.color(sets[0].color) in style.symbol(sets[1])
+    texts = [t.get_text() for t in net.artists.axes.texts]
+    assert "Bedding: N (compass) (3)" in texts
+
+
+def test_picked_beds_of_all_sets_make_one_fold_axis_and_readings_none(net, window, studio):
+    assert net.contents().fold is None
+    for i, dip in enumerate((0.5, 1.0, -0.7)):
+        add_bed(studio, f"b{i}", dip=dip, set_name="upper" if i else "lower")
+    drawn(window)
+    assert net.contents().fold is not None
+
+
+def test_great_circles_are_left_out_of_a_crowd_and_the_net_says_so(net, window, studio):
+    assert any(len(a) for a in net.artists.arcs)
+    many = [Reading(f"x{i}", f"x{i}", "joint", "plane", float(i), 60.0) for i in range(60)]
+    assert studio.attempt(edits.add_readings, many)
+    drawn(window)
+    assert not any(len(a) for a in net.artists.arcs)
+    assert any("great circles left out" in t.get_text() for t in net.artists.axes.texts)
+
+
+def test_legend_and_net_do_not_meet_at_any_size_of_the_dock(net, window):
+    for width, height in ((230, 260), (330, 340), (330, 520), (700, 300)):
+        window.docks["stereonet"].setFloating(True)
+        window.docks["stereonet"].resize(width, height)
+        driver.pause(30)
+        net.redraw()
+        x, y = net.artists.centre_px
+        for box in net.artists.text_boxes:
+            gap = math.hypot(max(box[0] - x, 0, x - box[2]), max(box[1] - y, 0, y - box[3]))
+            assert gap > net.artists.radius_px, box
+    window.docks["stereonet"].setFloating(False)
+
+
+def test_a_hidden_net_is_not_drawn_until_it_comes_forward(net, window, studio):
+    window.docks["view"].raise_()
+    driver.wait(lambda: net.canvas.visibleRegion().isEmpty(), "the other tab")
+    artists = net.artists
+    add_bed(studio, "b1")
+    driver.pause(120)
+    assert net.artists is artists
+    window.docks["stereonet"].raise_()
+    driver.wait(lambda: net.artists is not artists, "the net's drawing")
+
+
+# --- export ----------------------------------------------------------------------------------
+def test_the_exported_figure_opens_again_and_names_what_it_is(net, window, studio, tmp_path):
+    studio.save_as(tmp_path / "cliff.vom")
+    studio.selection.set(["N0"])
+    for ending in ("svg", "pdf", "png"):
+        export_net(window, tmp_path / f"net.{ending}")
+    root = ElementTree.parse(tmp_path / "net.svg").getroot()
+    assert root.tag.endswith("svg")
+    assert float(root.attrib["width"].removesuffix("pt")) == pytest.approx(170 / 25.4 * 72)
+    words = " ".join(root.itertext())
+    for word in ("cliff", "Bedding: N (compass), poles (n = 3)", "Equal area, lower hemisphere",
+                 "local, north known"):  # fmt: skip
+        assert word in words
+    assert (tmp_path / "net.pdf").read_bytes()[:5] == b"%PDF-"
+    with Image.open(tmp_path / "net.png") as picture:
+        assert picture.size == (round(170 / 25.4 * 300 - 0.5), round(115 / 25.4 * 300 - 0.5))
+        assert picture.convert("RGB").getpixel((3, 3)) == (255, 255, 255)
+
+
+def test_a_target_that_cannot_be_written_is_said_and_leaves_nothing(net, window, studio, tmp_path):
+    export_net(window, tmp_path / "missing" / "net.svg")
+    assert "missing" in studio.notices[-1].text
+    assert studio.notices[-1].level == "error"
+    (tmp_path / "net.png").mkdir()
+    export_net(window, tmp_path / "net.png")
+    assert "folder" in studio.notices[-1].text
+    assert [p.name for p in tmp_path.iterdir() if "net" in p.name] == ["net.png"]

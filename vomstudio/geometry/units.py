@@ -1,0 +1,43 @@
+"""Lengths and areas in words, in the unit that suits them."""
+
+from __future__ import annotations
+
+import math
+
+NOTHING_M = 1e-7
+"""A length below this is rounding, not measurement."""
+
+
+def length_text(value_m: float | None, digits: int = 3) -> str:
+    """A length to so many significant digits, whole units at least."""
+    if value_m is None:
+        return "–"
+    if abs(value_m) < NOTHING_M:
+        return "0 mm"
+    for unit, size in (("mm", 1e-3), ("cm", 1e-2), ("m", 1.0)):
+        text = _rounded(value_m / size, digits)
+        if abs(float(text)) < {"mm": 10.0, "cm": 100.0, "m": 1000.0}[unit]:
+            return f"{text} {unit}"
+    return f"{_rounded(value_m / 1000.0, digits)} km"
+
+
+def area_text(value_m2: float | None, digits: int = 3) -> str:
+    if value_m2 is None:
+        return "–"
+    if abs(value_m2) < NOTHING_M**2:
+        return "0 cm²"
+    for unit, size, below in (("cm²", 1e-4, 100.0), ("m²", 1.0, 1e4)):
+        text = _rounded(value_m2 / size, digits)
+        if abs(float(text)) < below:
+            return f"{text} {unit}"
+    return f"{_rounded(value_m2 / 1e6, digits)} km²"
+
+
+def _rounded(value: float, digits: int) -> str:
+    """Significant digits without an exponent; no digit before the point is lost."""
+    if not math.isfinite(value) or value == 0.0:
+        return f"{value:.0f}"
+    # 0.9996 has its first digit one place higher once it is rounded.
+    first = math.floor(math.log10(abs(float(f"{value:.{digits - 1}e}"))))
+    decimals = max(0, digits - 1 - first)
+    return f"{value:.{decimals}f}"

@@ -1,0 +1,231 @@
+"""ESRI shapefiles with z, written block by block: the geometry (.shp), its index (.shx) and the
+attributes (.dbf), by ESRI's white paper of 1998 and dBase III.
+
+Written here and not through GDAL, so that clouds of millions of points take seconds and no memory,
+can be cancelled, and a full disk is noticed.
+"""
+
+from __future__ import annotations
+
+import datetime
+import struct
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[Any]
+
+POINT_Z, LINE_Z, RING_Z = 11, 13, 15
+MOST_BYTES = 2**31 - 1
+"""More than that in one file many programs cannot read."""
+NO_M = -1e39
+LONGEST_NAME, LONGEST_TEXT = 10, 254
+POINT_BYTES = 44
+
+
+@dataclass(frozen=True)
+class Column:
+    """One attribute. kind : dBase's letter; width : bytes of a value"""
+
+    name: str
+    values: Array
+    kind: str
+    width: int
+    decimals: int
+
+
+def column(name: str, values: Array) -> Column:
+    """With the letter and width that its values need. Texts longer than the format holds are cut.
+    name : at most ten bytes of ASCII."""
+    if len(name.encode("ascii")) > LONGEST_NAME:
+        raise ValueError(f"'{name}' is longer than a column's name may be")
+    kind = values.dtype.kind
+    if kind == "b":
+        return Column(name, values, "L", 1, 0)
+    if kind in "iu":
+        if values.dtype == np.uint64 and values.max(initial=0) > np.iinfo(np.int64).max:
+            return column(name, values.astype(np.float64))
+        ends = (int(values.min(initial=0)), int(values.max(initial=0)))
+        return Column(name, values.astype(np.int64), "N", max(len(str(n)) for n in ends), 0)
+    if kind == "f":
+        wide = values.dtype.itemsize > 4
+        return Column(name, values, "N" if wide else "F", 24 if wide else 16, 15 if wide else 9)
+    texts = np.array([_cut("" if value is None else str(value)) for value in values], object)
+    width = max((len(text) for text in texts), default=1)
+    return Column(name, texts, "C", max(1, width), 0)
+
+
+def _cut(text: str) -> bytes:
+    encoded = " ".join(text.split()).encode()
+    return encoded[:LONGEST_TEXT].decode(errors="ignore").encode()
+
+
+def is_too_large(n_points: int, columns: Sequence[Column]) -> bool:
+    """Whether a file of so many points would be larger than programs can read."""
+    row = 1 + sum(c.width for c in columns)
+    return n_points * max(POINT_BYTES, row) > MOST_BYTES - 10_000
+
+
+def write_points(
+    shp: Path, shx: Path, dbf: Path, points: Array, columns: Sequence[Column],
+    blocks: Iterable[slice],
+) -> None:  # fmt: skip
+    """POINTZ. blocks : rows, in order and together all; who makes them reports and may stop it."""
+    n = len(points)
+    record = np.dtype([("head", ">i4", 2), ("type", "<i4"), ("xyzm", "<f8", 4)])
+    with open(shp, "wb") as shapes, open(shx, "wb") as index, open(dbf, "wb") as table:
+        shapes.write(_header(100 + n * POINT_BYTES, POINT_Z, points))
+        index.write(_header(100 + n * 8, POINT_Z, points))
+        table.write(_table_header(n, columns))
+        for rows in blocks:
+            block = np.zeros(rows.stop - rows.start, record)
+            block["head"][:, 0] = np.arange(rows.start + 1, rows.stop + 1)
+            block["head"][:, 1] = (POINT_BYTES - 8) // 2
+            block["type"] = POINT_Z
+            block["xyzm"][:, :3] = points[rows]
+            block["xyzm"][:, 3] = NO_M
+            shapes.write(block.tobytes())
+            places = np.empty((len(block), 2), ">i4")
+            places[:, 0] = 50 + np.arange(rows.start, rows.stop) * (POINT_BYTES // 2)
+            places[:, 1] = (POINT_BYTES - 8) // 2
+            index.write(places.tobytes())
+            _write_rows(table, columns, rows)
+        table.write(b"\x1a")
+
+
+def write_shapes(
+    shp: Path, shx: Path, dbf: Path, kind: int, shapes: Sequence[Array], columns: Sequence[Column]
+) -> None:
+    """POLYLINEZ or POLYGONZ of one part each. A ring is closed, and turned clockwise as seen from
+    above, which is how the format knows it from a hole."""
+    contents = [_content(kind, shape) for shape in shapes]
+    everything = np.concatenate(shapes) if shapes else np.empty((0, 3))
+    total = 100 + sum(8 + len(content) for content in contents)
+    with open(shp, "wb") as file, open(shx, "wb") as index, open(dbf, "wb") as table:
+        file.write(_header(total, kind, everything))
+        index.write(_header(100 + 8 * len(shapes), kind, everything))
+        at = 50
+        for number, content in enumerate(contents, start=1):
+            file.write(struct.pack(">2i", number, len(content) // 2) + content)
+            index.write(struct.pack(">2i", at, len(content) // 2))
+            at += 4 + len(content) // 2
+        table.write(_table_header(len(shapes), columns))
+        _write_rows(table, columns, slice(0, len(shapes)))
+        table.write(b"\x1a")
+
+
+def _content(kind: int, shape: Array) -> bytes:
+    if kind == RING_Z:
+        shape = np.concatenate([shape, shape[:1]])
+        x, y = (shape[:, :2] - shape[0, :2]).T
+        if float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1])) > 0:
+            shape = shape[::-1]
+    low, high = shape.min(axis=0), shape.max(axis=0)
+    head = struct.pack("<i4d3i", kind, low[0], low[1], high[0], high[1], 1, len(shape), 0)
+    flat = np.ascontiguousarray(shape[:, :2], "<f8").tobytes()
+    return (
+        head + flat + struct.pack("<2d", low[2], high[2])
+        + np.ascontiguousarray(shape[:, 2], "<f8").tobytes()
+    )  # fmt: skip
+
+
+def _header(size: int, kind: int, points: Array) -> bytes:
+    if len(points):
+        low, high = points.min(axis=0), points.max(axis=0)
+        box = [low[0], low[1], high[0], high[1], low[2], high[2], 0.0, 0.0]
+    else:
+        box = [0.0] * 8
+    return struct.pack(">7i", 9994, 0, 0, 0, 0, 0, size // 2) + struct.pack(
+        "<2i8d", 1000, kind, *box
+    )
+
+
+# --- attributes --------------------------------------------------------------------------------
+
+
+def _table_header(n: int, columns: Sequence[Column]) -> bytes:
+    today = datetime.date.today()
+    size = 32 + 32 * len(columns) + 1
+    row = 1 + sum(c.width for c in columns)
+    head = struct.pack("<4BIHH20x", 3, today.year - 1900, today.month, today.day, n, size, row)
+    for c in columns:
+        head += struct.pack(
+            "<11sc4xBB14x", c.name.encode("ascii"), c.kind.encode(), c.width, c.decimals
+        )
+    return head + b"\r"
+
+
+def _write_rows(table: BinaryIO, columns: Sequence[Column], rows: slice) -> None:
+    n = rows.stop - rows.start
+    width = 1 + sum(c.width for c in columns)
+    block = np.full((n, width), ord(" "), np.uint8)
+    at = 1
+    for c in columns:
+        block[:, at : at + c.width] = _cells(c, rows)
+        at += c.width
+    table.write(block.tobytes())
+
+
+def _cells(c: Column, rows: slice) -> Array:
+    """(n, width) bytes."""
+    values = c.values[rows]
+    if c.kind == "L":
+        return np.where(values, ord("T"), ord("F")).astype(np.uint8)[:, None]
+    if values.dtype.kind == "i":
+        return _integers(values, c.width)
+    if values.dtype.kind == "f":
+        texts = [_number(value, c.width) for value in values.tolist()]
+        if values.dtype.itemsize < 8:
+            texts = [_number(float(str(value)), c.width) for value in values]
+    else:
+        texts = [text.ljust(c.width) for text in values.tolist()]
+    return np.frombuffer(b"".join(texts), np.uint8).reshape(len(values), c.width)
+
+
+def _number(value: float, width: int) -> bytes:
+    """The shortest decimals that give back the value; blank where there is none."""
+    text = repr(value) if value - value == 0.0 else ""
+    return text.encode()[:width].rjust(width)
+
+
+def _integers(values: Array, width: int) -> Array:
+    cells = np.full((len(values), width), ord(" "), np.uint8)
+    # Python's integers: the lowest of int64 has no positive counterpart there.
+    left = np.abs(values) if values.min(initial=0) > np.iinfo(np.int64).min else None
+    if left is None:
+        texts = b"".join(str(v).encode().rjust(width) for v in values.tolist())
+        return np.frombuffer(texts, np.uint8).reshape(len(values), width)
+    negative = values < 0
+    for k in range(width - 1, -1, -1):
+        busy = (left > 0) if k < width - 1 else np.ones(len(values), bool)
+        cells[busy, k] = (left[busy] % 10 + ord("0")).astype(np.uint8)
+        sign = ~busy & negative
+        cells[sign, k] = ord("-")
+        negative &= ~sign
+        left = left // 10
+    return cells
+
+
+def short_names(names: Iterable[str], known: Mapping[str, str] | None = None) -> dict[str, str]:
+    """A name of at most ten bytes for each, none twice (compared without case)."""
+    used: set[str] = set()
+    result: dict[str, str] = {}
+    for name in names:
+        plain = (known or {}).get(name, name).encode("ascii", "ignore").decode()[:LONGEST_NAME]
+        free = next(label for label in _tries(plain or "field") if label.casefold() not in used)
+        used.add(free.casefold())
+        result[name] = free
+    return result
+
+
+def _tries(plain: str) -> Iterator[str]:
+    yield plain
+    number = 2
+    while True:
+        ending = f"_{number}"
+        yield plain[: LONGEST_NAME - len(ending)] + ending
+        number += 1

@@ -1,0 +1,198 @@
+"""The line tool: clicks along a lineation become a trend and plunge, a rake on a plane, a slip."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from textwrap import wrap
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.document import edits
+from vomstudio.document.edit import Edit
+from vomstudio.document.measurements import Measurement
+from vomstudio.document.records import Lineation, Model, Patch, Point, Reading, SlipSense, Trace
+from vomstudio.errors import GeometryError
+from vomstudio.geology.notation import format_line
+from vomstudio.geometry.discs import disc
+from vomstudio.tools.polyline import PolylineTool, points_text
+
+SENSES: tuple[SlipSense, ...] = ("", "normal", "reverse", "sinistral", "dextral")
+
+
+@dataclass(frozen=True)
+class NextLine:
+    """What the next line is: fields as in Lineation."""
+
+    type_id: str = "lineation"
+    set_name: str = ""
+    plane_id: str = ""
+    slip: SlipSense = ""
+
+
+class LineTool(PolylineTool[Lineation]):
+    """Two points or more. It has a type of its own for what is made next: what the other tools
+    measure are planes."""
+
+    name = "line"
+    what = "line"
+    record = Lineation
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        self.next = NextLine()
+
+    def hint(self) -> str:
+        if self._feature is None:
+            return "Line: click along a striation, a hinge or another lineation on the outcrop"
+        count = len(self.vertices)
+        if count < 2:
+            return "Line: 1 point; a line needs 2. Backspace takes it back; Esc cancels"
+        return (
+            f"Line: {count} points; more give its error. Enter or double click finishes; "
+            "drag a vertex to move it; Esc cancels"
+        )
+
+    def why_not_finish(self) -> str | None:
+        if self._feature is None:
+            return "no line is being picked"
+        missing = 2 - len(self.vertices)
+        return None if missing <= 0 else f"a line needs 2 points; pick {missing} more"
+
+    @property
+    def attributes(self) -> NextLine:
+        """Those of the open line, else of the next one."""
+        line = self._feature
+        if line is None:
+            return self.next
+        return NextLine(line.type_id, line.set_name, line.plane_id, line.slip)
+
+    def choose(self, **values: str) -> None:
+        """Other attributes for the next line, and for the open one where it is new. Without a
+        plane there is no sense of slip."""
+        self.next = _sound(replace(self.next, **values))  # type: ignore[arg-type]
+        line = self._feature
+        if line is None or self._continued:
+            self._context.tool_changed()
+            return
+        chosen = _sound(replace(self.attributes, **values))  # type: ignore[arg-type]
+        if chosen != self.attributes:
+            changed = replace(
+                line,
+                type_id=chosen.type_id,
+                set_name=chosen.set_name,
+                plane_id=chosen.plane_id,
+                slip=chosen.slip,
+            )
+            self._keep(changed, self._steps, self.current_vertex)
+
+    def _new(self, model: Model, vertices: tuple[Point, ...]) -> Lineation:
+        return Lineation(
+            id=edits.new_id("line"),
+            name="",
+            type_id=self.next.type_id,
+            model_id=model.id,
+            model_hash=model.content_hash,
+            vertices=vertices,
+            plane_id=self.next.plane_id,
+            slip=self.next.slip,
+            set_name=self.next.set_name,
+        )
+
+    def _edit(self, feature: Lineation) -> Edit:
+        if self.measurement is None or self.measurement.problem:
+            problem = self.measurement.problem if self.measurement else None
+            raise GeometryError(problem or "no points")
+        records = self._context.session.records
+        if not self._continued:
+            return edits.add_features(records, [feature])
+        return edits.set_line(records, feature.id, feature.vertices, resolution=feature.resolution)
+
+    # --- drafts ------------------------------------------------------------------------------
+    def _more_state(self, feature: Lineation) -> dict[str, Any]:
+        return {
+            "type_id": feature.type_id,
+            "set_name": feature.set_name,
+            "plane_id": feature.plane_id,
+            "slip": feature.slip,
+        }
+
+    def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Lineation:
+        slip = str(state["slip"])
+        if slip not in SENSES:
+            raise ValueError(slip)
+        read = Lineation(
+            id=str(state["line_id"]),
+            name="",
+            type_id=self._type_of(state, self.next.type_id),
+            model_id=str(state["model_id"]),
+            model_hash=str(state["model_hash"]),
+            vertices=vertices,
+            plane_id=str(state["plane_id"]),
+            slip=slip,
+            set_name=str(state["set_name"]),
+        )
+        self.next = NextLine(read.type_id, read.set_name, read.plane_id, read.slip)
+        return read
+
+    # --- what is seen ------------------------------------------------------------------------
+    def _look(self) -> None:
+        assert self._feature is not None
+        surface = self._context.surface(self._feature.model_id)
+        if surface is not None and self.vertices:
+            resolution = surface.resolution_near(np.asarray(self.vertices, dtype=np.float64))
+            self._feature = replace(self._feature, resolution=resolution)
+        super()._look()
+
+    def _patch(self) -> npt.NDArray[np.float64] | None:
+        """A piece of the plane that the line is laid into."""
+        plane = plane_of(self._context, self._feature.plane_id if self._feature else "")
+        fit = self.measurement.line_fit if self.measurement else None
+        if plane is None or plane.plane is None or fit is None:
+            return None
+        return disc(fit.centroid, plane.plane.normal(), 0.5 * fit.length)
+
+    def _reading(self) -> tuple[str, ...]:
+        measured, count = self.measurement, len(self.vertices)
+        at = self._hovered()
+        live = count == 1 and at is not None and at != self.vertices[0]
+        if live and self._feature is not None and at is not None:
+            # The second point is where the cursor is.
+            measured = self._context.measure(replace(self._feature, vertices=(*self.vertices, at)))
+        if measured is None or measured.line is None or measured.line_fit is None:
+            why = "" if count < 2 or measured is None else f": {measured.problem}"
+            return (f"{points_text(count)}{why}",)
+        error = measured.max_confidence95_deg
+        decimals = 1 if error is not None and error < 1.0 else 0
+        lines = [format_line(measured.line, decimals)]
+        if error is not None and measured.min_confidence95_deg is not None:
+            across = (
+                ""
+                if measured.confidence_axis is None
+                else (f" × {measured.min_confidence95_deg:.1f}°")
+            )
+            lines.append(f"95 %: {error:.1f}°{across}   n {count}")
+        elif not live:
+            lines.append(f"95 %: undefined   n {count}")
+        if measured.rake_deg is not None and self._feature is not None:
+            base = self._context.session.records.get(self._feature.plane_id)
+            name = base.name if base is not None else "its plane"
+            lines.append(f"rake {measured.rake_deg:.0f}°, {measured.off_plane_deg:.1f}° off {name}")
+        if measured.verdict is not None and not live:
+            lines += [x for why in measured.verdict.reasons[:1] for x in wrap(why, 44)]
+        return tuple(lines)
+
+
+def _sound(line: NextLine) -> NextLine:
+    return line if line.plane_id else replace(line, slip="")
+
+
+def plane_of(context: Any, plane_id: str) -> Measurement | None:
+    """The figures of a plane of the document."""
+    feature = context.session.records.get(plane_id)
+    if not isinstance(feature, Trace | Patch | Reading):
+        return None
+    measured: Measurement = context.measure(feature)
+    return measured if measured.plane is not None else None

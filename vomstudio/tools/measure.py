@@ -1,0 +1,213 @@
+"""The measure tool: distances, polylines, areas and thicknesses across a plane."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.document import edits
+from vomstudio.document.edit import Edit
+from vomstudio.document.measurements import Measurement
+from vomstudio.document.records import Dimension, DimensionKind, Model, Point
+from vomstudio.errors import GeometryError
+from vomstudio.geometry.discs import disc
+from vomstudio.geometry.units import area_text, length_text
+from vomstudio.tools.line import plane_of
+from vomstudio.tools.polyline import PolylineTool, points_text
+
+KINDS: tuple[DimensionKind, ...] = ("distance", "polyline", "area", "thickness")
+TWO_ENDS = ("distance", "thickness")
+LEAST = {"distance": 2, "polyline": 2, "area": 3, "thickness": 2}
+COLOR = "#ffffff"
+
+_NEXT = {
+    "distance": "click the two ends of a distance",
+    "polyline": "click along the line whose length is wanted",
+    "area": "click around the area, corner after corner",
+    "thickness": "click a point on the base and one on the top",
+}
+
+
+class MeasureTool(PolylineTool[Dimension]):
+    """A distance or thickness is done with its second point, the others with Enter."""
+
+    name = "measure"
+    what = "measurement"
+    record = Dimension
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        self.next_kind: DimensionKind = "distance"
+        self.next_plane_id = ""
+
+    @property
+    def kind(self) -> DimensionKind:
+        """Of the open measurement, else of the next one."""
+        return self._feature.kind if self._feature else self.next_kind
+
+    @property
+    def plane_id(self) -> str:
+        return self._feature.plane_id if self._feature else self.next_plane_id
+
+    def hint(self) -> str:
+        if (why := self._no_plane()) is not None:
+            return f"Measure: {why}"
+        if self._feature is None:
+            return f"Measure: {_NEXT[self.kind]}"
+        if self.kind in TWO_ENDS:
+            return "Measure: click the other end; Backspace takes the first one back; Esc cancels"
+        return (
+            f"Measure: {points_text(len(self.vertices))}. Enter or double click finishes; "
+            "drag a vertex to move it; Ctrl+click inserts one; Esc cancels"
+        )
+
+    def why_not_finish(self) -> str | None:
+        if self._feature is None:
+            return "nothing is being measured"
+        missing = LEAST[self.kind] - len(self.vertices)
+        if missing > 0:
+            article = "an" if self.kind == "area" else "a"
+            return f"{article} {self.kind} needs {LEAST[self.kind]} points; pick {missing} more"
+        return self._no_plane()
+
+    def _no_plane(self) -> str | None:
+        if self.kind == "thickness" and plane_of(self._context, self.plane_id) is None:
+            return "choose the plane that the thickness is measured across"
+        return None
+
+    def choose(self, kind: DimensionKind | None = None, plane_id: str | None = None) -> None:
+        """Another kind or plane for the next measurement, and for the open one where it is new."""
+        self.next_kind = self.next_kind if kind is None else kind
+        self.next_plane_id = self.next_plane_id if plane_id is None else plane_id
+        open_one = self._feature
+        if open_one is None:
+            self._context.tool_changed()
+            return
+        now = open_one.kind if kind is None else kind
+        across = self.next_plane_id if now == "thickness" else ""
+        changed = replace(open_one, kind=now, plane_id=across)
+        if self._continued:
+            return
+        steps, points = self._steps, self.vertices
+        if changed.kind in TWO_ENDS and len(points) > 2:
+            changed = replace(changed, vertices=(points[0], points[-1]))
+            steps = [*steps, points]
+        if changed != open_one:
+            self._keep(changed, steps, None)
+
+    def _new(self, model: Model, vertices: tuple[Point, ...]) -> Dimension:
+        return Dimension(
+            id=edits.new_id("dimension"),
+            name="",
+            kind=self.next_kind,
+            model_id=model.id,
+            model_hash=model.content_hash,
+            vertices=vertices,
+            plane_id=self.next_plane_id if self.next_kind == "thickness" else "",
+        )
+
+    def _append(self, position: Point) -> None:
+        if self.kind not in TWO_ENDS:
+            super()._append(position)
+            return
+        self._set_vertices((*self.vertices[:1], position))
+        if len(self.vertices) == 2 and not self._continued and self.why_not_finish() is None:
+            self.finish()
+
+    def insert_vertex(self, position: Point) -> None:
+        if self.kind not in TWO_ENDS:
+            super().insert_vertex(position)
+
+    def _edit(self, feature: Dimension) -> Edit:
+        if (why := self.why_not_finish()) is not None:
+            raise GeometryError(f"{why[:1].upper()}{why[1:]}.")
+        measured = self.measurement
+        if measured is None or measured.problem:
+            raise GeometryError(measured.problem if measured and measured.problem else "no points")
+        if max((measured.dimension or {}).values(), default=0.0) <= 0.0:
+            raise GeometryError("All points are at the same place; pick them farther apart.")
+        records = self._context.session.records
+        if not self._continued:
+            return edits.add_features(records, [feature])
+        return edits.set_line(records, feature.id, feature.vertices)
+
+    # --- drafts ------------------------------------------------------------------------------
+    def _more_state(self, feature: Dimension) -> dict[str, Any]:
+        return {"kind": feature.kind, "plane_id": feature.plane_id}
+
+    def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Dimension:
+        kind = state["kind"]
+        if kind not in KINDS:
+            raise ValueError(kind)
+        self.next_kind, self.next_plane_id = kind, str(state["plane_id"])
+        return Dimension(
+            id=str(state["measure_id"]),
+            name="",
+            kind=kind,
+            model_id=str(state["model_id"]),
+            model_hash=str(state["model_hash"]),
+            vertices=vertices,
+            plane_id=str(state["plane_id"]),
+        )
+
+    # --- what is seen ------------------------------------------------------------------------
+    def _color(self) -> str:
+        return COLOR
+
+    @property
+    def _closed(self) -> bool:
+        return self.kind == "area" and len(self.vertices) > 2
+
+    def _patch(self) -> npt.NDArray[np.float64] | None:
+        """The plane that a thickness is measured across, through its base."""
+        plane = plane_of(self._context, self.plane_id) if self.kind == "thickness" else None
+        measured = self._live()
+        if plane is None or plane.plane is None or measured is None or len(measured.points) < 2:
+            return None
+        reach = float(np.linalg.norm(measured.points[-1] - measured.points[0]))
+        return disc(measured.points[0], plane.plane.normal(), max(reach, 1e-9))
+
+    def _live(self) -> Measurement | None:
+        """With the point under the cursor, where the next click would put one."""
+        at, points = self._hovered(), self.vertices
+        done = self.kind in TWO_ENDS and len(points) > 1
+        if self._feature is None or done or at is None or (points and at == points[-1]):
+            return self.measurement
+        return self._context.measure(replace(self._feature, vertices=(*points, at)))
+
+    def _reading(self) -> tuple[str, ...]:
+        measured = self._live()
+        if measured is None or not measured.dimension:
+            return (points_text(len(self.vertices)),)
+        return tuple(dimension_lines(measured.dimension))
+
+
+def dimension_lines(figures: Mapping[str, float]) -> list[str]:
+    """The figures of a dimension in words, the one it is made for first."""
+    lines = []
+    if (value := figures.get("thickness_m")) is not None:
+        error = figures.get("thickness_error95_m")
+        lines.append(
+            f"{length_text(value)} thick, 95 %: "
+            + ("unknown" if error is None else f"± {length_text(error, 2)}")
+        )
+    if (value := figures.get("area_m2")) is not None:
+        lines.append(area_text(value))
+    for name, words in (
+        ("length_m", "along the line"),
+        ("distance_m", "straight"),
+        ("perimeter_m", "around"),
+    ):
+        if name in figures:
+            lines.append(f"{length_text(figures[name])} {words}")
+    if "horizontal_m" in figures:
+        up = figures["vertical_m"]
+        lines.append(
+            f"{length_text(figures['horizontal_m'])} horizontal, "
+            f"{length_text(abs(up))} {'up' if up >= 0.0 else 'down'}"
+        )
+    return lines

@@ -1,0 +1,590 @@
+"""The patch tool: a round brush over the outcrop chooses the faces or points of one surface.
+
+A state machine without Qt or VTK. A stroke is press, drag, release, and one edit of the document:
+the first makes the patch, later ones change it, so undo takes back strokes and nothing that was
+painted can be lost. Only a stroke in the making is `open`; the patch that the next stroke goes on
+with is `current`, until it is finished.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from textwrap import wrap
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.document import edits
+from vomstudio.document.measurements import Measurement
+from vomstudio.document.records import FeatureType, Model, Patch, Record
+from vomstudio.errors import DocumentError, VomError
+from vomstudio.geometry import transform
+from vomstudio.geometry.brush import PaintSurface
+from vomstudio.geometry.moment_planes import fit_moments
+from vomstudio.geometry.patches import ids_of, moments, outline, runs_of
+from vomstudio.tools.context import ToolContext
+from vomstudio.tools.types import Area, BrushRing, Button, Hit, Pointer, PointerEvent, Preview
+
+NAME = "patch"
+
+SMALLEST_RADIUS, LARGEST_RADIUS = 1e-3, 1e4
+STEP = 1.25
+# Part of the model's size that the first brush has.
+_FIRST_RADIUS = 1.0 / 80.0
+# Live figures may take this part of the time of a stroke.
+_LIVE_SHARE = 0.3
+# So many points show where a patch of a cloud is; more would only cover each other.
+DOTS = 20_000
+_QUICK_S = 0.01
+_REMOVED = (1.0, 1.0, 1.0)
+_NOTHING_PAINTED = "no patch is being painted"
+
+
+@dataclass(eq=False)
+class _Stroke:
+    """From press to release.
+
+    chosen : (n,) whether each face or point of the model is in
+    touched : what has been added or taken away as it is drawn, of points every `stride`-th
+    quick : the surface answers at once
+    """
+
+    model: Model
+    surface: PaintSurface
+    removes: bool
+    chosen: npt.NDArray[np.bool_]
+    scale: float
+    origin: npt.NDArray[np.float64]
+    resolution: float | None
+    quick: bool
+    touched: list[npt.NDArray[np.float32]] = field(default_factory=list)
+    stride: int = 1
+    count: int = 0
+    measured: int = 0
+    measured_until: float = 0.0
+
+
+class PatchTool:
+    def __init__(self, context: ToolContext) -> None:
+        self._context = context
+        self._radius: float | None = None
+        self.removing = False
+        self._id: str | None = None
+        self._before: Patch | None = None
+        self._down = False
+        self._stroke: _Stroke | None = None
+        self._hover: Hit | None = None
+        self._ctrl = False
+        self._measured: tuple[Patch, Record | None, Measurement] | None = None
+        self._live: Measurement | None = None
+
+    # --- state -------------------------------------------------------------------------------
+    @property
+    def open(self) -> bool:
+        """A stroke is being made."""
+        return self._down
+
+    @property
+    def current(self) -> Patch | None:
+        """The patch that the next stroke goes on with."""
+        record = self._context.session.records.get(self._id) if self._id else None
+        return record if isinstance(record, Patch) else None
+
+    @property
+    def continued(self) -> bool:
+        """The current patch was there before this tool took it up."""
+        return self._before is not None and self.current is not None
+
+    @property
+    def can_undo(self) -> bool:
+        # Strokes are edits: the document takes them back.
+        return False
+
+    @property
+    def radius(self) -> float:
+        """Metres."""
+        return self._radius if self._radius is not None else 0.1
+
+    @property
+    def measurement(self) -> Measurement | None:
+        """Of what is painted now, the stroke in the making included."""
+        if self._live is not None:
+            return self._live
+        patch = self.current
+        if patch is None:
+            return None
+        model = self._context.session.records.get(patch.model_id)
+        kept = self._measured
+        if kept is None or kept[0] is not patch or kept[1] is not model:
+            kept = self._measured = (patch, model, self._context.measure(patch))
+        return kept[2]
+
+    def hint(self) -> str:
+        if self._down:
+            return "Patch: release ends the stroke; Esc abandons it"
+        which = "takes away" if self.removing else "adds to"
+        patch = self.current
+        if patch is None:
+            return (
+                "Patch: paint over one surface with the left button; the right button orbits; "
+                "[ and ] change the brush"
+            )
+        return (
+            f"Patch {patch.name}: the next stroke {which} it; Ctrl "
+            f"{'adds' if self.removing else 'takes away'}; Enter finishes, Esc gives it up; "
+            "the right button orbits; [ and ] change the brush"
+        )
+
+    def why_not_finish(self) -> str | None:
+        return None if self._down or self.current is not None else _NOTHING_PAINTED
+
+    def why_not_cancel(self) -> str | None:
+        return self.why_not_finish()
+
+    # --- the brush ---------------------------------------------------------------------------
+    def set_radius(self, metres: float) -> None:
+        metres = min(max(float(metres), SMALLEST_RADIUS), LARGEST_RADIUS)
+        if metres != self._radius:
+            self._radius = metres
+            self._show()
+            self._context.tool_changed()
+
+    def larger(self) -> None:
+        self.set_radius(_two_digits(self.radius * STEP))
+
+    def smaller(self) -> None:
+        self.set_radius(_two_digits(self.radius / STEP))
+
+    def set_removing(self, removing: bool) -> None:
+        """Strokes take away, and with Ctrl add."""
+        self.removing = removing
+        self._show()
+        self._context.tool_changed()
+
+    # --- gestures ----------------------------------------------------------------------------
+    def pointer(self, event: PointerEvent) -> None:
+        if event.kind is Pointer.MOVE:
+            self._ctrl, self._hover = event.ctrl, event.hit
+            self._show()
+        elif event.button is not Button.LEFT:
+            return
+        elif event.kind in (Pointer.CLICK, Pointer.DOUBLE_CLICK):
+            if event.hit is None:
+                self._context.hint("There is no surface under the cursor: paint on the outcrop.")
+            elif not event.shift:
+                self._press(event)
+                self._release()
+        elif event.kind is Pointer.DRAG_START:
+            self._press(event)
+        elif event.kind is Pointer.DRAG_MOVE and self._down:
+            self._paint(event.hit)
+            if not event.more:
+                self._measure_live()
+                self._show()
+        elif event.kind is Pointer.DRAG_END and self._down:
+            self._paint(event.hit)
+            self._release()
+
+    def _press(self, event: PointerEvent) -> None:
+        self._down, self._ctrl, self._stroke = True, event.ctrl, None
+        self._paint(event.hit)
+        self._measure_live()
+        self._show()
+        self._context.tool_changed()
+
+    def _begin(self, hit: Hit) -> _Stroke | None:
+        """The stroke begins where the brush first meets a surface."""
+        records = self._context.session.records
+        model, surface = records.get(hit.model_id), self._context.surface(hit.model_id)
+        patch, removes = self.current, self.removing != self._ctrl
+        problem = ""
+        if not isinstance(model, Model) or surface is None:
+            problem = "This model is not part of the project any more."
+        elif patch is not None and patch.model_id != model.id:
+            problem = (
+                f"This is another model than that of {patch.name}. A patch belongs to one model: "
+                "finish it (Enter) first."
+            )
+        elif patch is None and removes:
+            problem = "There is no patch to take away from: paint one, or continue one, first."
+        if problem or not isinstance(model, Model) or surface is None:
+            self._down = False
+            self._context.hint(problem)
+            self._context.tool_changed()
+            return None
+        self._suggest_radius(model, surface)
+        chosen = np.zeros(surface.count, np.bool_)
+        if patch is not None:
+            chosen[known_ids(patch, surface.count)] = True
+        started = time.perf_counter()
+        spacing = surface.resolution_near(np.array([hit.position]))
+        # Until the search tree stands, one point has to do for the live figures.
+        quick = time.perf_counter() - started < _QUICK_S
+        return _Stroke(
+            model,
+            surface,
+            removes,
+            chosen,
+            transform.scale_of(model.to_world),
+            transform.apply(model.to_world, [hit.position])[0],
+            spacing,
+            quick,
+        )
+
+    def _paint(self, hit: Hit | None) -> None:
+        self._hover = hit
+        if hit is None:
+            return
+        if self._stroke is None:
+            self._stroke = self._begin(hit)
+        stroke = self._stroke
+        if stroke is None or hit.model_id != stroke.model.id:
+            return
+        ids = stroke.surface.within(hit.index, hit.position, self.radius / stroke.scale)
+        ids = ids[stroke.chosen[ids] == stroke.removes]
+        if not len(ids):
+            return
+        stroke.chosen[ids] = not stroke.removes
+        stroke.count += len(ids)
+        stroke.touched.append(
+            local_corners(
+                stroke.surface.corners(ids[:: stroke.stride]), stroke.model, stroke.origin
+            )
+        )
+
+    def _release(self) -> None:
+        stroke, self._down, self._stroke = self._stroke, False, None
+        self._live = None
+        if stroke is not None and stroke.count:
+            try:
+                self._keep(stroke)
+            except VomError as error:
+                self._context.say(str(error))
+        self._show()
+        self._context.tool_changed()
+
+    def _keep(self, stroke: _Stroke) -> None:
+        """The stroke as an edit of the document."""
+        session, patch = self._context.session, self.current
+        ids = np.flatnonzero(stroke.chosen)
+        if not len(ids):
+            if patch is not None:
+                session.apply(edits.delete(session.records, [patch.id]))
+            return
+        painted = replace(patch or self._new(stroke), **self._figures(stroke, ids, whole=True))
+        if patch is None:
+            session.apply(edits.add_features(session.records, [painted]))
+            self._id, self._before = painted.id, None
+        else:
+            what = "Take away from" if stroke.removes else "Brush"
+            session.apply(edits.change_feature(session.records, painted, what))
+        self._context.created(painted.id)
+
+    def _new(self, stroke: _Stroke) -> Patch:
+        zero = (0.0, 0.0, 0.0)
+        return Patch(
+            id=edits.new_id("patch"),
+            name="",
+            type_id=self._context.next_type_id,
+            model_id=stroke.model.id,
+            model_hash=stroke.model.content_hash,
+            element=stroke.surface.element,
+            runs=(),
+            n=0,
+            mean=zero,
+            scatter=(zero, zero, zero),
+            n_effective=0.0,
+            set_name=self._context.next_set,
+        )
+
+    def _figures(
+        self, stroke: _Stroke, ids: npt.NDArray[np.int64], *, whole: bool
+    ) -> dict[str, Any]:
+        """The fields of a patch that follow from its ids; `whole` with those that only a record
+        needs."""
+        points, weights = stroke.surface.weighted(ids)
+        known = moments(points, weights)
+        figures = {
+            "n": known.n,
+            "mean": known.mean,
+            "scatter": known.scatter,
+            "n_effective": known.n_effective,
+            "area": stroke.surface.area_of(ids),
+            "resolution": stroke.resolution,
+        }
+        if not whole:
+            if stroke.quick:
+                figures["resolution"] = stroke.surface.resolution_near(points)
+            return figures
+        ring: tuple[Any, ...] = ()
+        try:
+            fit = fit_moments(known.n, known.mean, known.scatter)
+            ring = outline(points, fit.normal)
+        except VomError:
+            pass
+        spacing = stroke.surface.resolution_near(points)
+        return {**figures, "runs": runs_of(ids), "outline": ring, "resolution": spacing}
+
+    def _measure_live(self) -> None:
+        """Fit what is painted so far, unless that has just been done and takes long."""
+        stroke, started = self._stroke, time.perf_counter()
+        if stroke is None or stroke.count == stroke.measured:
+            return
+        if started < stroke.measured_until:
+            return
+        ids = np.flatnonzero(stroke.chosen)
+        if not len(ids):
+            self._live, stroke.measured = None, stroke.count
+            return
+        patch = self.current or self._new(stroke)
+        self._live = self._context.measure(
+            replace(patch, **self._figures(stroke, ids, whole=False))
+        )
+        now, stroke.measured = time.perf_counter(), stroke.count
+        stroke.measured_until = now + (now - started) * (1.0 / _LIVE_SHARE - 1.0)
+
+    # --- beginning and end -------------------------------------------------------------------
+    def take_up(self, patch_id: str) -> None:
+        """Go on painting a patch of the document."""
+        if self._down:
+            raise DocumentError("a stroke is being made: release it first")
+        patch = self._context.session.records.get(patch_id)
+        if not isinstance(patch, Patch):
+            raise DocumentError("only a patch can be painted on")
+        if self._context.surface(patch.model_id) is None:
+            raise DocumentError(f"the model of {patch.name} is not open")
+        self._id, self._before, self._hover = patch.id, patch, None
+        self._show()
+        self._context.tool_changed()
+
+    def undo(self) -> bool:
+        """A stroke in the making cannot be taken back: it is released or abandoned."""
+        return self._down
+
+    def finish(self) -> str | None:
+        """The patch is done; the next stroke begins another one."""
+        if self._down:
+            self._release()
+        patch = self.current
+        if patch is None:
+            return None
+        self._reset()
+        self._context.created(patch.id)
+        return patch.id
+
+    def cancel(self) -> None:
+        """Abandon the stroke in the making; else give up the strokes since the patch was begun or
+        taken up, which undo brings back."""
+        if self._down:
+            self._down, self._stroke, self._live = False, None, None
+            self._show()
+            self._context.tool_changed()
+            return
+        patch, before = self.current, self._before
+        if patch is None:
+            return
+        session = self._context.session
+        try:
+            if before is None:
+                session.apply(edits.delete(session.records, [patch.id]))
+                self._context.hint(f"{patch.name} was given up; Undo brings it back.")
+            elif patch.runs != before.runs:
+                back = {name: getattr(before, name) for name in _PAINTED}
+                what = "Give up the strokes on"
+                session.apply(edits.change_feature(session.records, replace(patch, **back), what))
+                self._context.hint(f"{patch.name} is as it was; Undo brings the strokes back.")
+        except VomError as error:
+            self._context.say(str(error))
+            return
+        self._reset()
+
+    def leave(self) -> None:
+        """Another tool is chosen."""
+        if self._down:
+            self._release()
+        self._reset()
+        self._context.show(None)
+
+    def forget(self) -> None:
+        """The project is being closed; what was released is in its journal."""
+        self._down, self._stroke = False, None
+        self._reset()
+        self._context.show(None)
+
+    def _reset(self) -> None:
+        self._id, self._before, self._live, self._measured = None, None, None, None
+        # The next stroke begins a patch, and there is nothing to take away from.
+        self.removing = False
+        self._show()
+        self._context.tool_changed()
+
+    def restore(self, state: Mapping[str, Any]) -> bool:
+        """There are no drafts: strokes are edits."""
+        return False
+
+    def set_type(self, type_id: str, set_name: str) -> None:
+        """The feature type and set of the current patch, unless it was there before."""
+        patch = self.current
+        if patch is None or self.continued:
+            return
+        values = {
+            key: value
+            for key, value in (("type_id", type_id), ("set_name", set_name))
+            if getattr(patch, key) != value
+        }
+        if values:
+            session = self._context.session
+            try:
+                session.apply(edits.set_attributes(session.records, [patch.id], **values))
+            except VomError as error:
+                self._context.say(str(error))
+        self._show()
+
+    def look_again(self) -> None:
+        """The document has changed: an undo may have taken a stroke back."""
+        if not self._down and self._hover is not None:
+            self._show()
+
+    # --- what is seen ------------------------------------------------------------------------
+    def _suggest_radius(self, model: Model, surface: PaintSurface) -> None:
+        if self._radius is None:
+            wanted = surface.extent * transform.scale_of(model.to_world) * _FIRST_RADIUS
+            self._radius = max(_round(wanted), SMALLEST_RADIUS)
+            self._context.tool_changed()
+
+    def _show(self) -> None:
+        brush = self._brush()
+        measurement = self.measurement
+        stroke = self._stroke
+        removes = self.removing != self._ctrl if stroke is None else stroke.removes
+        area = None
+        if stroke is not None and stroke.touched:
+            if len(stroke.touched) > 1:
+                stroke.touched = [np.concatenate(stroke.touched)]
+            if stroke.surface.element == "point" and len(stroke.touched[0]) > 2 * DOTS:
+                stroke.touched = [stroke.touched[0][::2]]
+                stroke.stride *= 2
+            area = Area(stroke.origin, stroke.touched[0], np.zeros((0, 2, 3), np.float32))
+        if brush is None and measurement is None and area is None:
+            self._context.show(None)
+            return
+        patch, records = self.current, self._context.session.records
+        kind = records.get(patch.type_id if patch else self._context.next_type_id)
+        color = _rgb(kind.color if isinstance(kind, FeatureType) else "#e69f00")
+        verdict = measurement.verdict if measurement else None
+        self._context.show(
+            Preview(
+                line=np.zeros((0, 3)),
+                color=_REMOVED if removes else color,
+                reading=self._reading(measurement),
+                verdict=verdict.quality if verdict else None,
+                brush=brush,
+                area=area,
+            )
+        )
+
+    def _brush(self) -> BrushRing | None:
+        hit = self._hover
+        model = self._context.session.records.get(hit.model_id) if hit else None
+        surface = self._context.surface(hit.model_id) if hit else None
+        if hit is None or surface is None or not isinstance(model, Model):
+            return None
+        self._suggest_radius(model, surface)
+        radius = self.radius / transform.scale_of(model.to_world)
+        normal = surface.normal_near(hit.index, hit.position, radius)
+        return BrushRing(
+            transform.apply(model.to_world, [hit.position])[0],
+            self.radius,
+            None if normal is None else transform.rotate(model.to_world, [normal])[0],
+            self.removing != self._ctrl,
+        )
+
+    def _reading(self, measurement: Measurement | None) -> tuple[str, ...]:
+        if measurement is None:
+            return ()
+        fit, verdict = measurement.fit, measurement.verdict
+        if fit is None or verdict is None:
+            return tuple(wrap(f"no plane yet: {measurement.problem}", 44))
+        if fit.max_confidence95_deg is None:
+            error = "95 %: undefined"
+        else:
+            error = f"95 %: {fit.max_confidence95_deg:.1f}° × {fit.min_confidence95_deg or 0:.1f}°"
+        size = (
+            f"{fit.n} points"
+            if measurement.area_m2 is None
+            else f"{measurement.area_m2:.3g} m²   n {fit.n}"
+        )
+        if self._down:
+            # What is about to be painted must not be covered; the panel has the rest.
+            return (self._context.format_plane(measurement), error)
+        indices = "   ".join(
+            f"{name} {value:.1f}"
+            for name, value in (("M", fit.M), ("K", fit.K))
+            if value is not None
+        )
+        return (
+            self._context.format_plane(measurement),
+            error,
+            f"{indices}   {size}" if indices else size,
+            *(line for why in verdict.reasons[:1] for line in wrap(why, 44)),
+        )
+
+
+_PAINTED = ("runs", "n", "mean", "scatter", "n_effective", "outline", "area", "resolution")
+
+
+def known_ids(patch: Patch, count: int) -> npt.NDArray[np.int64]:
+    """The faces or points of a patch that a model with `count` of them has."""
+    ids = ids_of(patch.runs)
+    return ids[ids < count]
+
+
+def local_corners(
+    corners: npt.NDArray[np.float64], model: Model, origin: npt.NDArray[np.float64]
+) -> npt.NDArray[np.float32]:
+    """Points (k, 3) or (k, 3, 3) of a model's file frame, in World minus `origin`."""
+    rows = transform.matrix(model.to_world)
+    near = transform.apply(transform.invert(rows), [origin])[0]
+    x, y, z = (corners.reshape(-1, 3) - near).astype(np.float32).T
+    local = np.empty((len(x), 3), np.float32)
+    # Axis by axis: a matrix product of so many short rows takes ten times as long.
+    for axis, (a, b, c) in enumerate(rows[:3, :3].astype(np.float32)):
+        local[:, axis] = a * x + b * y + c * z
+    return local.reshape(corners.shape)
+
+
+def area_of(patch: Patch, model: Model, surface: PaintSurface) -> Area | None:
+    """A patch as it is drawn; None where the model has none of it."""
+    ids = known_ids(patch, surface.count)
+    if not len(ids) or surface.element != patch.element:
+        return None
+    border = surface.border(ids)
+    if surface.element == "point":
+        ring = np.array(patch.outline).reshape(-1, 3)
+        border = np.stack([ring, np.roll(ring, -1, axis=0)], axis=1)
+        ids = ids[:: max(1, len(ids) // DOTS)]
+    corners = surface.corners(ids)
+    origin = transform.apply(model.to_world, [patch.mean])[0]
+    return Area(
+        origin,
+        local_corners(corners, model, origin),
+        local_corners(border, model, origin),
+    )
+
+
+def _round(length: float) -> float:
+    """The nearest 1, 2 or 5 times a power of ten."""
+    power = 10.0 ** np.floor(np.log10(max(length, 1e-300)))
+    return float(power * min((1.0, 2.0, 5.0, 10.0), key=lambda step: abs(step - length / power)))
+
+
+def _two_digits(length: float) -> float:
+    return float(f"{length:.2g}")
+
+
+def _rgb(color: str) -> tuple[float, float, float]:
+    red, green, blue = (int(color[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    return red, green, blue

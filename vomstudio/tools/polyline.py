@@ -1,0 +1,404 @@
+"""What the tools share that make a feature out of clicks: a state machine for vertices.
+
+Without Qt or VTK. It is idle until the first click or until an old feature is continued; then
+exactly one of `finish` or `cancel` ends it. Every step is written to the journal as a draft before
+it is shown.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, ClassVar, Generic, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.document.edit import Edit
+from vomstudio.document.measurements import Measurement, world_points
+from vomstudio.document.records import Dimension, FeatureType, Lineation, Model, Point, Trace
+from vomstudio.errors import DocumentError, VomError
+from vomstudio.geometry import transform
+from vomstudio.tools.context import ToolContext
+from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent, Preview
+
+F = TypeVar("F", bound=Trace | Lineation | Dimension)
+
+BLANK_COLOR = "#e69f00"
+
+
+class PolylineTool(Generic[F]):
+    """The unfinished feature is an ordinary record that is not in the document yet."""
+
+    name: ClassVar[str]
+    what: ClassVar[str]
+    record: ClassVar[type[Any]]
+
+    def __init__(self, context: ToolContext) -> None:
+        self._context = context
+        self._feature: F | None = None
+        self._continued = False
+        self._steps: list[tuple[Point, ...]] = []
+        self._hover: Hit | None = None
+        self._drag_from: tuple[Point, ...] | None = None
+        self.current_vertex: int | None = None
+        self.measurement: Measurement | None = None
+
+    # --- what a tool has of its own ----------------------------------------------------------
+    def hint(self) -> str:
+        raise NotImplementedError
+
+    def why_not_finish(self) -> str | None:
+        raise NotImplementedError
+
+    def _new(self, model: Model, vertices: tuple[Point, ...]) -> F:
+        """The feature that the first click begins."""
+        raise NotImplementedError
+
+    def _edit(self, feature: F) -> Edit:
+        """What keeps the feature. Raises VomError where it cannot be kept as it is."""
+        raise NotImplementedError
+
+    def _more_state(self, feature: F) -> dict[str, Any]:
+        """What the draft holds beside the vertices."""
+        raise NotImplementedError
+
+    def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> F:
+        """The feature of a draft. May raise KeyError, TypeError, ValueError."""
+        raise NotImplementedError
+
+    def _look(self) -> None:
+        """Ask the surface, and measure."""
+        assert self._feature is not None
+        self.measurement = self._context.measure(self._feature) if self.vertices else None
+
+    def _reading(self) -> tuple[str, ...]:
+        """Lines of text beside the cursor."""
+        raise NotImplementedError
+
+    def _patch(self) -> npt.NDArray[np.float64] | None:
+        return None
+
+    def _color(self) -> str:
+        type_id = getattr(self._feature, "type_id", "")
+        kind = self._context.session.records.get(type_id)
+        return kind.color if isinstance(kind, FeatureType) else BLANK_COLOR
+
+    @property
+    def _closed(self) -> bool:
+        """The line is drawn as a ring."""
+        return False
+
+    def set_type(self, type_id: str, set_name: str) -> None:
+        """Feature type and set of what is made next have been chosen anew."""
+
+    # --- state -------------------------------------------------------------------------------
+    @property
+    def open(self) -> bool:
+        """A feature is being picked."""
+        return self._feature is not None
+
+    @property
+    def feature(self) -> F | None:
+        return self._feature
+
+    @property
+    def continued(self) -> bool:
+        """The open feature is one of the document's, taken up again."""
+        return self._continued
+
+    @property
+    def vertices(self) -> tuple[Point, ...]:
+        """Model file frame."""
+        return self._feature.vertices if self._feature else ()
+
+    @property
+    def can_undo(self) -> bool:
+        return bool(self._steps)
+
+    # --- gestures ----------------------------------------------------------------------------
+    def pointer(self, event: PointerEvent) -> None:
+        if event.handle is not None and self.vertices:
+            shift = 1 if self._closed else 0
+            event = replace(event, handle=(event.handle - shift) % len(self.vertices))
+        if event.kind is Pointer.MOVE:
+            self._move(event)
+        elif event.kind is Pointer.CLICK and event.button is Button.LEFT:
+            self._click(event)
+        elif event.kind is Pointer.DOUBLE_CLICK and event.button is Button.LEFT:
+            if self.open:
+                self.finish()
+        elif event.kind is Pointer.DRAG_START and event.handle is not None:
+            self._drag_from = self.vertices
+            self.current_vertex = event.handle
+        elif event.kind is Pointer.DRAG_MOVE and self._drag_from is not None:
+            self._drag(event.hit)
+        elif event.kind is Pointer.DRAG_END and self._drag_from is not None:
+            self._drag(event.hit)
+            self._end_drag()
+
+    def _move(self, event: PointerEvent) -> None:
+        self._hover = event.hit
+        if self.open:
+            self._show()
+
+    def _click(self, event: PointerEvent) -> None:
+        if event.handle is not None and self.open:
+            self.mark(None if self.current_vertex == event.handle else event.handle)
+            return
+        hit = event.hit
+        if hit is None:
+            self._context.hint("There is no surface under the cursor: click on the outcrop.")
+            return
+        if self._feature is None:
+            self._begin(hit)
+            return
+        if hit.model_id != self._feature.model_id:
+            self._context.hint(
+                f"This point lies on another model. A {self.what} belongs to one model: finish it "
+                "(Enter) or cancel it (Esc) first."
+            )
+            return
+        if event.ctrl and len(self.vertices) > 1:
+            self.insert_vertex(hit.position)
+        else:
+            self._append(hit.position)
+
+    def _append(self, position: Point) -> None:
+        self._set_vertices((*self.vertices, position))
+
+    def _begin(self, hit: Hit) -> None:
+        model = self._context.session.records.get(hit.model_id)
+        if not isinstance(model, Model):
+            self._context.say("This model is not part of the project any more.")
+            return
+        self._keep(self._new(model, (hit.position,)), [()], None)
+
+    def _drag(self, hit: Hit | None) -> None:
+        index = self.current_vertex
+        if self._feature is None or index is None or hit is None:
+            return
+        if hit.model_id != self._feature.model_id:
+            return
+        moved = list(self.vertices)
+        moved[index] = hit.position
+        self._feature = replace(self._feature, vertices=tuple(moved))
+        self._look()
+        self._show()
+
+    def _end_drag(self) -> None:
+        assert self._drag_from is not None
+        assert self._feature is not None
+        before, after, self._drag_from = self._drag_from, self.vertices, None
+        if before != after:
+            self._feature = replace(self._feature, vertices=before)
+            self._set_vertices(after, self.current_vertex)
+
+    def mark(self, index: int | None) -> None:
+        """The vertex that Delete removes."""
+        if index != self.current_vertex:
+            self.current_vertex = index
+            self._show()
+            self._context.tool_changed()
+
+    # --- steps -------------------------------------------------------------------------------
+    def insert_vertex(self, position: Point) -> None:
+        """Between the two neighbours whose segment passes nearest to `position`."""
+        line = np.asarray(self.vertices)
+        start, step = line[:-1], np.diff(line, axis=0)
+        length = np.maximum((step**2).sum(axis=1), 1e-300)
+        along = np.clip(((np.asarray(position) - start) * step).sum(axis=1) / length, 0.0, 1.0)
+        gap = np.linalg.norm(start + along[:, None] * step - np.asarray(position), axis=1)
+        index = int(gap.argmin()) + 1
+        self._set_vertices((*self.vertices[:index], position, *self.vertices[index:]), index)
+
+    def move_vertex(self, index: int, position: Point) -> None:
+        changed = list(self.vertices)
+        changed[index] = position
+        self._set_vertices(tuple(changed), index)
+
+    def delete_vertex(self, index: int | None = None) -> None:
+        """Without an index: the marked vertex."""
+        at = self.current_vertex if index is None else index
+        if self._feature is None or at is None or not 0 <= at < len(self.vertices):
+            return
+        left = (*self.vertices[:at], *self.vertices[at + 1 :])
+        if left or self._continued:
+            self._set_vertices(left)
+        else:
+            self.cancel()
+
+    def undo(self) -> bool:
+        """Take the last step of the open feature back; False where there is none."""
+        if self._feature is None or not self._steps:
+            return False
+        before = self._steps[-1]
+        if not before and not self._continued:
+            self.cancel()
+        else:
+            self._keep(replace(self._feature, vertices=before), self._steps[:-1], None)
+        return True
+
+    def _set_vertices(self, vertices: tuple[Point, ...], mark: int | None = None) -> None:
+        assert self._feature is not None
+        feature = replace(self._feature, vertices=vertices)
+        self._keep(feature, [*self._steps, self.vertices], mark)
+
+    def _keep(self, feature: F, steps: list[tuple[Point, ...]], mark: int | None) -> None:
+        """Write the draft, then take it over and show it. What cannot be written is not done."""
+        try:
+            self._context.session.set_draft(self._state(feature))
+        except VomError as error:
+            self._context.say(str(error))
+        else:
+            self._feature, self._steps, self.current_vertex = feature, steps, mark
+        if self._feature is not None:
+            self._look()
+            self._show()
+        self._context.tool_changed()
+
+    # --- beginning and end -------------------------------------------------------------------
+    def continue_feature(self, feature_id: str) -> None:
+        """Take up a feature of the document again."""
+        if self.open:
+            raise DocumentError(f"a {self.what} is being picked: finish or cancel it first")
+        feature = self._context.session.records.get(feature_id)
+        if not isinstance(feature, self.record):
+            raise DocumentError(f"only a {self.what} can be continued")
+        self._continued = True
+        # No line to where the cursor was last over the outcrop.
+        self._hover = None
+        self._keep(feature, [], None)
+        self._continued = self._feature is not None
+
+    def finish(self) -> str | None:
+        """The finished feature's id; None, with the reason said, where it cannot be one yet."""
+        if self._feature is None:
+            return None
+        # A restored feature may be older than its model's surface.
+        self._look()
+        feature, session = self._feature, self._context.session
+        try:
+            session.apply(self._edit(feature), finishes_draft=True)
+        except VomError as error:
+            self._context.say(str(error))
+            return None
+        self._reset()
+        self._context.created(feature.id)
+        return feature.id
+
+    def cancel(self) -> None:
+        """Give the open feature up; a continued one stays as it was. While the journal cannot be
+        written it stays open, since the next start would offer it back."""
+        if self._feature is None:
+            return
+        try:
+            self._context.session.set_draft(None)
+        except VomError as error:
+            self._context.say(str(error))
+            return
+        self._reset()
+
+    def forget(self) -> None:
+        """Leave the open feature to its draft: the project is being closed."""
+        if self._feature is not None:
+            self._reset()
+
+    def _reset(self) -> None:
+        self._feature, self._continued, self._steps = None, False, []
+        self._drag_from, self.current_vertex, self.measurement = None, None, None
+        # The cursor may be anywhere when the next feature is taken up.
+        self._hover = None
+        self._context.show(None)
+        self._context.tool_changed()
+
+    # --- drafts ------------------------------------------------------------------------------
+    def _state(self, feature: F) -> dict[str, Any]:
+        return {
+            "tool": self.name,
+            f"{self.name}_id": feature.id,
+            "continued": self._continued,
+            "model_id": feature.model_id,
+            "model_hash": feature.model_hash,
+            "vertices": [list(v) for v in feature.vertices],
+            **self._more_state(feature),
+        }
+
+    def restore(self, state: Mapping[str, Any]) -> bool:
+        """Go on with a draft; False where it is not one of this tool or its model is gone."""
+        records = self._context.session.records
+        try:
+            if state["tool"] != self.name or not isinstance(records.get(state["model_id"]), Model):
+                return False
+            vertices = tuple((float(x), float(y), float(z)) for x, y, z in state["vertices"])
+            old: Any = records.get(state[f"{self.name}_id"])
+            continued = bool(state["continued"]) and isinstance(old, self.record)
+            feature = self._read(state, vertices)
+        except (KeyError, TypeError, ValueError):
+            return False
+        if not np.isfinite(np.asarray(vertices)).all() or not (vertices or continued):
+            return False
+        if continued:
+            feature = replace(old, vertices=vertices)
+        self._feature, self._continued, self.current_vertex = feature, continued, None
+        self._steps = [vertices[:count] for count in range(len(vertices))]
+        if self._continued:
+            self._steps = []
+        self._look()
+        self._show()
+        self._context.tool_changed()
+        return True
+
+    def _type_of(self, state: Mapping[str, Any], instead: str) -> str:
+        """The type of a draft; the one for what is made next where it is gone."""
+        type_id = str(state["type_id"])
+        known = isinstance(self._context.session.records.get(type_id), FeatureType)
+        return type_id if known else instead
+
+    # --- what is seen ------------------------------------------------------------------------
+    def _model(self) -> Model | None:
+        assert self._feature is not None
+        model = self._context.session.records.get(self._feature.model_id)
+        return model if isinstance(model, Model) else None
+
+    def _hovered(self) -> Point | None:
+        """Where the cursor is on the open feature's own model."""
+        model = self._model()
+        if self._hover is None or model is None or self._hover.model_id != model.id:
+            return None
+        return self._hover.position
+
+    def _show(self) -> None:
+        if self._feature is None:
+            self._context.show(None)
+            return
+        model, at = self._model(), self._hovered()
+        rubber = None
+        if at is not None and model is not None:
+            rubber = transform.apply(model.to_world, [at])[0]
+        line, marked = world_points(self._feature, model), self.current_vertex
+        if self._closed:
+            # From the last vertex round to it again: the rubber band hangs from there.
+            line = np.vstack([line[-1:], line])
+            marked = None if marked is None else marked + 1
+        self._context.show(
+            Preview(
+                line=line,
+                rubber=rubber,
+                patch=self._patch(),
+                marked=marked,
+                color=rgb(self._color()),
+                reading=self._reading(),
+                verdict=m.verdict.quality if (m := self.measurement) and m.verdict else None,
+            )
+        )
+
+
+def rgb(color: str) -> tuple[float, float, float]:
+    """0..1 of #rrggbb."""
+    red, green, blue = (int(color[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    return red, green, blue
+
+
+def points_text(count: int) -> str:
+    return f"{count} point{'s' if count != 1 else ''}"
