@@ -413,3 +413,13 @@ def test_a_draft_that_cannot_be_read_is_said(window, studio, tmp_path):
     studio.open_project(tmp_path / "p.vom")
     assert any("unfinished feature could not be read" in n.text for n in studio.notices)
     assert not studio.trace_tool.open
+
+
+def test_long_words_in_the_status_line_do_not_widen_the_window(window) -> None:
+    before = window.width()
+    window.status_line._job.setText("Orthophoto of a long name: casting rays, 6 of 6 " * 4)
+    window.status_line._job.show()
+    window.status_line._hint.setText("what the next click does, at length " * 10)
+    QApplication.processEvents()
+    assert window.width() == before
+    assert window.minimumSizeHint().width() <= before

@@ -71,6 +71,9 @@ _MENUS = (
     ("&Help", ("shortcuts", "about")),
 )  # fmt: skip
 
+# What everybody knows by its icon: so the bar has room at 1400 pixels.
+_ICON_ONLY = ("save", "undo", "redo", "home", "frame_selection")
+
 
 class MainWindow(QMainWindow):
     """Made in two steps: an empty frame that is on the screen at once, then `begin` fills it."""
@@ -276,7 +279,7 @@ class MainWindow(QMainWindow):
             else:
                 bar.addAction(self.actions_table.all[name])
                 widget = bar.widgetForAction(self.actions_table.all[name])
-                if isinstance(widget, QToolButton):
+                if isinstance(widget, QToolButton) and name not in _ICON_ONLY:
                     widget.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         space = QWidget()
         space.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)

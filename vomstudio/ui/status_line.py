@@ -12,6 +12,7 @@ from vomstudio.document.records import Model
 from vomstudio.geometry import transform
 from vomstudio.tools.types import Pointer, PointerEvent
 from vomstudio.ui.studio import Studio
+from vomstudio.ui.widgets import ElidedLabel
 
 
 class StatusLine(QStatusBar):
@@ -19,7 +20,7 @@ class StatusLine(QStatusBar):
         super().__init__()
         self._studio = studio
         self._layers_time: datetime | None = None
-        self._hint = QLabel()
+        self._hint = ElidedLabel()
         self._position = QLabel()
         self._badge = QToolButton()
         self._badge.setObjectName("frame_badge")
@@ -27,7 +28,7 @@ class StatusLine(QStatusBar):
         self._badge.clicked.connect(declare.trigger)
         self._selected = QLabel()
         self._layers = QLabel()
-        self._job = QLabel()
+        self._job = ElidedLabel()
         self._bar = QProgressBar()
         self._bar.setFixedWidth(110)
         self._stop = QToolButton()
