@@ -40,6 +40,26 @@ def load_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     }
 
 
+def preview_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+    """Write points spread over the cloud `path` as arrays to `out`; points: how many, 0 where the
+    file has no quick look."""
+    import numpy as np
+
+    from vomstudio.io.preview import preview
+
+    cloud = preview(args["path"])
+    if cloud is None:
+        return {"points": 0}
+    arrays: dict[str, Any] = {"points": cloud.points}
+    if cloud.colors is not None:
+        arrays["colors"] = cloud.colors
+    for name, values in cloud.fields.items():
+        if "intensity" in name.lower():
+            arrays["intensity"] = values
+    np.savez(args["out"], **arrays)
+    return {"points": len(cloud.points)}
+
+
 def copy_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """Copy the model `path` with all that belongs to it below `folder`."""
     from vomstudio.io.model_copy import copy_model as copy
@@ -131,6 +151,7 @@ def export_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
 TASKS: dict[str, Task] = {
     "warm": warm,
     "load_model": load_model,
+    "preview_model": preview_model,
     "copy_model": copy_model,
     "write_layers": write_layers,
     "orthophoto": orthophoto,

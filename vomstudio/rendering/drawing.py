@@ -12,6 +12,9 @@ from vomstudio.tools.types import Area
 
 SymbolKind = Literal["plane", "overturned", "vertical", "horizontal", "line", "disc"]
 
+PREVIEW = "preview:"
+"""So begin the ids of models that are shown until others are there, and never picked."""
+
 
 @dataclass(frozen=True, eq=False)
 class Symbol:

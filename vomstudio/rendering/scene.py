@@ -39,7 +39,7 @@ from vomstudio.rendering import picking, skins, vtkdata
 from vomstudio.rendering.blocks import FaceChunk, PointChunk
 from vomstudio.rendering.camera import Camera, Eye
 from vomstudio.rendering.clipping import FACES, ClipBox
-from vomstudio.rendering.drawing import FeatureDrawing
+from vomstudio.rendering.drawing import PREVIEW, FeatureDrawing
 from vomstudio.rendering.eyedome import BANDS, EyeDome
 from vomstudio.rendering.featurelayer import FeatureLayer
 from vomstudio.rendering.pace import SLOW_FRAME_S, Pace, point_weight
@@ -997,7 +997,7 @@ class Scene:
             radius, spread = 0.0, tangent
         best, best_depth = None, np.inf
         for model in self.models.values():
-            if not model.visible:
+            if not model.visible or model.model_id.startswith(PREVIEW):
                 continue
             hit = picking.pick_model(model, origin, direction, radius, spread, self.clip)
             if hit is None:

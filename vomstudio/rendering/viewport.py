@@ -876,7 +876,8 @@ class Viewport(QWidget):
 
     def _report_stages(self) -> None:
         assert self._scene is not None
-        for model in self._scene.models.values():
+        # Whoever is told may take a model away.
+        for model in list(self._scene.models.values()):
             if (model.proxies and self._scene.showing_proxy) or any(
                 p.uploaded for p in model.parts
             ):

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
+import tempfile
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
 from PySide6.QtCore import QObject, Qt, Signal
 
 from vomstudio.errors import VomError
@@ -38,17 +41,30 @@ class OpenModel:
 Then = Callable[[OpenModel], None]
 
 
+PREVIEW_SUFFIXES = (".las", ".laz")
+PREVIEW_BYTES = 8_000_000
+"""What is smaller is there before anybody has looked."""
+
+
 class ModelLoader(QObject):
-    """`problem` says in a sentence what could not be opened."""
+    """`problem` says in a sentence what could not be opened.
+
+    `previewed` gives the key of a large cloud that is being read and some of its points, which may
+    stand for it until `ended` names the key: read, given up, or not to be read.
+    """
 
     problem = Signal(str)
+    previewed = Signal(str, object)
+    ended = Signal(str)
     _mapped = Signal(str, object, object)
+    _glimpsed = Signal(str, object)
 
     def __init__(self, jobs: JobBridge) -> None:
         super().__init__()
         self._jobs = jobs
         self._running: dict[str, Job | None] = {}
         self._mapped.connect(self._hand_over, Qt.ConnectionType.QueuedConnection)
+        self._glimpsed.connect(self._show_preview, Qt.ConnectionType.QueuedConnection)
 
     def load(self, key: str, path: Path, cache: Path, then: Then) -> None:
         """Read `path` and call `then` in the GUI's thread. A key that is being loaded is not loaded
@@ -58,9 +74,11 @@ class ModelLoader(QObject):
 
         def failed(event: Failed) -> None:
             self._running.pop(key, None)
+            self.ended.emit(key)
             if not event.cancelled:
                 self.problem.emit(event.message)
 
+        self._preview(key, path, cache)
         self._running[key] = self._jobs.submit(
             "models",
             "load_model",
@@ -70,8 +88,59 @@ class ModelLoader(QObject):
             on_failed=failed,
         )
 
+    def _preview(self, key: str, path: Path, cache: Path) -> None:
+        """Ask for a quick look at a large cloud before the whole of it."""
+        if (
+            path.suffix.lower() not in PREVIEW_SUFFIXES
+            or model_cache.folder_of(path, cache).exists()
+        ):
+            return
+        try:
+            if path.stat().st_size < PREVIEW_BYTES:
+                return
+            descriptor, name = tempfile.mkstemp(".npz", "vomstudio-")
+        except OSError:
+            # Reading the file says what is wrong.
+            return
+        os.close(descriptor)
+        out = Path(name)
+
+        def ready(result: dict[str, Any]) -> None:
+            if not result["points"] or key not in self._running:
+                out.unlink(missing_ok=True)
+                return
+            threading.Thread(target=self._read_preview, args=(key, out)).start()
+
+        self._jobs.submit(
+            "models",
+            "preview_model",
+            {"path": str(path), "out": name},
+            title=f"Looking at {path.name}",
+            on_done=ready,
+            on_failed=lambda _: out.unlink(missing_ok=True),
+            quiet=True,
+        )
+
+    def _read_preview(self, key: str, out: Path) -> None:
+        try:
+            with np.load(out) as arrays:
+                colors = arrays.get("colors")
+                fields = {"intensity": arrays["intensity"]} if "intensity" in arrays else {}
+                cloud = PointCloud(arrays["points"], colors, fields=fields)
+        except (OSError, ValueError, KeyError):
+            return
+        finally:
+            out.unlink(missing_ok=True)
+        self._glimpsed.emit(key, cloud)
+
+    def _show_preview(self, key: str, cloud: PointCloud) -> None:
+        if key in self._running:
+            self.previewed.emit(key, cloud)
+
     def forget_all(self) -> None:
         """Nothing that is on its way arrives any more."""
+        for key in self._running:
+            self.ended.emit(key)
         for job in self._running.values():
             if job is not None:
                 self._jobs.cancel(job)
@@ -111,3 +180,4 @@ class ModelLoader(QObject):
             self.problem.emit(outcome)
         else:
             then(outcome)
+        self.ended.emit(key)

@@ -24,10 +24,11 @@ from vomstudio.document.records import (
 )
 from vomstudio.geology.orientation import slip_from_rake
 from vomstudio.geometry import transform
+from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.discs import disc
 from vomstudio.geometry.patches import has_id
 from vomstudio.rendering.clipping import ClipBox
-from vomstudio.rendering.drawing import FeatureDrawing, Symbol
+from vomstudio.rendering.drawing import PREVIEW, FeatureDrawing, Symbol
 from vomstudio.rendering.scalars import field_names
 from vomstudio.rendering.symbols import small_disc, symbol_of_line, symbol_of_plane
 from vomstudio.rendering.viewport import Viewport
@@ -55,6 +56,12 @@ class ScenePresenter:
         studio.settings_changed.connect(self._all_features)
         studio.display.changed.connect(self._displayed)
         viewport.clip_changed.connect(studio.display.set_clip)
+        self._stages: dict[str, set[str]] = {}
+        self._previews: set[str] = set()
+        self._spent_previews: set[str] = set()
+        studio.loader.previewed.connect(self._show_preview)
+        studio.loader.ended.connect(self._end_preview)
+        viewport.model_stage.connect(self._stage)
         viewport.pointer.connect(self._pointer)
 
     def rebuild(self) -> None:
@@ -97,6 +104,7 @@ class ScenePresenter:
         first = not self._shown and not self._placed
         if first:
             self._face(model_id)
+        self._stages.pop(model_id, None)
         self._viewport.add_model(
             model_id, opened.data, transform.matrix(record.to_world), frame_camera=first
         )
@@ -137,6 +145,38 @@ class ScenePresenter:
         if not ids:
             return None
         return ClipBox.around(np.concatenate([self._corners(i) for i in ids]))
+
+    # --- what stands for a cloud while it is read --------------------------------------------
+    def _show_preview(self, key: str, cloud: PointCloud) -> None:
+        record = self._studio.records.get(key)
+        frame = record.to_world if isinstance(record, Model) else IDENTITY
+        to_world = transform.matrix(frame)
+        first = not self._shown and not self._placed
+        if first:
+            self._viewport.look_along(*first_view(cloud, to_world))
+            # From here on the view is the user's.
+            self._placed = True
+        self._viewport.add_model(PREVIEW + key, cloud, to_world, frame_camera=first)
+        self._previews.add(key)
+
+    def _end_preview(self, key: str) -> None:
+        """The cloud is there, or never will be: in the first case it still has to be drawn."""
+        if key not in self._previews:
+            return
+        self._previews.discard(key)
+        self._spent_previews.add(key)
+        if all("shown" in self._stages.get(i, set()) for i in self._shown):
+            self._drop_previews()
+
+    def _stage(self, model_id: str, stage: str) -> None:
+        self._stages.setdefault(model_id, set()).add(stage)
+        if model_id in self._shown and stage == "shown":
+            self._drop_previews()
+
+    def _drop_previews(self) -> None:
+        for key in self._spent_previews:
+            self._viewport.remove_model(PREVIEW + key)
+        self._spent_previews.clear()
 
     def see_all(self) -> None:
         """All visible models, from the exposed side of the first."""
