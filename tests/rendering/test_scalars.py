@@ -123,6 +123,8 @@ def test_names_and_units_are_read_from_the_field() -> None:
     assert (scalars.title_of("gain [dB]"), scalars.unit_of("gain [dB]")) == ("gain", "dB")
     assert scalars.unit_of("intensity") == ""
     assert scalars.unit_of("dip_direction") == "°"
+    assert scalars.unit_of("C2C absolute distances") == ""
+    assert scalars.unit_of(ELEVATION) == "m"
 
 
 def test_only_numeric_fields_of_the_right_length_are_offered() -> None:

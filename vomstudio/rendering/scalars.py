@@ -77,7 +77,6 @@ _AZIMUTHS = ("azimuth", "dip_direction", "dipdir", "dip_dir", "strike", "trend",
 _CODES = ("return", "class", "segment", "label", "source_id", "user_data", "flag", "channel")
 _UNITS = (
     (("azimuth", "dip", "strike", "trend", "plunge", "aspect", "slope", "angle"), "°"),
-    (("elevation", "height", "distance"), "m"),
     (("gps_time",), "s"),
 )
 
@@ -219,7 +218,10 @@ def title_of(name: str) -> str:
 
 
 def unit_of(name: str) -> str:
-    """The unit that a field's name gives in brackets, else that of what it names, else none."""
+    """The unit that a field's name gives in brackets, else that of what it names, else none: lengths
+    are in the file's own."""
+    if name == ELEVATION:
+        return "m"
     found = re.search(r"[\[(]([^\])]+)[\])]\s*$", name)
     if found:
         return found.group(1)
