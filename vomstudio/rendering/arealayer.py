@@ -13,7 +13,7 @@ from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
-from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkPlaneCollection, vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
 
 from vomstudio.rendering import vtkdata
@@ -57,6 +57,10 @@ class _Piece:
             renderer.AddActor(actor)
         self.fill.GetProperty().SetOpacity(opacity)
         self.dots.GetProperty().SetOpacity(opacity)
+
+    def clip(self, planes: vtkPlaneCollection | None) -> None:
+        for actor in (self.fill, self.dots, self.border):
+            vtkdata.clip(actor, planes)
 
     def set(self, areas: list[tuple[Area, Color, Color]], origin: Array) -> None:
         """Areas with the colours of their fill and of their border."""
@@ -117,6 +121,7 @@ class AreaLayer:
         self._live: tuple[Area, Color] | None = None
         self._live_piece: _Piece | None = None
         self._live_stale = False
+        self._planes: vtkPlaneCollection | None = None
 
     def attach(self, renderer: vtkRenderer) -> None:
         self._renderer = renderer
@@ -125,6 +130,18 @@ class AreaLayer:
     def set_origin(self, origin: Array) -> None:
         self._origin = origin
         self._all_stale()
+
+    def clip(self, planes: vtkPlaneCollection | None) -> None:
+        """Draw only what lies on the inner side of all these planes."""
+        self._planes = planes
+        for piece in (*self._bins.values(), self._chosen, self._live_piece):
+            if piece is not None:
+                piece.clip(planes)
+
+    def _piece(self, renderer: vtkRenderer, opacity: float, width: float) -> _Piece:
+        piece = _Piece(renderer, opacity, width)
+        piece.clip(self._planes)
+        return piece
 
     def _all_stale(self) -> None:
         self._stale = {_bin(key) for key in self._drawings}
@@ -158,20 +175,20 @@ class AreaLayer:
         for number in self._stale:
             piece = self._bins.get(number)
             if piece is None:
-                piece = self._bins[number] = _Piece(renderer, OPACITY, BORDER_WIDTH)
+                piece = self._bins[number] = self._piece(renderer, OPACITY, BORDER_WIDTH)
             inside = [d for key, d in self._drawings.items() if _bin(key) == number]
             piece.set([(d.area, d.color, d.color) for d in inside if d.area], self._origin)
         self._stale.clear()
         if self._chosen_stale:
             self._chosen_stale = False
             if self._chosen is None:
-                self._chosen = _Piece(renderer, SELECTED_OPACITY, SELECTED_BORDER_WIDTH)
+                self._chosen = self._piece(renderer, SELECTED_OPACITY, SELECTED_BORDER_WIDTH)
             chosen = [d for key, d in self._drawings.items() if key in self._selected]
             self._chosen.set([(d.area, d.color, WHITE) for d in chosen if d.area], self._origin)
         if self._live_stale:
             self._live_stale = False
             if self._live_piece is None:
-                self._live_piece = _Piece(renderer, OPACITY, BORDER_WIDTH)
+                self._live_piece = self._piece(renderer, OPACITY, BORDER_WIDTH)
             self._live_piece.set([(*self._live, WHITE)] if self._live else [], self._origin)
         over = OVER_STAND_IN if moving else OVER_SURFACE
         for piece in (*self._bins.values(), self._chosen, self._live_piece):

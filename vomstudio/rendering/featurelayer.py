@@ -91,11 +91,9 @@ class FeatureLayer:
 
     def clip(self, planes: vtkPlaneCollection | None) -> None:
         """Draw only what lies on the inner side of all these planes."""
+        self.areas.clip(planes)
         for actor in self._actors.values():
-            if planes is None:
-                actor.GetMapper().RemoveAllClippingPlanes()
-            else:
-                actor.GetMapper().SetClippingPlanes(planes)
+            vtkdata.clip(actor, planes)
 
     def set_scale(self, scale: float) -> None:
         """Device pixels per logical pixel: widths are logical."""

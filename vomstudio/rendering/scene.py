@@ -408,11 +408,8 @@ class Scene:
                     self._cut(part.actor)
 
     def _cut(self, actor: vtkActor) -> None:
-        mapper = actor.GetMapper()
-        if self._cutting:
-            mapper.SetClippingPlanes(collection([self._planes[k] for k in self._cutting]))
-        else:
-            mapper.RemoveAllClippingPlanes()
+        planes = collection([self._planes[k] for k in self._cutting]) if self._cutting else None
+        vtkdata.clip(actor, planes)
 
     def set_field(self, model_id: str, ready: FieldReady | None) -> None:
         """Give a model the colours of a field, or take them away."""

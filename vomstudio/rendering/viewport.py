@@ -680,11 +680,8 @@ class Viewport(QWidget):
         """Id of the feature whose label, symbol, line or disc lies under a pixel, in this order."""
         if (found := self._annotations.at(x, y)) is not None:
             return found
-        shown = [d for d in self._features.values() if d.visible]
-        if self._clip is not None:
-            # What is cut away cannot be meant.
-            clip = self._clip
-            shown = [d for d in shown if clip.holds(d.line if len(d.line) else d.anchor).any()]
+        # What is cut away cannot be meant.
+        shown = [d for d in self._features.values() if d.visible and self._unclipped(d)]
         lines = [d for d in shown if len(d.line) >= 2]
         if lines:
             sizes = [len(d.line) for d in lines]
@@ -987,19 +984,13 @@ class Viewport(QWidget):
 
     def _paint_labels(self, painter: QPainter) -> None:
         width, height = self._extent()
-        features = self._features
-        if (clip := self._clip) is not None:
-            features = {
-                key: d
-                for key, d in features.items()
-                if clip.holds(np.asarray(d.anchor, float).reshape(1, 3)).any()
-            }
+        features = {k: d for k, d in self._features.items() if self._unclipped(d)}
         self._annotations.paint(
             painter,
             features,
             self._selected,
             self._camera,
-            self.project,
+            self._project_unclipped,
             (width, height),
             kept_free=(
                 painting.compass_box(height),
@@ -1008,6 +999,17 @@ class Viewport(QWidget):
             ),
             moving=self._moving,
         )
+
+    def _unclipped(self, drawing: FeatureDrawing) -> bool:
+        """Whether a part of a feature is inside the clipping box."""
+        if self._clip is None:
+            return True
+        points = drawing.line if len(drawing.line) else drawing.anchor
+        return bool(self._clip.holds(points).any())
+
+    def _project_unclipped(self, points: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
+        pixels, seen = self.project(points)
+        return pixels, seen if self._clip is None else seen & self._clip.holds(points)
 
     def _paint_preview(self, painter: QPainter) -> None:
         preview = self._preview

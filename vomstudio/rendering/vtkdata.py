@@ -8,8 +8,14 @@ import numpy as np
 import numpy.typing as npt
 from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonCore import VTK_INT, vtkPoints, vtkUnsignedCharArray
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkImageData, vtkPolyData
+from vtkmodules.vtkCommonDataModel import (
+    vtkCellArray,
+    vtkImageData,
+    vtkPlaneCollection,
+    vtkPolyData,
+)
 from vtkmodules.vtkCommonMath import vtkMatrix4x4
+from vtkmodules.vtkRenderingCore import vtkActor
 
 
 def vtk_points(points: npt.NDArray[np.float32]) -> vtkPoints:
@@ -85,6 +91,14 @@ def runs_of_cells(first: int, count: int, size: int) -> vtkCellArray:
         numpy_to_vtk(offsets, array_type=VTK_INT), numpy_to_vtk(points, array_type=VTK_INT)
     )
     return cells
+
+
+def clip(actor: vtkActor, planes: vtkPlaneCollection | None) -> None:
+    """Draw only what lies on the inner side of all these planes; None for everything."""
+    if planes is None:
+        actor.GetMapper().RemoveAllClippingPlanes()
+    else:
+        actor.GetMapper().SetClippingPlanes(planes)
 
 
 def image(pixels: npt.NDArray[np.uint8]) -> vtkImageData:

@@ -76,19 +76,19 @@ def commands(w: MainWindow) -> list[Command]:
                 lambda: shown.set_eye_dome(not shown.eye_dome), None, (),
                 "Shades a point cloud by its depth, once the view is at rest",
                 lambda: display.why_not_eye_dome(models()), checked=lambda: shown.eye_dome),
-        Command("point_size_auto", "Points close the surface", size(None), None, (), "",
+        Command("display_size_auto", "Points close the surface", size(None), None, (), "",
                 no_viewport, checked=is_size(None)),
         Command("clipping_box", "&Clipping box", clip, "cube-scan", (),
                 "Show and pick only what is inside a box; drag its faces or type them",
                 no_viewport, checked=lambda: shown.clipping),
         Command("clipping_reset", "Clipping box around everything", reset, None, (), "",
                 lambda: None if shown.clipping else "the clipping box is off"),
-        Command("show_display", "Display settings", lambda: w.show_dock("display")),
+        Command("display_settings", "Display settings", lambda: w.show_dock("display")),
     ]  # fmt: skip
     for pixels in display.POINT_SIZES:
         text = f"Points of {pixels:g} pixel{'s' if pixels != 1 else ''}"
         table.append(
-            Command(f"point_size_{pixels:g}", text, size(pixels), None, (), "", no_viewport,
+            Command(f"display_size_{pixels:g}", text, size(pixels), None, (), "", no_viewport,
                     checked=is_size(pixels))
         )  # fmt: skip
     return table
@@ -107,9 +107,9 @@ def fill_menu(w: MainWindow, menu: QMenu) -> None:
     menu.addAction(actions["display_eye_dome"])
     sizes = menu.addMenu(w.tr("&Point size"))
     for name in ("auto", *(f"{pixels:g}" for pixels in display.POINT_SIZES)):
-        sizes.addAction(actions[f"point_size_{name}"])
+        sizes.addAction(actions[f"display_size_{name}"])
     menu.addSeparator()
-    menu.addAction(actions["show_display"])
+    menu.addAction(actions["display_settings"])
 
 
 def fill_fields(w: MainWindow, menu: QMenu) -> None:

@@ -1,0 +1,55 @@
+"""Fields and the clipping box in the real window, and after opening the project again."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtGui import QImage
+from PySide6.QtWidgets import QApplication, QMenu
+
+from tests import driver
+from tests.driver import wait
+from vomstudio.ui import display_commands
+
+
+def menu_of_fields(window, name: str):
+    menu = QMenu(window)
+    display_commands.fill_fields(window, menu)
+    (action,) = [a for a in menu.actions() if a.text().startswith(name)]
+    return action
+
+
+def picture(window) -> np.ndarray:
+    image = window.viewport.grab().toImage().convertToFormat(QImage.Format.Format_RGB888)
+    raw = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), -1)
+    return raw[:, : 3 * image.width()].reshape(image.height(), image.width(), 3).astype(int)
+
+
+def test_a_field_and_a_clipping_box_outlive_the_window(window, outcrop, tmp_path):
+    model_id = driver.open_outcrop(window, outcrop)
+    before = picture(window)
+    menu_of_fields(window, "Elevation").trigger()
+    wait(lambda: window.viewport.scale_of(model_id) is not None, "the field")
+    wait(lambda: window.viewport._bars, "the colour bar")
+    driver.settled(window)
+    assert np.abs(picture(window) - before).max() > 80
+    window.actions_table.run("clipping_box")
+    box = window.studio.display.box
+    assert box is not None
+    middle = (box.low[0] + box.high[0]) / 2
+    window.display_panel.faces[1].setValue(middle)
+    assert abs(window.viewport.clip_box.high[0] - middle) < 0.01
+    folder = tmp_path / "kept.vom"
+    window.studio.save_as(folder)
+    kept = window.studio.display.as_dict()
+    window.close()
+    QApplication.processEvents()
+
+    again = driver.make_window([folder])
+    try:
+        wait(lambda: model_id in again.studio.models, "the model")
+        wait(lambda: again.viewport.scale_of(model_id) is not None, "the field")
+        assert again.studio.display.as_dict() == kept
+        assert again.viewport.clip_box == window.studio.display.box
+        assert again.actions_table.all["clipping_box"].isChecked()
+    finally:
+        driver.dismiss(again)

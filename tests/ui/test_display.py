@@ -1,0 +1,167 @@
+"""How the models are shown: what is kept, what is refused and why, and what the panel says."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+from tests.ui.conftest import add_cliff
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Material, Mesh
+from vomstudio.rendering.clipping import ClipBox
+from vomstudio.rendering.scalars import FieldStyle
+from vomstudio.ui import display, display_commands
+from vomstudio.ui.display import Display, why_not_mode
+from vomstudio.ui.model_loader import OpenModel
+
+BOX = ClipBox((0.0, 1.0, 2.0), (10.0, 11.0, 12.0))
+
+
+def mesh(**more) -> Mesh:
+    corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 0, 1]])
+    return Mesh(corners, np.array([[0, 1, 2]], np.int32), **more)
+
+
+def cloud(**more) -> PointCloud:
+    return PointCloud(np.random.default_rng(0).normal(0, 1, (50, 3)), **more)
+
+
+def textured(tmp_path) -> Mesh:
+    return mesh(
+        materials=(Material("m", tmp_path / "t.jpg"),),
+        material_offsets=np.array([0, 1]),
+        uv=np.zeros((3, 2), np.float32),
+    )
+
+
+def attach(studio, data) -> None:
+    add_cliff(studio)
+    studio.models["m1"] = OpenModel(data, None, (), None, None, "0" * 64)  # type: ignore[arg-type]
+    studio.model_loaded.emit("m1")
+
+
+# --- what is kept ----------------------------------------------------------------------------
+def test_everything_comes_back_as_it_was_kept(qapp):
+    kept: list[dict] = []
+    shown = Display(kept.append)
+    shown.show_field("m1", FieldStyle("intensity", 1.0, 9.0))
+    shown.set_lit("field", True)
+    shown.set_point_size(3.0)
+    shown.set_eye_dome(True)
+    shown.set_clip(BOX, True)
+    shown.set_handles(False)
+    shown.flush()
+    again = Display(kept.append)
+    again.load(kept[-1])
+    assert again.as_dict() == shown.as_dict()
+    assert again.mode == "field"
+    assert again.clip_shown == BOX
+
+
+@pytest.mark.parametrize(
+    "kept",
+    [
+        None,
+        [],
+        {"mode": "nonsense", "fields": {"m1": {"name": 3}}, "box": {"low": [0]}, "point_size": "x"},
+        {"mode": 7, "fields": [], "lit": 3, "clipping": True},
+    ],
+)
+def test_what_cannot_be_read_is_as_in_a_new_project(qapp, kept):
+    shown, fresh = Display(lambda _: None), Display(lambda _: None)
+    shown.load(kept)
+    assert shown.as_dict() == fresh.as_dict()
+
+
+def test_the_project_keeps_the_display(window, studio):
+    attach(studio, cloud())
+    studio.display.show_field("m1", FieldStyle("elevation"))
+    studio.display.flush()
+    assert studio.project.journal.view("display")["fields"]["m1"]["name"] == "elevation"
+    studio.new_project()
+    assert studio.display.mode == "textured"
+    assert not studio.display.styles
+
+
+# --- what is refused -------------------------------------------------------------------------
+def test_a_mode_that_a_model_cannot_show_says_why(tmp_path):
+    assert why_not_mode("vertex_colors", [mesh()]) == "this model has no colours"
+    assert why_not_mode("textured", [mesh(), cloud()]) == "no open model has textures"
+    assert why_not_mode("wireframe", [cloud()]) == "a point cloud has no triangles"
+    assert why_not_mode("points", []) == "open a model first"
+    with_texture = textured(tmp_path)
+    for mode in ("textured", "vertex_colors", "plain shaded", "wireframe", "points", "field"):
+        assert why_not_mode(mode, [with_texture]) is None
+    assert why_not_mode("vertex_colors", [mesh(colors=np.zeros((3, 3), np.uint8))]) is None
+
+
+def test_the_tick_is_at_what_is_seen(tmp_path):
+    assert display.mode_shown("textured", [mesh()]) == "plain shaded"
+    assert display.mode_shown("textured", [cloud(colors=np.zeros((50, 3), np.uint8))]) == (
+        "vertex_colors"
+    )
+    assert display.mode_shown("textured", [textured(tmp_path)]) == "textured"
+
+
+def test_actions_say_why_they_cannot_be(window, studio):
+    attach(studio, cloud())
+    actions = window.actions_table.all
+    assert "a point cloud has no triangles" in actions["display_wireframe"].toolTip()
+    assert "this model has no colours" in actions["display_colors"].toolTip()
+    assert "eye-dome lighting shows its shape" in actions["display_lit"].toolTip()
+    assert actions["display_eye_dome"].isEnabled()
+
+
+def test_the_first_field_is_what_says_most():
+    count = np.arange(50)
+    fields = {"gps_time": count, "intensity": count, "classification": count}
+    assert display.default_field(cloud(fields=fields)) == "classification"
+    assert display.default_field(cloud(fields={"gps_time": count})) == "gps_time"
+    assert display.default_field(cloud()) == "elevation"
+
+
+# --- panel -----------------------------------------------------------------------------------
+def test_a_range_is_typed_and_taken_back(window, studio):
+    attach(studio, cloud(fields={"intensity": np.arange(50)}))
+    panel = window.display_panel
+    window.show_dock("display")
+    display_commands.choose_field(window)
+    assert studio.display.styles["m1"] == FieldStyle("intensity")
+    for edit, text in ((panel.low, "5,5"), (panel.high, "40")):
+        edit.setFocus()
+        QTest.keyClicks(edit, text)
+        QTest.keyClick(edit, Qt.Key.Key_Return)
+    style = studio.display.styles["m1"]
+    assert (style.low, style.high) == (5.5, 40.0)
+    panel.low.setFocus()
+    panel.low.selectAll()
+    QTest.keyClicks(panel.low, "nonsense")
+    QTest.keyClick(panel.low, Qt.Key.Key_Return)
+    assert studio.display.styles["m1"] == style
+    assert "not a number" in studio.notices[-1].text
+    panel.whole.click()
+    assert studio.display.styles["m1"] == FieldStyle("intensity")
+
+
+def test_choosing_a_field_shows_it(window, studio):
+    attach(studio, cloud(fields={"intensity": np.arange(50)}))
+    panel = window.display_panel
+    panel.field.setCurrentIndex(panel.field.findData("elevation"))
+    panel.field.activated.emit(panel.field.currentIndex())
+    assert studio.display.mode == "field"
+    assert studio.display.styles["m1"].name == "elevation"
+    assert panel.mode.currentData() == "field"
+
+
+def test_faces_of_the_box_are_typed_and_do_not_pass_each_other(window, studio):
+    attach(studio, cloud())
+    studio.display.set_clip(BOX, True)
+    panel = window.display_panel
+    assert [spin.value() for spin in panel.faces] == [0.0, 10.0, 1.0, 11.0, 2.0, 12.0]
+    panel.faces[1].setValue(4.0)
+    assert studio.display.box == BOX.with_face(0, 1, 4.0)
+    panel.faces[1].setValue(-3.0)
+    assert studio.display.box.low[0] < studio.display.box.high[0] < 0.1
+    assert window.actions_table.all["clipping_box"].isChecked()
