@@ -606,3 +606,6 @@ def test_labels_do_not_come_and_go_while_the_view_turns(stage: Stage) -> None:
     # Half a turn of the hand: hardly any label has gone or come, and none has flickered.
     assert changes <= 0.25 * len(first)
     assert len(first & last) >= 0.85 * len(first)
+    # At rest there is room for those again that had to wait.
+    stage.settle()
+    assert len(shown()) >= 0.9 * len(first)

@@ -375,3 +375,13 @@ def test_a_click_that_cannot_be_written_is_not_there(context, cls):
     tool.cancel()
     assert tool.open
     assert "disk full" in context.said[-1]
+
+
+def test_the_plane_of_a_closed_project_is_forgotten(line: LineTool, context: Context) -> None:
+    line.choose(plane_id="f1", slip="normal")
+    line.forget()
+    assert (line.next.plane_id, line.next.slip) == ("", "")
+    measure = MeasureTool(context)
+    measure.next_plane_id = "f1"
+    measure.forget()
+    assert measure.next_plane_id == ""

@@ -48,7 +48,12 @@ def kinds(studio) -> dict[str, FeatureType]:
 def combos(window) -> list[list[str]]:
     return [
         [box.itemText(i) for i in range(box.count())]
-        for box in (window.trace_panel.type_box, window.properties._type)
+        for box in (
+            window.trace_panel.type_box,
+            window.patch_panel.type_box,
+            window.line_panel.type_box,
+            window.properties._type,
+        )
     ]
 
 
@@ -145,7 +150,7 @@ def test_names_and_colours_of_types_change_everywhere_at_once(window, studio):
     from dataclasses import replace
 
     assert studio.attempt(edits.change_type, replace(kind, name="Strata", color="#123456"))
-    assert all(names[0] == "Strata" for names in combos(window))
+    assert all("Strata" in names and "Bedding" not in names for names in combos(window))
     assert window.trace_panel.type_box.currentData() == "fault"
     assert window.properties._type.currentData() == "bedding"
     assert window.tree._items["bedding"].text(0) == "Strata (1)"

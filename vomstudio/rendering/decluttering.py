@@ -67,30 +67,44 @@ def place_labels(
 ) -> dict[int, tuple[float, float]]:
     """Top left corners of the labels that fit, tried in `order` beside their anchors (n, 2).
 
-    Each is tried to the right of its anchor and above, then below, then to the left. corners : (n,)
+    Each is tried to the right of its anchor and above, then below, then to the left, then in the
+    middle. corners : (n,)
     which of these places a label had last, taken up again where it is free, so that labels do not
     jump about their anchors while the view turns; written anew for those that are placed. clear :
-    (n,) pixels that must be free all round a label beside the label itself.
+    (n,) pixels that must be free all round a label at the first place tried, or it gets none.
     """
     placed: dict[int, tuple[float, float]] = {}
     finite = np.asarray(np.isfinite(anchors).all(axis=1))
     # Plain numbers: taking them one by one out of arrays would cost more than the placing.
     wanted = order[finite[order]]
-    each = zip(wanted.tolist(), anchors[wanted].tolist(), sizes[wanted].tolist(), strict=True)
-    for i, (x, y), (width, height) in each:
+    margins = np.zeros(len(wanted)) if clear is None else clear[wanted]
+    each = zip(
+        wanted.tolist(),
+        anchors[wanted].tolist(),
+        sizes[wanted].tolist(),
+        margins.tolist(),
+        strict=True,
+    )
+    for i, (x, y), (width, height), free in each:
+        # At an edge of the image it moves in.
+        right = min(x + gap, grid.width - width)
+        left = max(x - gap - width, 0.0)
+        middle = x - width / 2.0
+        above, below = y - gap - height, y + gap
         places = (
-            (x + gap, y - gap - height),
-            (x + gap, y + gap),
-            (x - gap - width, y - gap - height),
-            (x - gap - width, y + gap),
+            (right, above),
+            (right, below),
+            (left, above),
+            (left, below),
+            (middle, above),
+            (middle, below),
         )
         last = 0 if corners is None else int(corners[i])
-        for k in (last, *(k for k in range(4) if k != last)):
-            if clear is not None and clear[i] > 0.0:
-                free = float(clear[i])
-                x0, y0 = places[k]
-                if not grid.is_free(x0 - free, y0 - free, width + 2 * free, height + 2 * free):
-                    continue
+        if free > 0.0:
+            x0, y0 = places[last]
+            if not grid.is_free(x0 - free, y0 - free, width + 2 * free, height + 2 * free):
+                continue
+        for k in (last, *(k for k in range(6) if k != last)):
             if grid.take(*places[k], width, height):
                 placed[i] = places[k]
                 if corners is not None:

@@ -833,6 +833,9 @@ class Viewport(QWidget):
         if scene is None or self._closed or not self.isVisible():
             return
         if scene.complete and not self._frame_dirty:
+            # The picture stands; labels that had no room while it moved may have some now.
+            self._base = None
+            self.update()
             self._report_stages()
             return
         unfinished = any(

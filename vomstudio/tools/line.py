@@ -119,6 +119,11 @@ class LineTool(PolylineTool[Lineation]):
             "slip": feature.slip,
         }
 
+    def forget(self) -> None:
+        """A plane of the project that is closed is none of the next one's."""
+        super().forget()
+        self.next = replace(self.next, plane_id="", slip="")
+
     def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Lineation:
         slip = str(state["slip"])
         if slip not in SENSES:

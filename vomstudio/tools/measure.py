@@ -139,6 +139,11 @@ class MeasureTool(PolylineTool[Dimension]):
     def _more_state(self, feature: Dimension) -> dict[str, Any]:
         return {"kind": feature.kind, "plane_id": feature.plane_id}
 
+    def forget(self) -> None:
+        """A plane of the project that is closed is none of the next one's."""
+        super().forget()
+        self.next_plane_id = ""
+
     def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Dimension:
         kind = state["kind"]
         if kind not in KINDS:

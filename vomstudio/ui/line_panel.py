@@ -6,6 +6,7 @@ from PySide6.QtCore import QSignalBlocker
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QFormLayout, QLabel, QLineEdit, QVBoxLayout, QWidget
 
+from vomstudio.document.edit import Edit
 from vomstudio.document.records import FeatureType
 from vomstudio.ui import theme
 from vomstudio.ui.fit_view import FitView
@@ -68,15 +69,13 @@ class LinePanel(QWidget):
         with QSignalBlocker(self.type_box):
             self.type_box.clear()
             for kind in sorted(kinds, key=lambda k: k.geometry != "line"):
-                self.type_box.addItem(theme.swatch(kind.color), kind.name, kind.id)
+                self.type_box.addItem(theme.type_icon(kind.color, kind.symbol), kind.name, kind.id)
         if kinds and self.type_box.findData(self._tool.next.type_id) < 0:
             self._tool.choose(type_id=str(self.type_box.itemData(0)))
         self.refresh()
 
-    def _edited(self, edit: object) -> None:
-        known = {kind.id for kind in self._studio.session.of(FeatureType)}
-        shown = {self.type_box.itemData(i) for i in range(self.type_box.count())}
-        if known != shown:
+    def _edited(self, edit: Edit) -> None:
+        if any(isinstance(r, FeatureType) for r in (*edit.before.values(), *edit.after.values())):
             self._fill_types()
         self.refresh()
 

@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.document.edit import Edit
 from vomstudio.document.measurements import Measurement
 from vomstudio.document.records import FeatureType
 from vomstudio.tools.patch import LARGEST_RADIUS, SMALLEST_RADIUS
@@ -92,16 +93,11 @@ class PatchPanel(QWidget):
         with QSignalBlocker(self.type_box):
             self.type_box.clear()
             for kind in self._studio.session.of(FeatureType):
-                self.type_box.addItem(theme.swatch(kind.color), kind.name, kind.id)
+                self.type_box.addItem(theme.type_icon(kind.color, kind.symbol), kind.name, kind.id)
         self.refresh()
 
-    def _edited(self, edit: object) -> None:
-        known = [(kind.id, kind.name) for kind in self._studio.session.of(FeatureType)]
-        shown = [
-            (self.type_box.itemData(i), self.type_box.itemText(i))
-            for i in range(self.type_box.count())
-        ]
-        if known != shown:
+    def _edited(self, edit: Edit) -> None:
+        if any(isinstance(r, FeatureType) for r in (*edit.before.values(), *edit.after.values())):
             self._fill_types()
         self.refresh()
 

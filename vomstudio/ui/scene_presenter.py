@@ -27,6 +27,7 @@ from vomstudio.geometry import transform
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.discs import disc
 from vomstudio.geometry.patches import has_id
+from vomstudio.geometry.planes import PlaneFit
 from vomstudio.rendering.clipping import ClipBox
 from vomstudio.rendering.drawing import PREVIEW, FeatureDrawing, Symbol
 from vomstudio.rendering.scalars import field_names
@@ -37,6 +38,8 @@ from vomstudio.tools.types import Area, Button, Pointer, PointerEvent, Preview
 from vomstudio.ui.first_view import first_view
 from vomstudio.ui.studio import DIMENSIONS, Studio, group_of
 from vomstudio.ui.wording import drawn_points, length, orientation_text
+
+NOTHING_KNOWN_DEG = 45.0
 
 
 class ScenePresenter:
@@ -284,7 +287,13 @@ class ScenePresenter:
             if symbol is not None:
                 # Its number stands beside the symbol.
                 text = "–"
-        elif planes_as == "discs" and fit is not None and fit.extent is not None and area is None:
+        elif (
+            planes_as == "discs"
+            and fit is not None
+            and fit.extent is not None
+            and area is None
+            and known_well_enough(fit)
+        ):
             ring = disc(fit.centroid, fit.normal, 0.5 * fit.extent)
             symbol = small_disc(fit.centroid, fit.extent)
         return FeatureDrawing(
@@ -390,6 +399,11 @@ def _middle(area: Area) -> npt.NDArray[np.float64]:
     points = area.corners.reshape(-1, 3)
     off = ((points - points.mean(axis=0)) ** 2).sum(axis=1)
     return area.origin + points[int(off.argmin())]
+
+
+def known_well_enough(fit: PlaneFit) -> bool:
+    """Whether a disc says something: one that may as well stand across does not."""
+    return fit.max_confidence95_deg is None or fit.max_confidence95_deg < NOTHING_KNOWN_DEG
 
 
 def extent_of(measured: Measurement) -> float:

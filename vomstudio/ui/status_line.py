@@ -61,6 +61,7 @@ class StatusLine(QStatusBar):
             studio.tool_changed_signal,
         ):
             signal.connect(self.refresh)
+        studio.project_opened.connect(self._position.clear)
         self._show_jobs()
 
     def refresh(self, *_: object) -> None:
