@@ -166,6 +166,9 @@ class Session:
             for id_ in {*self._records, *self._saved}
             if self._records.get(id_) != self._saved.get(id_)
         }
+        if not any(isinstance(record, FeatureType) for record in self._saved.values()):
+            # Types that were restored after damage are no work that could be put aside.
+            ids = {id_ for id_ in ids if not isinstance(self._records.get(id_), FeatureType)}
         edit = change(
             self._records, "Discard unsaved changes", {id_: self._saved.get(id_) for id_ in ids}
         )
