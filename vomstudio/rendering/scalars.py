@@ -218,8 +218,8 @@ def title_of(name: str) -> str:
 
 
 def unit_of(name: str) -> str:
-    """The unit that a field's name gives in brackets, else that of what it names, else none: lengths
-    are in the file's own."""
+    """The unit that a field's name gives in brackets, else that of what it names, else none:
+    lengths are in the file's own."""
     if name == ELEVATION:
         return "m"
     found = re.search(r"[\[(]([^\])]+)[\])]\s*$", name)
