@@ -157,7 +157,8 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
         path for path in files if path.suffix.lower() in PHOTO_ENDINGS and path not in masks
     ]
     result = PhotoFolder(root, [])
-    candidates = _without_twins(candidates, root, result)
+    pictures = candidates
+    candidates = _without_twins(pictures, root, result)
     progress.stage("reading photos", len(candidates))
     found_masks = _MaskFinder(root, masks)
     problems: dict[str, list[str]] = defaultdict(list)
@@ -178,7 +179,7 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
     progress.step(len(candidates))
     for path in files:
         reason = _OTHERS.get(path.suffix.lower())
-        if reason and not _has_twin_photo(path, candidates):
+        if reason and not _has_photo_beside(path, pictures):
             result.skipped.append((path.relative_to(root).as_posix(), reason))
     for path in found_masks.left():
         result.skipped.append((path.relative_to(root).as_posix(), "is a mask without its photo"))
@@ -492,7 +493,7 @@ def _with_mask(photo: Photo, mask: Path | None) -> Photo:
     return photo if mask is None else replace(photo, mask=mask)
 
 
-def _has_twin_photo(path: Path, photos: Sequence[Path]) -> bool:
+def _has_photo_beside(path: Path, photos: Sequence[Path]) -> bool:
     """Raw data beside the JPEG that the camera made of it is nothing to complain about."""
     return any(p.parent == path.parent and p.stem == path.stem for p in photos)
 
