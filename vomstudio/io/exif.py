@@ -55,6 +55,9 @@ def read_exif(image: Image.Image) -> Exif:
     """Never raises: what cannot be read is a problem in words."""
     import warnings
 
+    if image.format == "PNG" and not {"exif", "Raw profile type exif"} & image.info.keys():
+        # Pillow would decode the whole picture to see whether some comes after it.
+        return Exif()
     problems: list[str] = []
     groups: list[Mapping[int, Any]] = [{}, {}, {}]
     with warnings.catch_warnings():
