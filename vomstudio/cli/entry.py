@@ -10,7 +10,18 @@ import warnings
 from collections.abc import Sequence
 
 from vomstudio import __version__
-from vomstudio.cli import convert, demo, export, fit, fold, info, ortho, stats, stereonet
+from vomstudio.cli import (
+    convert,
+    demo,
+    export,
+    fit,
+    fold,
+    info,
+    ortho,
+    reconstruct,
+    stats,
+    stereonet,
+)
 from vomstudio.cli.arguments import HelpWanted, Parser
 from vomstudio.cli.output import Channel, Output, stdout_kept, to_json
 from vomstudio.errors import Cancelled, InputError, UsageError, VomError
@@ -24,6 +35,7 @@ _COMMAND_MODULES = {
     "fold": fold,
     "stereonet": stereonet,
     "ortho": ortho,
+    "reconstruct": reconstruct,
     "export": export,
 }
 COMMANDS = tuple(_COMMAND_MODULES)

@@ -52,6 +52,9 @@ class Threads:
             # Nobody waits for what is not wanted any more.
             pool.shutdown(wait=False, cancel_futures=True)
 
+    def close(self) -> None:
+        pass
+
 
 class Cluster:
     """An Executor on the workers of a Dask scheduler, which must have this version installed."""

@@ -148,7 +148,40 @@ def export_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     return {"warnings": warnings}
 
 
+def reconstruct(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+    """Make a model of the photos in the folder `photos` below `out`; see `Settings` for the rest.
+
+    scheduler: the address of a Dask cluster, or None for this machine's processors.
+    """
+    from vomstudio.jobs.executors import make_executor
+    from vomstudio.photogrammetry import reconstruction
+    from vomstudio.photogrammetry.settings import Settings
+    from vomstudio.products.reconstruction_report import write_report
+
+    def path(name: str) -> Path | None:
+        return None if args.get(name) is None else Path(args[name])
+
+    settings = Settings(
+        quality=args["quality"],
+        crs=args.get("crs"),
+        control=path("control"),
+        marks=path("marks"),
+        threads=args.get("threads"),
+        seed=args.get("seed", 0),
+    )
+    out = Path(args["out"])
+    outputs = reconstruction.claim(out)
+    executor = make_executor(settings.threads, args.get("scheduler"))
+    try:
+        result = reconstruction.reconstruct(Path(args["photos"]), out, settings, executor, progress)
+    finally:
+        executor.close()
+    write_report(outputs.report, result)
+    return result
+
+
 TASKS: dict[str, Task] = {
+    "reconstruct": reconstruct,
     "warm": warm,
     "load_model": load_model,
     "preview_model": preview_model,

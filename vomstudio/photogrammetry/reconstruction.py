@@ -120,6 +120,13 @@ def reconstruct(
         run.pause()
 
 
+@dataclass(frozen=True)
+class _Placed:
+    scene: SparseScene
+    registration: dict[str, Any]
+    stage: Stage
+
+
 class _Run:
     def __init__(
         self,
@@ -185,3 +192,127 @@ class _Run:
             align(photos.photos, stage.folder, options, self.executor, self.diary)
             stage.finish()
         return Alignment.load(stage.folder), stage
+
+    def _place(self, alignment: Alignment, photos: PhotoFolder, aligned: Stage) -> _Placed:
+        """The largest part in World where control or GPS allow it, else upright and local."""
+        from vomstudio.photogrammetry import georeference
+        from vomstudio.photogrammetry.local_frame import upright
+
+        if not alignment.parts:
+            raise GeometryError(
+                "none of the photos could be joined to another: neighbours must show the same "
+                "rock from a step aside; vomstudio check says which of them do",
+                file=self.folder,
+            )
+        settings = self.settings
+        marks = (settings.control, settings.marks)
+        stage = self.checkpoints.stage(
+            "frame", aligned.key, settings.crs, *(p and _hash_file(p) for p in marks)
+        )
+        if not stage.done:
+            self.diary.stage("Registering")
+            part, facts = alignment.parts[0], {}
+            try:
+                if settings.control is not None:
+                    scene, report = georeference.by_control(
+                        part, settings.control, settings.marks, settings.crs
+                    )
+                else:
+                    scene, report = georeference.by_gps(part, photos.photos, settings.crs)
+                facts = report.as_dict()
+            except GeometryError as error:
+                if settings.control is not None or settings.crs is not None:
+                    raise
+                scene = upright(part, photos.photos)
+                facts = {"refused": error.message}
+            scene.save(stage.folder)
+            stage.finish(registration=facts)
+        for warning in stage.facts["registration"].get("warnings", []):
+            self.diary.note(warning)
+        if refused := stage.facts["registration"].get("refused"):
+            self.diary.note(f"The model keeps a local frame without scale: {refused}")
+        return _Placed(SparseScene.load(stage.folder), stage.facts["registration"], stage)
+
+    def _undistort(
+        self, scene: SparseScene, photos: PhotoFolder, placed: Stage
+    ) -> tuple[Kept[Undistorted], Stage]:
+        """Photos without distortion, of the size in which every pixel gets a depth."""
+        from vomstudio.photogrammetry import undistortion
+
+        size = self._dense_size()
+        stage = self.checkpoints.stage("straight", placed.key, versions("cv2"), size)
+        by_name = {photo.name: photo for photo in photos.photos}
+
+        def task(number: int) -> undistortion.UndistortTask:
+            view = scene.views[number]
+            photo = by_name[view.name]
+            mask = None if photo.mask is None else photo.mask.read_bytes()
+            return undistortion.UndistortTask(photo.path.read_bytes(), mask, view, size)
+
+        kept = Kept(stage.folder, [v.name for v in scene.views], save_straight, load_straight)
+        self._each("Straightening photos", stage, kept, undistortion.undistort, task)
+        return kept.at(stage.folder), stage
+
+    def _depths(
+        self, scene: SparseScene, straight: Kept[Undistorted], flat: Stage
+    ) -> tuple[Kept[DepthMap], Stage]:
+        from vomstudio.photogrammetry import depthmaps, pairs
+
+        stage = self.checkpoints.stage("depths", flat.key, versions("cv2", "numba"))
+        plans = {plan.name: plan for plan in pairs.plan(scene)}
+        names = [view.name for view in scene.views if view.name in plans]
+        numbers = {view.name: number for number, view in enumerate(scene.views)}
+
+        def task(number: int) -> depthmaps.DepthTask:
+            plan = plans[names[number]]
+            sources = tuple(straight[numbers[name]] for name in plan.sources)
+            return depthmaps.DepthTask(straight[numbers[plan.name]], sources, plan)
+
+        kept = Kept(stage.folder, names, save_depths, load_depths)
+        self._each("Finding depths", stage, kept, depthmaps.depth_map, task)
+        return kept.at(stage.folder), stage
+
+    def _each(
+        self,
+        title: str,
+        stage: Stage,
+        kept: Kept[Result],
+        work: Callable[[Item], Result],
+        task: Callable[[int], Item],
+    ) -> None:
+        """Do what is not done yet of a stage whose results are one for each photo."""
+        if stage.done:
+            return
+        left = [number for number in range(len(kept)) if not kept.has(number)]
+        self.diary.stage(title, len(kept))
+        progress = Ahead(self.diary, len(kept) - len(left))
+        for done, result in self.executor.map(work, map(task, left), progress):
+            kept.put(left[done], result)
+        stage.finish()
+
+    def _fuse(
+        self, straight: Kept[Undistorted], maps: Kept[DepthMap], depths: Stage
+    ) -> tuple[PointCloud, Stage]:
+        from vomstudio.photogrammetry import fusion
+
+        stage = self.checkpoints.stage("cloud", depths.key)
+        if not stage.done:
+            cloud = fusion.fuse(straight, maps, fusion.Options(), self.diary)
+            write_whole(stage.folder / "cloud.npz", lambda path: save_cloud(path, cloud))
+            stage.finish(points=len(cloud.points))
+        return load_cloud(stage.folder / "cloud.npz"), stage
+
+    def _surface(self, cloud: PointCloud, fused: Stage) -> tuple[Mesh, Stage]:
+        from vomstudio.photogrammetry import surface
+
+        faces = self.settings.steps.faces
+        stage = self.checkpoints.stage("surface", fused.key, versions("open3d"), faces)
+        if not stage.done:
+            options = surface.Options(faces=faces, threads=self.settings.threads)
+            mesh = surface.make_surface(cloud, options, self.diary)
+            write_whole(stage.folder / "mesh.npz", lambda path: save_mesh(path, mesh))
+            stage.finish(faces=len(mesh.faces))
+        return load_mesh(stage.folder / "mesh.npz"), stage
+
+    def _write(self) -> None:
+        pass
