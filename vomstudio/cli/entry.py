@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 from vomstudio import __version__
 from vomstudio.cli import (
+    check,
     convert,
     demo,
     export,
@@ -35,6 +36,7 @@ _COMMAND_MODULES = {
     "fold": fold,
     "stereonet": stereonet,
     "ortho": ortho,
+    "check": check,
     "reconstruct": reconstruct,
     "export": export,
 }

@@ -13,7 +13,6 @@ from vomstudio.io.cameras_file import view_from_dict, view_to_dict
 from vomstudio.photogrammetry.checkpoints import file_name, write_whole
 
 if TYPE_CHECKING:
-    from vomstudio.photogrammetry.depthmaps import DepthMap
     from vomstudio.photogrammetry.undistortion import Undistorted
 
 Result = TypeVar("Result")

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
-from vomstudio.io.cameras_file import read_cameras
 from vomstudio.errors import VomError
+from vomstudio.io.cameras_file import read_cameras
 from vomstudio.jobs.events import Failed
 from vomstudio.ui.job_bridge import Job
 from vomstudio.ui.studio import Notice, Studio
@@ -240,13 +239,3 @@ class PhotoSurvey(QObject):
                 continue
             if folder.is_dir():
                 self.open(folder)
-
-
-def photos_of(paths: Sequence[Path]) -> Path | None:
-    """The folder that was meant by what was dropped: itself, or where the photos lie."""
-    if len(paths) == 1 and paths[0].is_dir() and paths[0].suffix != ".vom":
-        return paths[0]
-    photos = [p for p in paths if p.suffix.lower() in (".jpg", ".jpeg", ".png")]
-    if photos and len(photos) == len(paths) and len({p.parent for p in photos}) == 1:
-        return photos[0].parent
-    return None

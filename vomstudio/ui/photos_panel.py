@@ -185,20 +185,6 @@ class PhotosPanel(QWidget):
             self.tr("&Continue the model") if survey.begun and job is None
             else self.tr("&Make the model")
         )  # fmt: skip
-        why = survey.why_not_make()
-        make.setEnabled(why is None)
-        make.setToolTip(
-            self.tr("Align the photos and make a dense, textured model, in the background")
-            if why is None
-            else self.tr("Not now: {0}").format(why)
-        )
-        pause = self._actions["pause_model"]
-        pause.setEnabled(job is not None)
-        pause.setToolTip(
-            self.tr("Stop for now; what is finished is kept")
-            if job is not None
-            else self.tr("Not now: no model is being made")
-        )
         self._report.setVisible(self._report_path() is not None)
 
     def _words(self) -> str:
@@ -251,5 +237,3 @@ class PhotosPanel(QWidget):
 
 def _gsd(metres: float) -> str:
     return f"{metres * 1000:.1f} mm" if metres < 0.01 else f"{metres * 100:.1f} cm"
-
-

@@ -5,12 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog
 
+from vomstudio.io.project import SUFFIX, is_project
 from vomstudio.ui.actions import Command
 
 if TYPE_CHECKING:
     from vomstudio.ui.main_window import MainWindow
+
+# Five photos with their thumbnails.
+_HEIGHT = 320
 
 
 def commands(w: MainWindow) -> list[Command]:
@@ -27,9 +32,17 @@ def commands(w: MainWindow) -> list[Command]:
     ]  # fmt: skip
 
 
+def is_photo_folder(path: Path) -> bool:
+    """A folder that is no project."""
+    return path.is_dir() and path.suffix != SUFFIX and not is_project(path)
+
+
 def open_photos(w: MainWindow, folder: Path) -> None:
     w.survey.open(folder)
     w.show_dock("photos")
+    dock = w.docks["photos"]
+    if dock.height() < _HEIGHT and not dock.isFloating():
+        w.resizeDocks([dock], [_HEIGHT], Qt.Orientation.Vertical)
 
 
 def _choose(w: MainWindow) -> None:
