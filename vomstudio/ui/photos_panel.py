@@ -28,7 +28,8 @@ from vomstudio.ui.plan_view import PlanView
 from vomstudio.ui.widgets import ComboBox, ElidedLabel
 
 _THUMBNAIL = QSize(72, 48)
-_COLUMNS = ("Photo", "Camera", "Size", "Focal length", "GPS", "GSD", "Sharpness", "Finding")
+_COLUMNS = ("Photo", "GSD", "Sharpness", "Finding", "Camera", "Focal length", "Size", "GPS")
+_FINDING = _COLUMNS.index("Finding")
 _QUALITIES = (
     ("Preview", "preview", "minutes; to see whether the photos suffice"),
     ("Low", "low", "1000 pixels along the long side get a depth"),
@@ -122,7 +123,9 @@ class PhotosPanel(QWidget):
         }
         for column, title in enumerate(_COLUMNS):
             if title in tips:
-                table.horizontalHeaderItem(column).setToolTip(self.tr(tips[title]))
+                header = QTableWidgetItem(self.tr(title))
+                header.setToolTip(self.tr(tips[title]))
+                table.setHorizontalHeaderItem(column, header)
         return table
 
     # --- filling -----------------------------------------------------------------------------
@@ -133,6 +136,13 @@ class PhotosPanel(QWidget):
             for number, row in enumerate(survey.rows):
                 self._fill_row(number, row)
         self._findings.clear()
+        if survey.verdict:
+            self._add_finding("info", survey.verdict, [])
+            verdict = self._findings.item(0)
+            font = verdict.font()
+            font.setBold(True)
+            verdict.setFont(font)
+            verdict.setIcon(QIcon())
         for finding in survey.findings:
             self._add_finding(finding["severity"], finding["text"], finding["photos"] or [])
         for text in survey.left_out:
@@ -142,14 +152,14 @@ class PhotosPanel(QWidget):
 
     def _fill_row(self, number: int, row: PhotoRow) -> None:
         cells = (
-            row.name,
-            row.camera,
-            f"{row.width} × {row.height}",
-            row.focal,
-            self.tr("yes") if row.has_gps else "–",
+            row.name.rpartition("/")[2],
             "–" if row.gsd_m is None else _gsd(row.gsd_m),
             "–" if row.blur is None else f"{row.blur:.1f} px",
-            row.findings[0] if row.findings else "",
+            _cut(row.findings[0]) if row.findings else "",
+            row.camera,
+            row.focal,
+            f"{row.width} × {row.height}",
+            self.tr("yes") if row.has_gps else "–",
         )
         for column, text in enumerate(cells):
             item = QTableWidgetItem(text)
@@ -157,7 +167,7 @@ class PhotosPanel(QWidget):
                 item.setToolTip(row.path)
                 if row.thumbnail:
                     item.setIcon(QIcon(row.thumbnail))
-            elif column == len(cells) - 1:
+            elif column == _FINDING:
                 item.setToolTip("\n".join(row.findings))
             self.table.setItem(number, column, item)
         self.table.setRowHeight(number, _THUMBNAIL.height() + 4)
@@ -195,7 +205,8 @@ class PhotosPanel(QWidget):
             return survey.problem
         if survey.reading:
             return self.tr("Looking at the photos…")
-        return survey.verdict
+        graver = sum(finding["severity"] != "info" for finding in survey.findings)
+        return self.tr("{0} photos, {1} warnings").format(len(survey.rows), graver)
 
     # --- choosing ----------------------------------------------------------------------------
     def _chosen_names(self) -> set[str]:
@@ -209,7 +220,7 @@ class PhotosPanel(QWidget):
         for number, row in enumerate(self._survey.rows):
             if row.name == name:
                 self.table.selectRow(number)
-                self.table.scrollToItem(self.table.item(number, 0))
+                self.table.scrollTo(self.table.model().index(number, 0))
 
     def _finding_chosen(self) -> None:
         """The photos that a finding speaks of are selected."""
@@ -233,6 +244,11 @@ class PhotosPanel(QWidget):
         path = self._report_path()
         if path is not None:
             QDesktopServices.openUrl(QUrl.fromLocalFile(str(path)))
+
+
+def _cut(text: str) -> str:
+    """The beginning of a finding, for a column; the whole is in the tooltip and the list."""
+    return text if len(text) <= 48 else text[:46].rstrip() + " …"
 
 
 def _gsd(metres: float) -> str:
