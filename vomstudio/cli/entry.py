@@ -17,6 +17,7 @@ from vomstudio.cli import (
     export,
     fit,
     fold,
+    frames,
     info,
     ortho,
     plan,
@@ -38,6 +39,7 @@ _COMMAND_MODULES = {
     "ortho": ortho,
     "plan": plan,
     "check": check,
+    "frames": frames,
     "export": export,
 }
 COMMANDS = tuple(_COMMAND_MODULES)
