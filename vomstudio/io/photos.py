@@ -190,6 +190,15 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
     return result
 
 
+def read_photo(path: str | Path) -> Photo:
+    """One photo by itself, without mask. Raises InputError."""
+    path = Path(path)
+    try:
+        return _read(path, path.name)[0]
+    except InputError as error:
+        raise InputError(error.message, file=path) from error
+
+
 # ------------------------------------------------------------------------------------------------
 def _listed(root: Path) -> list[Path]:
     """Files down to the deepest level, sorted. Raises InputError."""
