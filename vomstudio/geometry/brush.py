@@ -65,6 +65,10 @@ class PaintSurface(Surface, Protocol):
 
 
 def surface_of(data: Mesh | PointCloud) -> MeshSurface | CloudSurface:
+    from vomstudio.geometry.octree import StreamedCloud, StreamedSurface
+
+    if isinstance(data, StreamedCloud):
+        return StreamedSurface(data)
     return MeshSurface(data) if isinstance(data, Mesh) else CloudSurface(data)
 
 

@@ -28,3 +28,12 @@ class PointCloud:
     def bounds(self) -> npt.NDArray[np.float64]:
         """(2, 3) lowest and highest corner."""
         return np.stack([self.points.min(axis=0), self.points.max(axis=0)])
+
+    @property
+    def count(self) -> int:
+        """Points of the whole file."""
+        return len(self.points)
+
+    def position(self, row: int) -> npt.NDArray[np.float64]:
+        """(3,) of a point by its row in the file."""
+        return np.asarray(self.points[row], np.float64)

@@ -11,7 +11,7 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,10 +21,14 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkStaticCellLocator
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.octree import NodeStore, StreamedCloud
 from vomstudio.rendering import blocks, vtkdata
 from vomstudio.rendering.blocks import FaceChunk, PointChunk
 from vomstudio.rendering.scalars import FieldStyle, Scale, make_scale, reader
 from vomstudio.rendering.textures import Texture, TextureProblem, load_texture, overview
+
+if TYPE_CHECKING:
+    from vomstudio.rendering.streaming import Streamer
 
 PROXY_FACES = 45_000
 PROXY_ABOVE = 150_000
@@ -71,6 +75,36 @@ class CloudChunkReady:
     """Metres between neighbours, in the file's frame."""
 
 
+@dataclass(frozen=True, eq=False)
+class NodeReady(CloudChunkReady):
+    """A node of a streamed cloud: its row in the store, and its points."""
+
+    row: int
+    cloud: PointCloud
+
+
+@dataclass(frozen=True, eq=False)
+class NodesDropped:
+    """Nodes that are not needed any more; who took them tells the store when they are gone."""
+
+    nodes: dict[int, PointCloud]
+    store: NodeStore
+
+
+@dataclass(frozen=True, eq=False)
+class NodesShown:
+    """Rows of the nodes that the present view shows, once they are there, and the spacing at which
+    the points of each close the surface together with the others."""
+
+    rows: tuple[int, ...]
+    spacing: dict[int, float]
+
+
+@dataclass(frozen=True, eq=False)
+class StreamStarted:
+    streamer: Streamer
+
+
 @dataclass(frozen=True)
 class ChunksDone:
     count: int
@@ -113,6 +147,9 @@ Event = (
     ProxyReady
     | MeshChunkReady
     | CloudChunkReady
+    | NodesDropped
+    | NodesShown
+    | StreamStarted
     | ChunksDone
     | TextureReady
     | TexturesDone
@@ -407,6 +444,11 @@ def prepare_cloud(
     cloud: PointCloud, origin: npt.NDArray[np.float64], stop: threading.Event, emit: Emit
 ) -> None:
     """Emit a random subset for moving, then all points in runs of neighbours."""
+    if isinstance(cloud, StreamedCloud):
+        from vomstudio.rendering.streaming import Streamer
+
+        Streamer(cloud, origin, stop, emit).begin()
+        return
     colors = cloud_colors(cloud)
     for rows in moving_sets(len(cloud.points)):
         at = (cloud.points[rows] - origin).astype(np.float32)
@@ -450,19 +492,36 @@ def moving_sets(count: int) -> list[npt.NDArray[np.int64]]:
 def cloud_colors(cloud: PointCloud) -> Callable[[npt.NDArray[np.int64]], Colors]:
     """Gives (n, 3) for rows (n,): the cloud's own, else its intensity, else a quiet ramp of
     height."""
-    own = cloud.colors
-    if own is not None:
-        return lambda rows: np.asarray(own[rows, :3], np.uint8)
-    values: npt.NDArray[Any] = cloud.points[:, 2]
-    for name, field in cloud.fields.items():
+    rule = coloring(cloud)
+    return lambda rows: rule(cloud, rows)
+
+
+def coloring(sample: PointCloud) -> Callable[[PointCloud, npt.NDArray[np.int64]], Colors]:
+    """As `cloud_colors`, for pieces of a cloud that are all coloured by one rule, which follows
+    from a sample of it."""
+    if sample.colors is not None:
+
+        def own(piece: PointCloud, rows: npt.NDArray[np.int64]) -> Colors:
+            assert piece.colors is not None
+            return np.asarray(piece.colors[rows, :3], np.uint8)
+
+        return own
+    chosen = ""
+    for name, field in sample.fields.items():
         if "intensity" in name.lower() and np.ptp(field) > 0:
-            values = field
-    sample = np.asarray(values[:: max(1, len(values) // 100_000)], np.float64)
-    low, high = np.nanpercentile(sample, [2.0, 98.0])
+            chosen = name
+
+    def values_of(piece: PointCloud) -> npt.NDArray[Any]:
+        return piece.fields[chosen] if chosen else piece.points[:, 2]
+
+    values = values_of(sample)
+    some = np.asarray(values[:: max(1, len(values) // 100_000)], np.float64)
+    low, high = np.nanpercentile(some, [2.0, 98.0])
     dark, light = np.array([70.0, 66.0, 62.0]), np.array([232.0, 226.0, 214.0])
 
-    def ramp(rows: npt.NDArray[np.int64]) -> Colors:
-        grey = np.clip((values[rows] - low) / max(float(high - low), 1e-9), 0.0, 1.0)[:, None]
+    def ramp(piece: PointCloud, rows: npt.NDArray[np.int64]) -> Colors:
+        values = values_of(piece)[rows]
+        grey = np.clip((values - low) / max(float(high - low), 1e-9), 0.0, 1.0)[:, None]
         return np.asarray(dark + np.nan_to_num(grey) * (light - dark), np.uint8)
 
     return ramp
@@ -487,6 +546,10 @@ def prepare_field(
             raise Stopped
 
     scale = make_scale(data, style, to_world, check)
+    if isinstance(data, StreamedCloud):
+        # Its nodes come and go: they are coloured when they are shown.
+        emit(FieldReady(style, scale, [], []))
+        return
     _, read = reader(data, style.name, to_world)
 
     def colored(rows: npt.NDArray[np.integer]) -> vtkUnsignedCharArray:

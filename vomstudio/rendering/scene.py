@@ -35,6 +35,7 @@ from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLFramebufferObject, vtkTextur
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.octree import StreamedCloud
 from vomstudio.rendering import picking, skins, vtkdata
 from vomstudio.rendering.blocks import FaceChunk, PointChunk
 from vomstudio.rendering.camera import Camera, Eye
@@ -44,17 +45,25 @@ from vomstudio.rendering.eyedome import BANDS, EyeDome
 from vomstudio.rendering.featurelayer import FeatureLayer
 from vomstudio.rendering.pace import SLOW_FRAME_S, Pace, point_weight
 from vomstudio.rendering.preparation import (
+    MOVING_SETS,
+    POINTS_PER_SET,
     ChunksDone,
     CloudChunkReady,
     Event,
     FieldReady,
     LocatorReady,
     MeshChunkReady,
+    NodeReady,
+    NodesDropped,
+    NodesShown,
     ProxyReady,
+    StreamStarted,
     TextureReady,
     TexturesDone,
 )
+from vomstudio.rendering.scalars import reader
 from vomstudio.rendering.skins import Skin
+from vomstudio.rendering.streaming import Streamer, view_of
 from vomstudio.tools.types import Hit
 
 Array = npt.NDArray[np.float64]
@@ -100,6 +109,10 @@ class Part:
     """Its own colours while those of a field are shown."""
     tinted: bool = False
     """The colours of a field are shown."""
+    row: int = -1
+    """Of a node of a streamed cloud."""
+    cloud: PointCloud | None = None
+    """The points of that node."""
 
 
 @dataclass(eq=False)
@@ -120,11 +133,24 @@ class ModelScene:
     point_chunks: list[PointChunk] = field(default_factory=list)
     skins: dict[int, Skin] = field(default_factory=dict)
     locators: list[vtkStaticCellLocator] = field(default_factory=list)
+    streamer: Streamer | None = None
+    shown_rows: dict[int, float] = field(default_factory=dict)
+    """Nodes of a streamed cloud that the view needs, and the spacing that their points close."""
     chunks_done: bool = False
     textures_done: bool = False
     field: FieldReady | None = None
     """The field's colours that the model has been given."""
     _boxes: tuple[Array, Array] | None = None
+
+    def drop(self, rows: Iterable[int]) -> list[Part]:
+        """Forget nodes of a streamed cloud; their parts."""
+        gone = set(rows)
+        kept = [k for k, part in enumerate(self.parts) if part.row not in gone]
+        dropped = [part for part in self.parts if part.row in gone]
+        self.point_chunks = [self.point_chunks[k] for k in kept]
+        self.parts = [self.parts[k] for k in kept]
+        self._boxes = None
+        return dropped
 
     def chunk_boxes(self) -> tuple[Array, Array]:
         """Corners (n, 3), (n, 3) of the chunks' boxes in the local frame."""
@@ -139,7 +165,7 @@ class ModelScene:
         """(n, 3) corners in World of the model's box, or (close) of the boxes of its chunks once
         they are there, which lie nearer to the surface."""
         low, high = self.low[None], self.high[None]
-        if close and self.chunks_done and self.parts:
+        if close and self.chunks_done and self.parts and self.streamer is None:
             low, high = self.chunk_boxes()
         grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
         local = np.where(grid[None] == 1, high[:, None], low[:, None]).reshape(-1, 3)
@@ -311,6 +337,8 @@ class Scene:
     ) -> ModelScene:
         """Register a model that will be filled by `take`; bounds (2, 3) in its file frame."""
         self.remove_model(model_id)
+        if isinstance(data, StreamedCloud):
+            bounds = data.bounds
         model = ModelScene(
             model_id, data, origin, bounds[0] - origin, bounds[1] - origin, to_world, to_world
         )
@@ -423,6 +451,11 @@ class Scene:
 
     def _tint(self, model: ModelScene) -> None:
         """Put the colours of the field on, or the model's own back."""
+        if model.streamer is not None:
+            for part in model.parts:
+                self._untint(part)
+                self._dress(model, part)
+            return
         ready = model.field if self.mode == "field" else None
         fields = [] if ready is None else [*ready.parts, *ready.proxies]
         every = [*model.parts, *model.proxies]
@@ -438,11 +471,29 @@ class Scene:
                     part.own = values.GetScalars()
                 values.SetScalars(fields[k])
                 part.uploaded, part.tinted = False, True
-            elif part.tinted:
-                values.SetScalars(part.own)
-                part.own = None
-                part.uploaded, part.tinted = False, False
+            else:
+                self._untint(part)
             self._dress(model, part)
+
+    @staticmethod
+    def _untint(part: Part) -> None:
+        if part.tinted:
+            part.actor.GetMapper().GetInput().GetPointData().SetScalars(part.own)
+            part.own = None
+            part.uploaded, part.tinted = False, False
+
+    def _tint_node(self, model: ModelScene, part: Part) -> None:
+        """Give a node of a streamed cloud that is to be shown the colours of the field."""
+        ready = model.field
+        if part.tinted or part.cloud is None or ready is None or not self.shows_field(model):
+            return
+        _, read = reader(part.cloud, ready.style.name, model.to_world)
+        start = int(part.rows.min())
+        values = part.actor.GetMapper().GetInput().GetPointData()
+        part.own = values.GetScalars()
+        values.SetScalars(vtkdata.color_array(ready.scale.colors(read(part.rows - start))))
+        part.uploaded, part.tinted = False, True
+        self._dress(model, part)
 
     def remove_model(self, model_id: str) -> None:
         model = self.models.pop(model_id, None)
@@ -485,7 +536,16 @@ class Scene:
             model.parts.append(self._part(model, event.data))
             model.parts[-1].spacing = event.spacing
             model.parts[-1].rows = event.chunk.point_ids
+            if isinstance(event, NodeReady):
+                model.parts[-1].row, model.parts[-1].cloud = event.row, event.cloud
+                model._boxes = None
             self._dress(model, model.parts[-1])
+        elif isinstance(event, NodesDropped):
+            self._take_away(model, event)
+        elif isinstance(event, NodesShown):
+            model.shown_rows = event.spacing
+        elif isinstance(event, StreamStarted):
+            model.streamer = event.streamer
         elif isinstance(event, ChunksDone):
             model.chunks_done = True
         elif isinstance(event, TextureReady):
@@ -497,9 +557,30 @@ class Scene:
             model.locators = event.locators
         elif isinstance(event, FieldReady):
             self.set_field(model_id, event)
-        if isinstance(event, (ProxyReady, MeshChunkReady, CloudChunkReady, TextureReady)):
+        if isinstance(
+            event, (ProxyReady, MeshChunkReady, CloudChunkReady, TextureReady, NodesShown)
+        ):
             self.complete = False
             self._outdated = True
+
+    def _take_away(self, model: ModelScene, event: NodesDropped) -> None:
+        gone = model.drop(event.nodes)
+        if self._pending is not None and gone:
+            dropped = {id(part) for part in gone}
+            self._pending = [part for part in self._pending if id(part) not in dropped]
+        for part in gone:
+            self._drop(part)
+        for row, cloud in event.nodes.items():
+            event.store.forget(row, cloud)
+
+    def _look_around(self) -> None:
+        """Tell those who read nodes of large clouds what is seen now."""
+        assert self.eye is not None
+        for model in self.models.values():
+            if model.streamer is not None and model.visible:
+                model.streamer.look(
+                    view_of(self.eye, self.camera, self.size, model.to_world, model.from_world)
+                )
 
     def _part(self, model: ModelScene, data) -> Part:  # type: ignore[no-untyped-def]
         bounds = np.array(data.GetBounds()).reshape(3, 2)
@@ -627,10 +708,19 @@ class Scene:
             )
             if self.clip is not None:
                 inside &= self.clip.meets_balls(centre, radius)
+            if model.streamer is not None:
+                inside &= np.array([part.row in model.shown_rows for part in model.parts])
             for i in np.flatnonzero(inside):
                 found.append((float(q[i, 2] - radius[i]), model, model.parts[i]))
         found.sort(key=lambda entry: entry[0])
         return [(model, part) for _, model, part in found]
+
+    def _tinted_parts(self) -> list[tuple[ModelScene, Part]]:
+        """As `_seen_parts`, with nodes of streamed clouds in the colours of their field."""
+        found = self._seen_parts()
+        for model, part in found:
+            self._tint_node(model, part)
+        return found
 
     def abandon(self) -> None:
         """Forget a frame that is being refined, and that the last one was whole."""
@@ -650,7 +740,7 @@ class Scene:
             show = self._stand_ins()
         else:
             self._choose_levels()
-            show = [part for _, part in self._seen_parts()]
+            show = [part for _, part in self._tinted_parts()]
         fresh = any(not p.uploaded for p in show)
         started = time.perf_counter()
         self._show(show)
@@ -674,7 +764,8 @@ class Scene:
             self.complete = not due and not self.domed
         else:
             if not fresh:
-                most = max((len(m.proxies) for m in self.models.values()), default=0)
+                sets = [MOVING_SETS if m.streamer else len(m.proxies) for m in self.models.values()]
+                most = max(sets, default=0)
                 self.pace.learn_moving(spent, most)
             if not any(m.visible and m.parts for m in self.models.values()):
                 self.complete = True
@@ -688,11 +779,31 @@ class Scene:
         # One at a time: the first drawing takes it to the graphics card.
         show += fresh[:1]
         self.more_to_come = len(fresh) > 1
+        show += self._streamed_stand_ins()
         budget = 150_000
-        for part in [p for m in visible if not m.proxies for p in m.parts]:
+        for part in [p for m in visible if not m.proxies and not m.streamer for p in m.parts]:
             if part.uploaded and budget > 0:
                 show.append(part)
                 budget -= part.elements
+        return show
+
+    def _streamed_stand_ins(self) -> list[Part]:
+        """Of streamed clouds the coarse nodes in view, as many as there is time for."""
+        nodes = [part for model, part in self._tinted_parts() if model.streamer is not None]
+        nodes.sort(key=lambda part: -part.spacing)
+        left = self.pace.moving_sets * POINTS_PER_SET
+        show: list[Part] = []
+        fresh = 0
+        for part in nodes:
+            left -= part.elements
+            if show and left < 0:
+                break
+            if not part.uploaded:
+                fresh += part.elements
+                if show and fresh > POINTS_PER_SET:
+                    self.more_to_come = True
+                    break
+            show.append(part)
         return show
 
     def draw_features(self) -> None:
@@ -723,9 +834,10 @@ class Scene:
         if self.eye is not None and self._depth is None:
             self._read_depth()
         self._apply_camera()
+        self._look_around()
         self._choose_levels()
         self._size_points()
-        self._pending = [part for _, part in self._seen_parts()]
+        self._pending = [part for _, part in self._tinted_parts()]
         self._bands = None
         self._batch_first = True
         self._outdated = False
@@ -807,9 +919,8 @@ class Scene:
         for model, part in self._seen_parts():
             if part.spacing > 0.0 and isinstance(model.data, PointCloud):
                 scale, depth = self._reach(model, part)
-                pixels = (
-                    1.3 * part.spacing * scale / self.camera.metres_per_pixel(self.size[1], depth)
-                )
+                spacing = model.shown_rows.get(part.row, part.spacing)
+                pixels = 1.3 * spacing * scale / self.camera.metres_per_pixel(self.size[1], depth)
                 low, high = 2.0 * self.point_scale, 9.0 * self.point_scale
                 size = round(min(max(pixels, low), high))
                 if self.point_size is not None:

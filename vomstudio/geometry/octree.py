@@ -1,0 +1,309 @@
+"""A cloud too large to be held: an octree of whose nodes only those that are needed are there.
+
+Every node holds a thin, even sample of the points in its cube; its children fill in what is
+between. A point is known by its number in the whole file: the number of points in the nodes that
+stand before its own in the file, plus its place within the node. So ids stay the same whatever is
+loaded, and are the rows of the same file read whole.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geometry.brush import CloudSurface
+from vomstudio.geometry.cloud import PointCloud
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
+
+Array = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+FINE_PIXELS = 1.5
+"""Nodes are asked for until neighbouring points of the node above are no further apart."""
+_FACE_POINTS = 20_000
+
+
+@dataclass(frozen=True)
+class View:
+    """What a viewer sees of a cloud, all in the cloud's file frame.
+
+    right, up, direction : rows of a rotation; direction points away from the viewer
+    half_height : tangent of the half angle, or half the height of the picture where orthographic
+    pixels : height of the picture
+    """
+
+    position: tuple[float, float, float]
+    axes: tuple[tuple[float, float, float], ...]
+    half_height: float
+    aspect: float
+    orthographic: bool
+    near: float
+    pixels: int
+
+
+class NodeStore:
+    """The nodes of an octree and what has been read of them. Any thread may use it.
+
+    bounds : (n, 2, 3) cubes; spacing : (n,) distance of neighbouring points of a node
+    counts : (n,) points of each node; starts : (n,) number of its first point in the file
+    parents : (n,) row of the node above, -1 for none
+    read : reads the points of a node; raises InputError
+    """
+
+    def __init__(
+        self,
+        bounds: Array,
+        spacing: Array,
+        counts: Ints,
+        starts: Ints,
+        parents: Ints,
+        read: Callable[[int], PointCloud],
+        budget: int,
+    ) -> None:
+        self.bounds, self.spacing, self.counts, self.starts = bounds, spacing, counts, starts
+        self.parents = parents
+        self.budget = budget
+        self.total = int(counts.sum())
+        self._read = read
+        self._order = np.argsort(starts)
+        self._loaded: dict[int, PointCloud] = {}
+        self._trees: dict[int, cKDTree] = {}
+        self._lock = threading.Lock()
+
+    def __len__(self) -> int:
+        return len(self.counts)
+
+    @property
+    def usual_spacing(self) -> float:
+        """Of the nodes that hold most of the points: their median."""
+        order = np.argsort(self.spacing)
+        below = np.cumsum(self.counts[order])
+        return float(self.spacing[order][np.searchsorted(below, self.total / 2.0)])
+
+    def loaded(self) -> dict[int, PointCloud]:
+        """What is there now, by row."""
+        with self._lock:
+            return dict(self._loaded)
+
+    def held(self, row: int) -> PointCloud | None:
+        return self._loaded.get(row)
+
+    def put(self, row: int, cloud: PointCloud) -> None:
+        with self._lock:
+            self._loaded[row] = cloud
+
+    def forget(self, row: int, cloud: PointCloud) -> None:
+        """Let a node go, unless it has been read anew since."""
+        with self._lock:
+            if self._loaded.get(row) is cloud:
+                del self._loaded[row]
+                self._trees.pop(row, None)
+
+    def read(self, row: int) -> PointCloud:
+        """A node from the file; it is not kept. Raises InputError."""
+        return self._read(row)
+
+    def nodes_of(self, ids: Ints) -> Ints:
+        """(k,) the row of the node that holds each point."""
+        at = np.searchsorted(self.starts[self._order], ids, side="right") - 1
+        return np.asarray(self._order[at], np.int64)
+
+    def points_of(self, ids: Ints) -> Array:
+        """(k, 3) float64 as in the file. What is not there is read. Raises InputError."""
+        ids = np.asarray(ids, np.int64)
+        out = np.empty((len(ids), 3))
+        rows = self.nodes_of(ids)
+        order = np.argsort(rows, kind="stable")
+        cuts = np.flatnonzero(np.diff(rows[order])) + 1
+        for group in np.split(order, cuts) if len(ids) else ():
+            row = int(rows[group[0]])
+            cloud = self._loaded.get(row) or self.read(row)
+            out[group] = cloud.points[ids[group] - self.starts[row]]
+        return out
+
+    def touching(self, low: Array, high: Array) -> list[tuple[int, PointCloud]]:
+        """The nodes that are there and whose cubes touch a box."""
+        there = self.loaded()
+        rows = np.fromiter(there, np.int64, len(there))
+        cubes = self.bounds[rows]
+        meets = ((cubes[:, 0] <= high) & (cubes[:, 1] >= low)).all(axis=1)
+        return [(row, there[row]) for row in rows[meets].tolist()]
+
+    def tree(self, row: int, cloud: PointCloud) -> cKDTree:
+        found = self._trees.get(row)
+        if found is None:
+            from scipy.spatial import cKDTree
+
+            found = cKDTree(cloud.points, leafsize=32, compact_nodes=False, balanced_tree=False)
+            with self._lock:
+                if self._loaded.get(row) is cloud:
+                    self._trees[row] = found
+        return found
+
+    def choose(self, view: View, most: int) -> Ints:
+        """Rows of the nodes that a picture needs, the most needed first, of at most `most` points:
+        those in view whose parents' points are more than FINE_PIXELS apart."""
+        position = np.array(view.position)
+        low, high = self.bounds[:, 0], self.bounds[:, 1]
+        q = ((low + high) / 2.0 - position) @ np.array(view.axes).T
+        radius = np.linalg.norm(high - low, axis=1) / 2.0
+        off = np.maximum(np.maximum(low - position, position - high), 0.0)
+        distance = np.maximum(np.sqrt(np.einsum("ij,ij->i", off, off)), view.near)
+        reach = np.ones(len(self)) if view.orthographic else distance
+        apart = 2.0 * self.spacing * view.pixels / (2.0 * view.half_height * reach)
+        tall = view.half_height * (1.0 if view.orthographic else np.maximum(q[:, 2], 0.0))
+        # The planes that bound a view in perspective lean: a ball reaches further across them.
+        up = 1.0 if view.orthographic else np.hypot(1.0, view.half_height)
+        side = 1.0 if view.orthographic else np.hypot(1.0, view.half_height * view.aspect)
+        seen = (
+            (np.abs(q[:, 1]) <= tall + radius * up)
+            & (np.abs(q[:, 0]) <= tall * view.aspect + radius * side)
+            & (q[:, 2] + radius > 0.0)
+        )
+        rows = np.flatnonzero(seen & ((apart > FINE_PIXELS) | (self.parents < 0)))
+        rows = rows[np.lexsort((-self.spacing[rows], -apart[rows]))]
+        return rows[np.cumsum(self.counts[rows]) <= most]
+
+    def closing(self, rows: Ints) -> Array:
+        """(k,) the spacing at which the points of shown nodes close the surface together: of each
+        the finest spacing of those shown below it."""
+        finest = dict(zip(rows.tolist(), self.spacing[rows].tolist(), strict=True))
+        for row in sorted(finest, key=lambda r: self.spacing[r]):
+            parent = int(self.parents[row])
+            if parent in finest:
+                finest[parent] = min(finest[parent], finest[row])
+        return np.array([finest[row] for row in rows.tolist()])
+
+
+def parents_of(keys: npt.NDArray[np.integer]) -> Ints:
+    """(n,) rows of the nodes above those with keys (level, x, y, z) (n, 4), -1 where there is
+    none."""
+    rows = {tuple(key): row for row, key in enumerate(keys.tolist())}
+    up = np.column_stack([keys[:, 0] - 1, keys[:, 1:] >> 1])
+    return np.array([rows.get(tuple(key), -1) for key in up.tolist()], np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class StreamedCloud(PointCloud):
+    """The first levels of a large cloud, which stand for all of it wherever a sample will do, and
+    the store of its nodes."""
+
+    store: NodeStore = field(kw_only=True)
+    box: Array = field(kw_only=True)
+    overview_rows: tuple[int, ...] = field(kw_only=True)
+    """The nodes whose points, one after the other, are those of the overview."""
+
+    @property
+    def bounds(self) -> Array:
+        """(2, 3) of the whole."""
+        return self.box
+
+    @property
+    def count(self) -> int:
+        return self.store.total
+
+    def position(self, row: int) -> Array:
+        return np.asarray(self.store.points_of(np.array([row]))[0])
+
+    def overview(self) -> PointCloud:
+        return PointCloud(self.points, self.colors, self.normals, self.fields)
+
+
+def parts_of(cloud: PointCloud, counts: Iterable[int]) -> list[PointCloud]:
+    """A cloud in runs of so many points, which share its memory."""
+    out, at = [], 0
+    for count in counts:
+        rows = slice(at, at + count)
+        out.append(
+            replace(
+                cloud,
+                points=cloud.points[rows],
+                colors=None if cloud.colors is None else cloud.colors[rows],
+                normals=None if cloud.normals is None else cloud.normals[rows],
+                fields={name: values[rows] for name, values in cloud.fields.items()},
+            )
+        )
+        at += count
+    return out
+
+
+class StreamedSurface(CloudSurface):
+    """The surface of the nodes that are there. The brush, the spacing and the face around a trace
+    therefore know what is loaded for the present view, which is what is seen."""
+
+    def __init__(self, cloud: StreamedCloud) -> None:
+        super().__init__(cloud)
+        self._store = cloud.store
+        self._box = cloud.box
+
+    def build(self) -> None:
+        # Or the first stroke would wait for them.
+        import scipy.sparse.csgraph
+        import scipy.spatial  # noqa: F401
+
+    @property
+    def count(self) -> int:
+        return self._store.total
+
+    @property
+    def extent(self) -> float:
+        return float(np.linalg.norm(self._box[1] - self._box[0]))
+
+    def corners(self, ids: Ints) -> Array:
+        return self._store.points_of(ids)
+
+    def _in_ball(self, centre: Array, radius: float) -> Ints:
+        centre = np.asarray(centre, np.float64)
+        found = [np.zeros(0, np.int64)]
+        for row, cloud in self._store.touching(centre - radius, centre + radius):
+            near = self._store.tree(row, cloud).query_ball_point(centre, radius)
+            found.append(np.asarray(near, np.int64) + self._store.starts[row])
+        return np.concatenate(found)
+
+    def _nearest(self, point: Array, count: int) -> Array:
+        point = np.asarray(point, np.float64)
+        best, where = np.full(count, np.inf), np.zeros((count, 3))
+        there = self._store.loaded()
+        rows = np.fromiter(there, np.int64, len(there))
+        low, high = self._store.bounds[rows, 0], self._store.bounds[rows, 1]
+        away = np.linalg.norm(np.maximum(np.maximum(low - point, point - high), 0.0), axis=1)
+        for k in np.argsort(away, kind="stable"):
+            if away[k] > best[-1]:
+                break
+            row = int(rows[k])
+            cloud = there[row]
+            distance, index = self._store.tree(row, cloud).query(
+                point, k=min(count, len(cloud.points)), distance_upper_bound=best[-1]
+            )
+            distance, index = np.atleast_1d(distance), np.atleast_1d(index)
+            good = np.isfinite(distance)
+            distances = np.concatenate([best, distance[good]])
+            places = np.concatenate([where, cloud.points[index[good]]])
+            order = np.argsort(distances, kind="stable")[:count]
+            best, where = distances[order], places[order]
+        return where[np.isfinite(best)]
+
+    def _near_box(self, low: Array, high: Array) -> Array:
+        found = [np.zeros((0, 3))]
+        for _, cloud in self._store.touching(low, high):
+            inside = ((cloud.points >= low) & (cloud.points <= high)).all(axis=1)
+            found.append(cloud.points[inside])
+        near = np.concatenate(found)
+        return near[:: max(1, len(near) // _FACE_POINTS)]
+
+    def _normal(self, centre: Array, radius: float) -> Array | None:
+        near = self._near_box(centre - radius, centre + radius)
+        off = near - centre
+        near = near[np.einsum("ij,ij->i", off, off) <= radius**2]
+        if len(near) < 3:
+            return None
+        centred = near - near.mean(axis=0)
+        values, vectors = np.linalg.eigh(centred.T @ centred)
+        return np.asarray(vectors[:, 0]) if values[1] > 1e-12 * values[2] else None
