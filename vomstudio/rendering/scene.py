@@ -80,6 +80,9 @@ SOFTWARE_TEXTURE_SIDE = 4096
 SOFTWARE_WHOLE_SIDE = 2048
 """A larger one goes to a software renderer in quarters."""
 
+JOIN_S = 0.5
+"""Nodes that come within this time become part of a frame that has been begun."""
+
 GL_READ_FRAMEBUFFER = 0x8CA8
 GL_DRAW_FRAMEBUFFER = 0x8CA9
 GL_COLOR_AND_DEPTH = 0x4000 | 0x0100
@@ -203,6 +206,7 @@ class Scene:
         self._window: vtkRenderWindow | None = None
         self._pending: list[Part] | None = None
         self._batch_first = False
+        self._rest_began = 0.0
         self._bands: list[tuple[int, int]] | None = None
         self._dome = EyeDome()
         self._planes = [vtkPlane() for _ in FACES]
@@ -540,6 +544,8 @@ class Scene:
                 model.parts[-1].row, model.parts[-1].cloud = event.row, event.cloud
                 model._boxes = None
             self._dress(model, model.parts[-1])
+            if isinstance(event, NodeReady) and self._join_frame(model, model.parts[-1]):
+                return
         elif isinstance(event, NodesDropped):
             self._take_away(model, event)
         elif isinstance(event, NodesShown):
@@ -562,6 +568,17 @@ class Scene:
         ):
             self.complete = False
             self._outdated = True
+
+    def _join_frame(self, model: ModelScene, part: Part) -> bool:
+        """Draw a node that has come as a part of the frame in the making, if that is young enough:
+        a whole new one for every few nodes would take much longer."""
+        if self._pending is None or time.perf_counter() - self._rest_began > JOIN_S:
+            return False
+        if part.row in model.shown_rows:
+            self._tint_node(model, part)
+            self._size_part(model, part)
+            self._pending.append(part)
+        return True
 
     def _take_away(self, model: ModelScene, event: NodesDropped) -> None:
         gone = model.drop(event.nodes)
@@ -841,6 +858,7 @@ class Scene:
         self._bands = None
         self._batch_first = True
         self._outdated = False
+        self._rest_began = time.perf_counter()
 
     @property
     def refining(self) -> bool:
@@ -918,15 +936,18 @@ class Scene:
         """Points just large enough to close the surface they lie on, within limits."""
         for model, part in self._seen_parts():
             if part.spacing > 0.0 and isinstance(model.data, PointCloud):
-                scale, depth = self._reach(model, part)
-                spacing = model.shown_rows.get(part.row, part.spacing)
-                pixels = 1.3 * spacing * scale / self.camera.metres_per_pixel(self.size[1], depth)
-                low, high = 2.0 * self.point_scale, 9.0 * self.point_scale
-                size = round(min(max(pixels, low), high))
-                if self.point_size is not None:
-                    size = max(1, round(self.point_size * self.point_scale))
-                part.actor.GetProperty().SetPointSize(size)
-                part.weight = point_weight(size)
+                self._size_part(model, part)
+
+    def _size_part(self, model: ModelScene, part: Part) -> None:
+        scale, depth = self._reach(model, part)
+        spacing = model.shown_rows.get(part.row, part.spacing)
+        pixels = 1.3 * spacing * scale / self.camera.metres_per_pixel(self.size[1], depth)
+        low, high = 2.0 * self.point_scale, 9.0 * self.point_scale
+        size = round(min(max(pixels, low), high))
+        if self.point_size is not None:
+            size = max(1, round(self.point_size * self.point_scale))
+        part.actor.GetProperty().SetPointSize(size)
+        part.weight = point_weight(size)
 
     def _reach(self, model: ModelScene, part: Part) -> tuple[float, float]:
         """Scale of the model and depth of the near side of a part's ball."""
