@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -24,10 +25,12 @@ class PointCloud:
     normals: npt.NDArray[np.float32] | None = None
     fields: Mapping[str, npt.NDArray[np.generic]] = field(default_factory=dict)
 
-    @property
+    @cached_property
     def bounds(self) -> npt.NDArray[np.float64]:
-        """(2, 3) lowest and highest corner."""
-        return np.stack([self.points.min(axis=0), self.points.max(axis=0)])
+        """(2, 3) lowest and highest corner; worked out once."""
+        # Column by column: a reduction along rows of three is many times slower.
+        columns = [self.points[:, axis] for axis in range(3)]
+        return np.array([[c.min() for c in columns], [c.max() for c in columns]])
 
     @property
     def count(self) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -42,7 +43,9 @@ class Mesh:
     colors: npt.NDArray[np.uint8] | None = None
     fields: Mapping[str, npt.NDArray[np.generic]] = field(default_factory=dict)
 
-    @property
+    @cached_property
     def bounds(self) -> npt.NDArray[np.float64]:
-        """(2, 3) lowest and highest corner."""
-        return np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)])
+        """(2, 3) lowest and highest corner; worked out once."""
+        # Column by column: a reduction along rows of three is many times slower.
+        columns = [self.vertices[:, axis] for axis in range(3)]
+        return np.array([[c.min() for c in columns], [c.max() for c in columns]])

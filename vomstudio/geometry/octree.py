@@ -11,6 +11,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -200,7 +201,7 @@ class StreamedCloud(PointCloud):
     overview_rows: tuple[int, ...] = field(kw_only=True)
     """The nodes whose points, one after the other, are those of the overview."""
 
-    @property
+    @cached_property
     def bounds(self) -> Array:
         """(2, 3) of the whole."""
         return self.box

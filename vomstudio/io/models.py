@@ -141,9 +141,11 @@ def _point_spacing(points: npt.NDArray[np.float64]) -> float:
         return float("nan")
     half = 15.0 * rough
     found: list[npt.NDArray[np.float64]] = []
+    # Gone through once for every window: several times as fast on its own.
+    x = np.ascontiguousarray(points[:, 0])
     for row in np.linspace(0, n - 1, WINDOWS).astype(np.int64):
         centre = points[row]
-        near = np.flatnonzero(np.abs(points[:, 0] - centre[0]) <= half)
+        near = np.flatnonzero((x >= centre[0] - half) & (x <= centre[0] + half))
         local = points[near] - centre
         local = local[(np.abs(local[:, 1:]) <= half).all(axis=1)]
         if len(local) < 2:

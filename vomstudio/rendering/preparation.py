@@ -168,7 +168,7 @@ def pieces(count: int, stop: threading.Event, size: int = PIECE) -> Iterator[sli
 
 
 def finite_bounds(
-    points: npt.NDArray[np.float64], stop: threading.Event
+    points: npt.NDArray[np.floating], stop: threading.Event
 ) -> npt.NDArray[np.float64]:
     """(2, 3) corners of the finite points; zeros where there is none."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
@@ -459,9 +459,14 @@ def prepare_cloud(
         emit(ProxyReady(vtkdata.point_set(at[order], colors(rows)), rows.astype(np.int32)))
     points = local_points(cloud.points, origin, stop)
     count = len(points)
-    low = np.nanmin(points, axis=0)
-    size = float(np.nanmax(np.nanmax(points, axis=0) - low)) or 1.0
-    order = np.argsort(blocks.morton(points, low, size))
+    low, high = finite_bounds(points, stop).astype(np.float32)
+    size = float((high - low).max()) or 1.0
+    place = np.empty(count, np.uint32)
+    # In pieces that stay in the processor's cache: in one go it takes three times as long.
+    for part in pieces(count, stop, POINTS_PER_CHUNK):
+        place[part] = blocks.morton(points[part], low, size)
+    order = np.argsort(place)
+    del place
     made = 0
     for part in pieces(count, stop, POINTS_PER_CHUNK):
         ids = order[part]

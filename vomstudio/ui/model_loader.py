@@ -20,6 +20,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.io import copc, model_cache
 from vomstudio.io.models import file_hash
 from vomstudio.jobs.events import Failed
+from vomstudio.rendering.viewport import give_way
 from vomstudio.ui.job_bridge import Job, JobBridge
 
 
@@ -198,6 +199,8 @@ class ModelLoader(QObject):
             self._mapped.emit(key, f"{path.name} cannot be kept at hand: {error}", then)
             return
         data = loaded.data
+        # Asked for again and again in the GUI's thread, and a tenth of a second for ten million.
+        _ = data.bounds
         surface = surface_of(data)
         opened = OpenModel(
             data,
@@ -208,6 +211,8 @@ class ModelLoader(QObject):
             result["content_hash"],
         )
         self._mapped.emit(key, opened, then)
+        # The picture first.
+        give_way()
         surface.build()
 
     def _hand_over(self, key: str, outcome: OpenModel | str, then: Then) -> None:

@@ -139,7 +139,9 @@ def drop_unsound_points(cloud: PointCloud, said: list[str], path: Path) -> Point
 class Columns:
     """Arrays that grow with what was really read, never with what a header promises."""
 
-    def __init__(self) -> None:
+    def __init__(self, at_first: int = ROWS_AT_FIRST) -> None:
+        """at_first : rows to make room for at once; each time that an array grows it is copied."""
+        self._at_first = at_first
         self._arrays: dict[str, npt.NDArray[Any]] = {}
         self._filled: dict[str, int] = {}
 
@@ -148,7 +150,7 @@ class Columns:
         needed = filled + len(values)
         array = self._arrays.get(name)
         if array is None or len(array) < needed:
-            room = min(limit, max(needed, 2 * filled, ROWS_AT_FIRST))
+            room = min(limit, max(needed, 2 * filled, self._at_first))
             wider = np.empty((max(room, needed), *values.shape[1:]), values.dtype)
             if array is not None:
                 wider[:filled] = array[:filled]

@@ -21,6 +21,7 @@ from vomstudio.progress import Progress
 Array = npt.NDArray[np.generic]
 
 POINTS_PER_STEP = 500_000
+ROWS_AT_MOST = 50_000_000
 POINTS_PER_CAREFUL_STEP = 200
 
 # laspy logs what it raises as well; without any handler Python would print it.
@@ -118,7 +119,8 @@ def _read_points(
     extra = list(header.point_format.extra_dimension_names)
     wanted = [n for n in STANDARD_FIELDS if n in names] + [n for n in extra]
     colored = {"red", "green", "blue"} <= names
-    columns = Columns()
+    # Hardly any file has more points than bytes, and room that is not used costs nothing.
+    columns = Columns(min(size, ROWS_AT_MOST))
     done = 0
     progress.stage("Reading the points", limit)
     while done < limit:
