@@ -182,7 +182,7 @@ def run(app: QApplication, path: Path) -> None:
         held = sum(len(c.points) for c in model.data.store.loaded().values())
         drawn = sum(p.elements for p in model.parts if p.row in model.shown_rows)
         nodes = len(model.shown_rows)
-        print(f"{what:13s} {seconds:.2f} s, {drawn:,} points of {nodes} nodes shown, {held:,} held, "
+        print(f"{what:13s} {seconds:.2f} s, {drawn:,} points of {nodes} nodes, {held:,} held, "
               f"{heart.report()}")  # fmt: skip
 
     say("whole view", pump(app, 60.0, settled))
