@@ -140,6 +140,9 @@ install_environment() {
     "${pip[@]}" install --require-hashes --requirement "$venv/setuptools.txt" >&2
     "${pip[@]}" install --require-hashes --requirement "$lock" --no-build-isolation --use-pep517 >&2
     "${pip[@]}" install --no-deps --no-build-isolation --editable "$root" >&2
+    # pip does this for the packages; where the user's Python may not write bytecode, every start
+    # would translate our own again.
+    "$python" -m compileall -q "$root/vomstudio" >&2 || true
     compile_kernels
     wanted_stamp >"$stamp.new"
     mv "$stamp.new" "$stamp"

@@ -225,3 +225,14 @@ def test_new_features_get_the_next_free_name_of_their_kind():
     edit.swap(all_)
     with pytest.raises(DocumentError, match="no overturned"):
         edits.set_attributes(all_, ["l1"], overturned=True)
+
+
+def test_an_intersection_with_a_folded_set_says_that_its_mean_is_no_plane():
+    limbs = [trace(f"t{i}", Plane(90.0 + 180.0 * (i % 2), 35.0), "bedding", i) for i in range(6)]
+    fault = trace("f1", Plane(0.0, 70.0), "fault", 9)
+    crossing = Intersection("i1", "I1", "lineation", Group("", "bedding"), Group("f1"))
+    folded = Measurements().of(records(*limbs, fault, crossing), ["i1"])["i1"]
+    assert any("35" in reason and "limb" in reason for reason in folded.verdict.reasons)
+    limb = [t for i, t in enumerate(limbs) if i % 2]
+    one = Measurements().of(records(*limb, fault, crossing), ["i1"])["i1"]
+    assert not any("limb" in reason for reason in one.verdict.reasons)

@@ -20,7 +20,7 @@ UP = np.array([0.0, 0.0, 1.0])
 
 def _simulation() -> ModuleType:
     """The benchmark that prints the table of the documentation."""
-    path = Path(__file__).resolve().parents[1] / "benchmarks" / "coverage.py"
+    path = Path(__file__).resolve().parents[1] / "benchmarks" / "bench_coverage.py"
     spec = importlib.util.spec_from_file_location("coverage_simulation", path)
     assert spec is not None
     assert spec.loader is not None

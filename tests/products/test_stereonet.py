@@ -20,16 +20,12 @@ from vomstudio.errors import UsageError
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.orientation import Line, Plane, angle_between_lines, normals_to_planes
 from vomstudio.geology.stereonet import DENSITY_METHODS
+from vomstudio.products.net_contents import NetContents, NetEllipse, make_sets, means_of
+from vomstudio.products.net_style import PRINT, NetStyle
 from vomstudio.products.stereonet import (
-    PRINT,
     PRINT_SIZE_MM,
     NetArtists,
-    NetContents,
-    NetEllipse,
-    NetStyle,
     draw_stereonet,
-    make_sets,
-    means_of,
     write_stereonet,
 )
 

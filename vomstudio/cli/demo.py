@@ -190,7 +190,8 @@ def _add_traces(project: Project, model: object, vertices: object, picks: Sample
 
 def _nets(folder: Path, picks: SamplePicks, result: SampleResult) -> list[Path]:
     from vomstudio.io.atomic import atomic_write
-    from vomstudio.products.stereonet import NetContents, make_sets, write_stereonet
+    from vomstudio.products.net_contents import NetContents, make_sets
+    from vomstudio.products.stereonet import write_stereonet
 
     groups = {}
     labels = [s if k == "joint" else k for k, s in zip(picks.kinds, picks.sets, strict=True)]

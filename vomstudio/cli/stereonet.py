@@ -12,7 +12,7 @@ from vomstudio.errors import UsageError
 
 if TYPE_CHECKING:
     from vomstudio.io.orientation_reading import OrientationTable
-    from vomstudio.products.stereonet import NetContents
+    from vomstudio.products.net_contents import NetContents
 
 UNNAMED = "unassigned"
 
@@ -84,7 +84,7 @@ def _format(path: str) -> str:
 
 def _net(table: OrientationTable, args: argparse.Namespace) -> NetContents:
     from vomstudio.geology.statistics import no_fisher_reason
-    from vomstudio.products.stereonet import NetContents, make_sets, means_of
+    from vomstudio.products.net_contents import NetContents, make_sets, means_of
 
     groups: dict[str, tuple[str, Any, Any]] = {}
     for name, members in _members(table, args.set_column).items():

@@ -29,6 +29,7 @@ from vomstudio.geology.intersections import (
     UncertainPlane,
     intersection_line,
     mean_plane,
+    scatter_deg,
     stray95,
     t95,
     uncertain_plane,
@@ -391,6 +392,7 @@ def _measure_intersection(
     groups = [members(records, group) for group in (feature.first, feature.second)]
     measured = [[known[plane.id] for plane in group] for group in groups]
     means = []
+    scatter = 0.0
     try:
         for group, own in zip(groups, measured, strict=True):
             with_plane = [(r, m) for r, m in zip(group, own, strict=True) if m.plane is not None]
@@ -399,11 +401,18 @@ def _measure_intersection(
             else:
                 # The error of a mean comes from the scatter; their own ones take time.
                 planes = [UncertainPlane(_normal(m), None) for _, m in with_plane]
-            means.append(mean_plane([p for p in planes if p is not None]))
+            sound = [plane for plane in planes if plane is not None]
+            means.append(mean_plane(sound))
+            scatter = max(scatter, scatter_deg(sound, means[-1]))
         found = intersection_line(*means)
     except GeometryError as error:
         return Measurement(np.zeros((0, 3)), None, None, None, None, str(error))
-    verdict = judge_line(None, confidence95_deg=found.max_confidence95_deg, thresholds=thresholds)
+    verdict = judge_line(
+        None,
+        confidence95_deg=found.max_confidence95_deg,
+        scatter_deg=scatter,
+        thresholds=thresholds,
+    )
     return Measurement(
         _ends(found.line.vector(), means, measured),
         None,

@@ -124,6 +124,16 @@ def mean_plane(planes: Sequence[UncertainPlane]) -> UncertainPlane:
     return UncertainPlane(mean if mean[2] >= 0.0 else -mean, spread, free)
 
 
+def scatter_deg(planes: Sequence[UncertainPlane], mean: UncertainPlane) -> float:
+    """Root mean square angle of planes from their mean, axially."""
+    if not planes:
+        return 0.0
+    normals = np.array([plane.normal for plane in planes])
+    sine = np.linalg.norm(np.cross(normals, mean.normal), axis=1)
+    angles = np.arctan2(sine, np.abs(normals @ mean.normal))
+    return float(np.degrees(np.sqrt(np.mean(angles**2))))
+
+
 def intersection_line(a: UncertainPlane, b: UncertainPlane) -> IntersectionLine:
     """Raises GeometryError where the planes are parallel."""
     cross = np.cross(a.normal, b.normal)

@@ -173,6 +173,11 @@ OFF_PLANE_DEG = 10.0
 """Ours: a lineation this far from the plane it is said to lie on was picked elsewhere."""
 
 
+ONE_SET_DEG = 12.0
+"""Ours: planes that scatter more about their mean are hardly one set. Natural joint sets and limbs
+have some 5 to 10 degrees; Big Elk, folded, has 49."""
+
+
 def judge_line(
     fit: LineFit | None,
     *,
@@ -180,6 +185,7 @@ def judge_line(
     off_plane_deg: float | None = None,
     plane_is_gone: bool = False,
     plane_is_known: bool = True,
+    scatter_deg: float = 0.0,
     thresholds: Thresholds = DEFAULTS,
 ) -> Verdict:
     """The verdict on a line: of a lineation, or, where it follows from planes, fit None.
@@ -187,6 +193,7 @@ def judge_line(
     confidence95_deg : larger semi-axis of its 95 % region, None: unknown
     off_plane_deg : its angle from the plane it is said to lie on
     plane_is_known : that plane has an error, which is the line's across it
+    scatter_deg : root mean square angle from its mean of the set of planes that scatters more
     """
     t = thresholds
     poor = False
@@ -218,6 +225,11 @@ def judge_line(
     if off_plane_deg is not None and off_plane_deg > OFF_PLANE_DEG:
         reasons.append(
             f"{_deg(off_plane_deg)} off the plane it is said to lie on; pick it on that plane"
+        )
+    if scatter_deg > ONE_SET_DEG:
+        reasons.append(
+            f"planes of one set lie {_deg(scatter_deg)} (RMS) from their mean, as those of a fold "
+            "do: that mean is no plane of the outcrop; take one limb, or beta for the fold"
         )
     if plane_is_gone:
         reasons.append("the plane it lay on is gone or has no fit: its rake is not known")

@@ -12,7 +12,7 @@ Lengths are counted along the trace in points, as if these were evenly spaced. W
 what a model says of the tilt is also worked out for the points' places along the trace, and the
 wider of the two counts; which model explains the residuals is still judged in points.
 
-The constants of the calibration below were set by simulation (tests/benchmarks/coverage.py,
+The constants of the calibration below were set by simulation (tests/benchmarks/bench_coverage.py,
 docs/plane_errors.md), so that white noise is hardly penalised and lengths up to a tenth of the
 trace keep their coverage from 30 points on.
 """

@@ -42,15 +42,15 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.discs import disc
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.rendering import barpainting, painting
 from vomstudio.rendering.annotations import Annotations
 from vomstudio.rendering.camera import STANDARD_VIEWS, VIEW_ALIASES, Camera
 from vomstudio.rendering.clipping import FACES, ClipBox, along_axis
 from vomstudio.rendering.drawing import FeatureDrawing
+from vomstudio.rendering.previewpainting import PreviewPainter
 from vomstudio.rendering.scalars import ELEVATION, FieldStyle, Scale
-from vomstudio.tools.types import BrushRing, Button, Hit, Pointer, PointerEvent, Preview
+from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent, Preview
 
 if TYPE_CHECKING:
     from vomstudio.rendering.scene import Scene
@@ -917,7 +917,10 @@ class Viewport(QWidget):
             letters = "ENZ" if self._north_known else "xyz"
             hot = self._hot_face if self._press_face is None else self._press_face
             barpainting.draw_clip_box(painter, corners, centres, usable, hot, letters)
-        self._paint_preview(painter)
+        if self._preview is not None:
+            PreviewPainter(painter, self._camera, self._extent(), self.project).paint(
+                self._preview, self._cursor, self._hot_handle
+            )
         painter.end()
         if scene is not None and not self._first_done:
             self._first_done = True
@@ -1011,75 +1014,6 @@ class Viewport(QWidget):
     def _project_unclipped(self, points: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
         pixels, seen = self.project(points)
         return pixels, seen if self._clip is None else seen & self._clip.holds(points)
-
-    def _paint_preview(self, painter: QPainter) -> None:
-        preview = self._preview
-        if preview is None:
-            return
-        width, height = self._extent()
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        color = painting.to_color(preview.color)
-        line = np.asarray(preview.line, float).reshape(-1, 3)
-        if preview.patch is not None:
-            ring, _ = self._camera.project(np.asarray(preview.patch, float), (width, height))
-            tint = painting.VERDICT_COLORS.get(preview.verdict or "")
-            painting.draw_ring(painter, ring, QColor(tint) if tint else color)
-        if len(line) >= 2:
-            self._paint_line(painter, line, color, 2.4)
-        if preview.rubber is not None and len(line):
-            band = np.stack([line[-1], np.asarray(preview.rubber, float)])
-            pixels, _ = self._camera.project(band, (width, height))
-            if np.isfinite(pixels).all():
-                painting.draw_rubber(painter, pixels, color)
-        if len(line):
-            pixels, seen = self.project(line)
-            for i, (x, y) in enumerate(pixels):
-                if np.isfinite(x) and np.isfinite(y):
-                    painting.draw_handle(
-                        painter,
-                        x,
-                        y,
-                        color,
-                        seen=bool(seen[i]),
-                        hot=i == self._hot_handle,
-                        marked=i == preview.marked,
-                    )
-        clear = 0.0
-        if preview.brush is not None:
-            clear = self._paint_brush(painter, preview.brush, color)
-        if self._cursor is not None:
-            painting.draw_reading(
-                painter,
-                self._cursor.x(),
-                self._cursor.y(),
-                preview.reading,
-                preview.verdict,
-                width,
-                height,
-                clear=min(clear, 0.2 * width),
-            )
-
-    def _paint_brush(self, painter: QPainter, brush: BrushRing, color: QColor) -> float:
-        """Flat on the surface where it is known how that lies, else towards the viewer. Its half
-        width in pixels."""
-        normal = self._camera.direction if brush.normal is None else brush.normal
-        ring, _ = self._camera.project(disc(brush.centre, normal, brush.radius), self._extent())
-        painting.draw_brush(painter, ring, color, removes=brush.removes)
-        return float(np.ptp(ring[:, 0])) / 2.0 if np.isfinite(ring).all() else 0.0
-
-    def _paint_line(self, painter: QPainter, line: Array, color: QColor, wide: float) -> None:
-        """A World line, cut finely enough to tell its hidden parts."""
-        pixels, _ = self._camera.project(line, self._extent())
-        if not np.isfinite(pixels).all():
-            return
-        steps = np.clip(np.hypot(*np.diff(pixels, axis=0).T) / 6.0, 1, 400).astype(int)
-        fine = [
-            line[i] + (line[i + 1] - line[i]) * np.linspace(0.0, 1.0, n, endpoint=False)[:, None]
-            for i, n in enumerate(steps)
-        ]
-        points = np.concatenate([*fine, line[-1:]])
-        pixels, seen = self.project(points)
-        painting.draw_runs(painter, pixels, seen, color, wide)
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802 - Qt's name
         super().resizeEvent(event)

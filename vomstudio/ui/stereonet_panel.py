@@ -37,17 +37,16 @@ from vomstudio.errors import VomError
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.notation import format_line
 from vomstudio.geology.orientation import Plane
-from vomstudio.products.stereonet import (
+from vomstudio.products.net_contents import (
     AnyEllipse,
-    NetArtists,
     NetContents,
     NetEllipse,
     NetLineEllipse,
     NetSet,
-    NetStyle,
-    draw_stereonet,
     means_of,
 )
+from vomstudio.products.net_style import NetStyle
+from vomstudio.products.stereonet import NetArtists, draw_stereonet
 from vomstudio.ui import theme
 from vomstudio.ui.studio import Studio
 from vomstudio.ui.widgets import ComboBox

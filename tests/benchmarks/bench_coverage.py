@@ -1,6 +1,6 @@
 """How often the 95 % region of a fitted plane holds the true normal: the table of the docs.
 
-Run from the project root:  python -m tests.benchmarks.coverage [--repeats 20000]
+Run from the project root:  python -m tests.benchmarks.bench_coverage [--repeats 20000]
 
 Each row simulates traces of one known plane and counts how often its true normal lies inside the
 joint region of `max_confidence95_deg` and `min_confidence95_deg`. `width` is the median of the
