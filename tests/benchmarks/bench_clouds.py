@@ -143,7 +143,6 @@ def pump(app: QApplication, seconds: float, until=lambda: False) -> float:  # ty
 
 def run(app: QApplication, path: Path) -> None:
     from tests.driver import dismiss, make_window
-    from vomstudio.geometry.octree import StreamedCloud
 
     print(f"\n== {path.name}, {path.stat().st_size / 1e6:.0f} MB")
     window = make_window()
@@ -170,16 +169,12 @@ def run(app: QApplication, path: Path) -> None:
     print(f"gaps          {heart.report()}")
     scene = view._scene
     (model,) = (m for m in scene.models.values() if not m.model_id.startswith("preview:"))
-    if not isinstance(model.data, StreamedCloud):
-        heart.timer.stop()
-        dismiss(window)
-        return
 
     def settled() -> bool:
-        return bool(scene.complete) and model.streamer.idle and not view._rest.isActive()
+        return bool(scene.complete) and scene.settled and not view._rest.isActive()
 
     def say(what: str, seconds: float) -> None:
-        held = sum(len(c.points) for c in model.data.store.loaded().values())
+        held = sum(p.elements for p in model.parts)
         drawn = sum(p.elements for p in model.parts if p.row in model.shown_rows)
         nodes = len(model.shown_rows)
         print(f"{what:13s} {seconds:.2f} s, {drawn:,} points of {nodes} nodes, {held:,} held, "

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests import driver
-from tests.driver import wait
+from tests.driver import pause, wait
 from tests.io.test_copc import N, make
 from vomstudio.document.records import Model
 from vomstudio.geometry.octree import StreamedCloud
@@ -23,16 +23,11 @@ def cliff(tmp_path, monkeypatch):
 
 
 def settle(window, model_id: str) -> None:
-    scene = window.viewport._scene
+    scene, viewport = window.viewport._scene, window.viewport
     wait(lambda: model_id in scene.models and scene.models[model_id].streamer, "a stream")
-    wait(
-        lambda: (
-            scene.complete
-            and scene.models[model_id].streamer.idle
-            and not window.viewport._rest.isActive()
-        ),
-        "all nodes of the view",
-    )
+    pause(350)
+    wait(lambda: scene.complete and scene.settled and not viewport._rest.isActive(), "all nodes")
+    assert not viewport._inbox
 
 
 def test_a_large_copc_file_is_streamed_and_its_points_are_those_of_the_file(window, cliff):

@@ -48,7 +48,7 @@ def show(scene: Scene, model_id: str, data: Mesh | PointCloud, to_world=None) ->
         preparation.prepare_mesh(data, origin, stop, emit)
         preparation.prepare_textures(data, scene.texture_limit, stop, emit)
     else:
-        preparation.prepare_cloud(data, origin, stop, emit)
+        preparation.prepare_cloud(data, origin, stop, emit, lambda job: job())
     return told
 
 
@@ -319,18 +319,6 @@ def cliff(count: int) -> PointCloud:
     return PointCloud(points, rng.integers(40, 255, (count, 3), np.uint8))
 
 
-def test_stand_ins_of_a_cloud_are_different_points_from_everywhere() -> None:
-    sets = preparation.moving_sets(1_000_000)
-    assert len(sets) == preparation.MOVING_SETS
-    rows = np.concatenate(sets)
-    assert len(np.unique(rows)) == len(rows)
-    assert rows.max() < 1_000_000
-    for some in sets:
-        counts, _ = np.histogram(some, bins=100, range=(0, 1_000_000))
-        assert counts.min() > 0.9 * counts.max()
-    assert preparation.moving_sets(50_000) == []
-
-
 def test_a_cloud_is_seen_before_it_is_prepared(scene: Scene) -> None:
     cloud = cliff(300_000)
     bounds = preparation.finite_bounds(cloud.points, threading.Event())
@@ -341,7 +329,8 @@ def test_a_cloud_is_seen_before_it_is_prepared(scene: Scene) -> None:
     def emit(event: preparation.Event) -> None:
         nonlocal first
         if first:
-            assert isinstance(event, preparation.ProxyReady)
+            assert isinstance(event, preparation.NodeReady)
+            assert len(event.chunk.points) < 60_000
             scene.take("c", event)
             scene.camera.fit(scene.corners(), SIZE)
             scene.draw(moving=False)
@@ -349,7 +338,7 @@ def test_a_cloud_is_seen_before_it_is_prepared(scene: Scene) -> None:
             assert (np.abs(picture - picture[2, 2]).max(axis=2) > 10).mean() > 0.2
         first = False
 
-    preparation.prepare_cloud(cloud, origin, threading.Event(), emit)
+    preparation.prepare_cloud(cloud, origin, threading.Event(), emit, lambda job: job())
     assert not first
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from pathlib import Path
 
 import numpy as np
@@ -12,17 +11,19 @@ import pytest
 from tests.io.test_copc import N, make
 from vomstudio.geometry.brush import CloudSurface, surface_of
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.octree import StreamedCloud, StreamedSurface, View
+from vomstudio.geometry.octree import StreamedSurface, View
 from vomstudio.io import copc
 from vomstudio.io.models import read_model
 from vomstudio.rendering.preparation import (
     NodeReady,
     NodesDropped,
-    NodesShown,
     Problem,
     Stopped,
+    StreamStarted,
+    ViewDone,
     prepare_cloud,
 )
+from vomstudio.rendering.streaming import Streamer
 
 
 @pytest.fixture(scope="module")
@@ -51,48 +52,44 @@ def from_above(x: float, y: float, height: float) -> View:
 
 
 class Sink:
-    """What the scene does with the events: it holds nodes, and tells the store what is gone."""
+    """What the scene does with the events: it holds nodes, and lets them go. Everything is done in
+    this thread."""
 
-    def __init__(self, cloud: StreamedCloud) -> None:
-        self.cloud = cloud
+    def __init__(self, cloud: PointCloud, budget: int = 30_000) -> None:
         self.stop = threading.Event()
         self.nodes: dict[int, NodeReady] = {}
         self.shown: tuple[int, ...] = ()
         self.problems: list[str] = []
         self.most = 0
-        self.streamer = None
-        origin = np.round(cloud.bounds.mean(axis=0))
-        prepare_cloud(cloud, origin, self.stop, self.emit)
+        self.done = -1
+        self.streamer: Streamer | None = None
+        self.origin = np.round(cloud.bounds.mean(axis=0))
+        prepare_cloud(cloud, self.origin, self.stop, self.emit, lambda job: job(), budget)
 
     def emit(self, event: object) -> None:
         if self.stop.is_set():
             raise Stopped
         if isinstance(event, NodeReady):
             self.nodes[event.row] = event
-            self.most = max(self.most, sum(len(n.cloud.points) for n in self.nodes.values()))
+            self.most = max(self.most, sum(len(n.chunk.points) for n in self.nodes.values()))
         elif isinstance(event, NodesDropped):
-            for row, cloud in event.nodes.items():
+            for row, piece in event.pieces.items():
                 del self.nodes[row]
-                event.store.forget(row, cloud)
-        elif isinstance(event, NodesShown):
-            self.shown = event.rows
+                event.nodes.let_go(row, piece)
         elif isinstance(event, Problem):
             self.problems.append(event.text)
-        elif hasattr(event, "streamer"):
+        elif isinstance(event, StreamStarted):
             self.streamer = event.streamer
+        elif isinstance(event, ViewDone):
+            self.done = event.turn
 
     def look(self, view: View) -> None:
         assert self.streamer is not None
-        self.streamer.look(view)
-        end = time.monotonic() + 20.0
-        while not self.streamer.idle:
-            assert time.monotonic() < end
-            time.sleep(0.002)
-
-    def end(self) -> None:
-        self.stop.set()
-        assert self.streamer is not None
-        self.streamer.join()
+        shown = self.streamer.look(view)
+        assert shown is not None
+        self.shown = tuple(shown)
+        assert self.done == self.streamer.turn
+        assert self.streamer.look(view) is None
 
 
 def test_a_point_keeps_its_row_of_the_whole_file(cliff: Path, whole: PointCloud) -> None:
@@ -103,10 +100,9 @@ def test_a_point_keeps_its_row_of_the_whole_file(cliff: Path, whole: PointCloud)
     ids = np.random.default_rng(0).integers(0, N, 500)
     assert np.array_equal(cloud.store.points_of(ids), whole.points[ids])
     assert np.array_equal(cloud.position(17), whole.points[17])
-    row = cloud.overview_rows[-1]
+    row = cloud.store.first[-1]
     first = int(cloud.store.starts[row])
-    held = cloud.store.held(row)
-    assert held is not None
+    held = cloud.store.loaded()[row]
     assert np.array_equal(held.points, whole.points[first : first + len(held.points)])
 
 
@@ -121,7 +117,7 @@ def test_a_view_needs_finer_nodes_where_it_is_near_and_their_parents_first(cliff
         assert parent < 0 or place[parent] < k
     few = store.choose(from_above(40, 30, 30.0), 9000)
     assert 0 < store.counts[few].sum() <= 9000
-    assert (store.closing(near) <= store.spacing[near]).all()
+    assert all(closed <= store.spacing[row] for row, closed in store.closing(near).items())
 
 
 def test_all_that_is_chosen_is_read_and_the_budget_holds(cliff: Path, whole: PointCloud) -> None:
@@ -132,18 +128,17 @@ def test_all_that_is_chosen_is_read_and_the_budget_holds(cliff: Path, whole: Poi
         assert set(sink.shown) <= set(sink.nodes)
         assert set(sink.nodes) == set(cloud.store.loaded())
     assert sink.most <= 30_000
-    assert len(sink.shown) > len(cloud.overview_rows)
+    assert len(sink.shown) > len(cloud.store.first)
     for node in sink.nodes.values():
         at = node.chunk.points + np.round(cloud.bounds.mean(axis=0))
         assert np.abs(at - whole.points[node.chunk.point_ids]).max() < 1e-3
-    sink.end()
     assert sink.problems == []
 
 
 def test_the_surface_of_all_nodes_is_that_of_the_cloud(cliff: Path, whole: PointCloud) -> None:
     cloud = copc.stream(cliff, N)
     for row in range(len(cloud.store)):
-        cloud.store.put(row, cloud.store.read(row))
+        cloud.store.fetch(row)
     surface, other = surface_of(cloud), CloudSurface(whole)
     assert isinstance(surface, StreamedSurface)
     surface.build()
@@ -199,12 +194,13 @@ def test_a_damaged_node_is_said_once_and_the_others_are_shown(tmp_path: Path, cl
     assert set(bad) <= set(deep.tolist())
     assert bad
     sink = Sink(cloud)
-    sink.streamer._store.budget = 2 * N
-    sink.look(from_above(45, 30, 60.0))
-    sink.end()
+    cloud.store.budget = 2 * N
+    x, y = cloud.store.bounds[bad[0]].mean(axis=0)[:2] - (576000.0, 5188000.0)
+    sink.look(from_above(x, y, 40.0))
+    sink.look(from_above(x, y, 41.0))
     assert len(sink.problems) == 1
     assert "bad.copc.laz" in sink.problems[0]
-    assert len(sink.nodes) > len(cloud.overview_rows)
+    assert len(sink.nodes) > len(cloud.store.first)
 
 
 def test_a_file_that_is_cut_while_open_is_said_once(tmp_path: Path, cliff: Path) -> None:
@@ -216,6 +212,5 @@ def test_a_file_that_is_cut_while_open_is_said_once(tmp_path: Path, cliff: Path)
         file.truncate(2000)
     sink.look(from_above(45, 30, 60.0))
     sink.look(from_above(20, 30, 40.0))
-    sink.end()
     assert len(sink.problems) == 1
-    assert len(sink.nodes) == len(cloud.overview_rows)
+    assert len(sink.nodes) == len(cloud.store.first)

@@ -1,9 +1,9 @@
-"""A cloud too large to be held: an octree of whose nodes only those that are needed are there.
+"""Clouds as octrees, of whose nodes only those that a view needs are drawn or even there.
 
 Every node holds a thin, even sample of the points in its cube; its children fill in what is
-between. A point is known by its number in the whole file: the number of points in the nodes that
-stand before its own in the file, plus its place within the node. So ids stay the same whatever is
-loaded, and are the rows of the same file read whole.
+between. A point is known by its row in the whole file. Of a cloud that is too large to be held that
+is the number of points in the nodes that stand before its own in the file, plus its place within
+the node: ids stay the same whatever is loaded, and are the rows of the same file read whole.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.geometry.arrangement import Arrangement
 from vomstudio.geometry.brush import CloudSurface
 from vomstudio.geometry.cloud import PointCloud
 
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
+POINT_BUDGET = 5_000_000
+"""Points of a cloud that may be there at a time, unless told otherwise."""
 FINE_PIXELS = 1.5
 """Nodes are asked for until neighbouring points of the node above are no further apart."""
 _FACE_POINTS = 20_000
@@ -49,12 +52,106 @@ class View:
     pixels: int
 
 
-class NodeStore:
-    """The nodes of an octree and what has been read of them. Any thread may use it.
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """The points of a node: `rows` of `cloud`, which are `ids` of the whole."""
 
-    bounds : (n, 2, 3) cubes; spacing : (n,) distance of neighbouring points of a node
-    counts : (n,) points of each node; starts : (n,) number of its first point in the file
-    parents : (n,) row of the node above, -1 for none
+    cloud: PointCloud
+    rows: npt.NDArray[np.integer]
+    ids: npt.NDArray[np.integer]
+
+
+class CloudNodes:
+    """The nodes of a cloud, of which a view needs some.
+
+    bounds : (n, 2, 3) boxes; spacing : (n,) distance of neighbouring points of a node
+    counts : (n,) points of each node; parents : (n,) row of the node above, -1 for none
+    budget : how many points may be there at a time
+    first : rows of the nodes that stand for the whole
+    in_order : points that follow each other in a node are neighbours
+    """
+
+    in_order = False
+
+    def __init__(
+        self, bounds: Array, spacing: Array, counts: Ints, parents: Ints, budget: int,
+        first: tuple[int, ...],
+    ) -> None:  # fmt: skip
+        self.bounds, self.spacing, self.counts = bounds, spacing, counts
+        self.parents, self.budget, self.first = parents, budget, first
+        self.total = int(counts.sum())
+
+    def __len__(self) -> int:
+        return len(self.counts)
+
+    def fetch(self, row: int) -> Piece:
+        """The points of a node, from wherever they are. Raises InputError."""
+        raise NotImplementedError
+
+    def let_go(self, row: int, piece: Piece) -> None:
+        """A node that has been fetched is not needed any more."""
+
+    def choose(self, view: View, most: int) -> Ints:
+        """Rows of the nodes that a picture needs, the most needed first, of at most `most` points:
+        those in view whose parents' points are more than FINE_PIXELS apart."""
+        position = np.array(view.position)
+        low, high = self.bounds[:, 0], self.bounds[:, 1]
+        q = ((low + high) / 2.0 - position) @ np.array(view.axes).T
+        radius = np.linalg.norm(high - low, axis=1) / 2.0
+        off = np.maximum(np.maximum(low - position, position - high), 0.0)
+        distance = np.maximum(np.sqrt(np.einsum("ij,ij->i", off, off)), view.near)
+        reach = np.ones(len(self)) if view.orthographic else distance
+        apart = 2.0 * self.spacing * view.pixels / (2.0 * view.half_height * reach)
+        tall = view.half_height * (1.0 if view.orthographic else np.maximum(q[:, 2], 0.0))
+        # The planes that bound a view in perspective lean: a ball reaches further across them.
+        up = 1.0 if view.orthographic else np.hypot(1.0, view.half_height)
+        side = 1.0 if view.orthographic else np.hypot(1.0, view.half_height * view.aspect)
+        seen = (
+            (np.abs(q[:, 1]) <= tall + radius * up)
+            & (np.abs(q[:, 0]) <= tall * view.aspect + radius * side)
+            & (q[:, 2] + radius > 0.0)
+        )
+        rows = np.flatnonzero(seen & ((apart > FINE_PIXELS) | (self.parents < 0)))
+        rows = rows[np.lexsort((-self.spacing[rows], -apart[rows]))]
+        return np.asarray(rows[np.cumsum(self.counts[rows]) <= most])
+
+    def closing(self, rows: Ints) -> dict[int, float]:
+        """The spacing at which the points of shown nodes close the surface together: of each the
+        finest spacing of those shown below it."""
+        finest = dict(zip(rows.tolist(), self.spacing[rows].tolist(), strict=True))
+        for row in sorted(finest, key=lambda r: float(self.spacing[r])):
+            parent = int(self.parents[row])
+            if parent in finest:
+                finest[parent] = min(finest[parent], finest[row])
+        return finest
+
+
+class ArrangedNodes(CloudNodes):
+    """Of a cloud that is there as a whole."""
+
+    in_order = True
+
+    def __init__(self, cloud: PointCloud, arrangement: Arrangement, budget: int) -> None:
+        self._cloud, self._arrangement = cloud, arrangement
+        super().__init__(
+            arrangement.bounds,
+            arrangement.spacing,
+            np.diff(arrangement.starts),
+            arrangement.parents,
+            budget,
+            tuple(np.flatnonzero(arrangement.parents < 0).tolist()),
+        )
+
+    def fetch(self, row: int) -> Piece:
+        starts = self._arrangement.starts
+        rows = self._arrangement.rows[starts[row] : starts[row + 1]]
+        return Piece(self._cloud, rows, rows)
+
+
+class NodeStore(CloudNodes):
+    """What has been read of a file's nodes. Any thread may use it.
+
+    starts : (n,) number of each node's first point in the file
     read : reads the points of a node; raises InputError
     """
 
@@ -67,19 +164,15 @@ class NodeStore:
         parents: Ints,
         read: Callable[[int], PointCloud],
         budget: int,
+        first: tuple[int, ...],
     ) -> None:
-        self.bounds, self.spacing, self.counts, self.starts = bounds, spacing, counts, starts
-        self.parents = parents
-        self.budget = budget
-        self.total = int(counts.sum())
+        super().__init__(bounds, spacing, counts, parents, budget, first)
+        self.starts = starts
         self._read = read
         self._order = np.argsort(starts)
         self._loaded: dict[int, PointCloud] = {}
         self._trees: dict[int, cKDTree] = {}
         self._lock = threading.Lock()
-
-    def __len__(self) -> int:
-        return len(self.counts)
 
     @property
     def usual_spacing(self) -> float:
@@ -93,17 +186,22 @@ class NodeStore:
         with self._lock:
             return dict(self._loaded)
 
-    def held(self, row: int) -> PointCloud | None:
-        return self._loaded.get(row)
-
     def put(self, row: int, cloud: PointCloud) -> None:
         with self._lock:
             self._loaded[row] = cloud
 
-    def forget(self, row: int, cloud: PointCloud) -> None:
-        """Let a node go, unless it has been read anew since."""
+    def fetch(self, row: int) -> Piece:
+        cloud = self._loaded.get(row)
+        if cloud is None:
+            cloud = self._read(row)
+            self.put(row, cloud)
+        rows = np.arange(len(cloud.points))
+        return Piece(cloud, rows, rows + self.starts[row])
+
+    def let_go(self, row: int, piece: Piece) -> None:
         with self._lock:
-            if self._loaded.get(row) is cloud:
+            # Unless it has been read anew since.
+            if self._loaded.get(row) is piece.cloud:
                 del self._loaded[row]
                 self._trees.pop(row, None)
 
@@ -148,40 +246,6 @@ class NodeStore:
                     self._trees[row] = found
         return found
 
-    def choose(self, view: View, most: int) -> Ints:
-        """Rows of the nodes that a picture needs, the most needed first, of at most `most` points:
-        those in view whose parents' points are more than FINE_PIXELS apart."""
-        position = np.array(view.position)
-        low, high = self.bounds[:, 0], self.bounds[:, 1]
-        q = ((low + high) / 2.0 - position) @ np.array(view.axes).T
-        radius = np.linalg.norm(high - low, axis=1) / 2.0
-        off = np.maximum(np.maximum(low - position, position - high), 0.0)
-        distance = np.maximum(np.sqrt(np.einsum("ij,ij->i", off, off)), view.near)
-        reach = np.ones(len(self)) if view.orthographic else distance
-        apart = 2.0 * self.spacing * view.pixels / (2.0 * view.half_height * reach)
-        tall = view.half_height * (1.0 if view.orthographic else np.maximum(q[:, 2], 0.0))
-        # The planes that bound a view in perspective lean: a ball reaches further across them.
-        up = 1.0 if view.orthographic else np.hypot(1.0, view.half_height)
-        side = 1.0 if view.orthographic else np.hypot(1.0, view.half_height * view.aspect)
-        seen = (
-            (np.abs(q[:, 1]) <= tall + radius * up)
-            & (np.abs(q[:, 0]) <= tall * view.aspect + radius * side)
-            & (q[:, 2] + radius > 0.0)
-        )
-        rows = np.flatnonzero(seen & ((apart > FINE_PIXELS) | (self.parents < 0)))
-        rows = rows[np.lexsort((-self.spacing[rows], -apart[rows]))]
-        return rows[np.cumsum(self.counts[rows]) <= most]
-
-    def closing(self, rows: Ints) -> Array:
-        """(k,) the spacing at which the points of shown nodes close the surface together: of each
-        the finest spacing of those shown below it."""
-        finest = dict(zip(rows.tolist(), self.spacing[rows].tolist(), strict=True))
-        for row in sorted(finest, key=lambda r: self.spacing[r]):
-            parent = int(self.parents[row])
-            if parent in finest:
-                finest[parent] = min(finest[parent], finest[row])
-        return np.array([finest[row] for row in rows.tolist()])
-
 
 def parents_of(keys: npt.NDArray[np.integer]) -> Ints:
     """(n,) rows of the nodes above those with keys (level, x, y, z) (n, 4), -1 where there is
@@ -197,9 +261,8 @@ class StreamedCloud(PointCloud):
     the store of its nodes."""
 
     store: NodeStore = field(kw_only=True)
+    """Its first nodes, one after the other, are those whose points are here."""
     box: Array = field(kw_only=True)
-    overview_rows: tuple[int, ...] = field(kw_only=True)
-    """The nodes whose points, one after the other, are those of the overview."""
 
     @cached_property
     def bounds(self) -> Array:

@@ -321,14 +321,15 @@ def stream(path: str | Path, budget: int) -> StreamedCloud:
             return file.read(found.take(np.array([row])))
 
     store = NodeStore(
-        found.bounds, found.spacing, found.points, starts, parents_of(found.keys), read, budget
-    )
+        found.bounds, found.spacing, found.points, starts, parents_of(found.keys), read, budget,
+        rows,
+    )  # fmt: skip
     weakref.finalize(store, file.close)
     for row, part in zip(rows, parts_of(overview, found.points[list(rows)].tolist()), strict=True):
         store.put(row, part)
     return StreamedCloud(
         overview.points, overview.colors, None, overview.fields,
-        store=store, box=file.bounds, overview_rows=rows,
+        store=store, box=file.bounds,
     )  # fmt: skip
 
 

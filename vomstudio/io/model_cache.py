@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError, TargetError
+from vomstudio.geometry.arrangement import Arrangement, arrange
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io import image_store
@@ -27,8 +28,9 @@ from vomstudio.io.offset_file import checked_origin, offset_path
 from vomstudio.io.registry import LoadedModel
 from vomstudio.progress import Progress
 
-VERSION = 2
+VERSION = 3
 META = "meta.json"
+_ORDER = ("rows", "starts", "bounds", "spacing", "parents")
 
 
 def save(loaded: LoadedModel, folder: Path) -> None:
@@ -54,7 +56,8 @@ def save(loaded: LoadedModel, folder: Path) -> None:
             for m in data.materials
         ]
     else:
-        arrays = {"points": data.points}
+        order = data.arrangement or arrange(data.points)
+        arrays = {"points": data.points, **{f"order_{k}": getattr(order, k) for k in _ORDER}}
         if data.normals is not None:
             arrays["normals"] = data.normals
     if data.colors is not None:
@@ -230,7 +233,10 @@ def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
             _checked(folder, arrays, "normals", np.float32, 3) if "normals" in arrays else None
         )
         colors = _checked(folder, arrays, "colors", np.uint8, 3) if "colors" in arrays else None
-        data = PointCloud(points, colors, normals, fields)
+        order = Arrangement(*(arrays[f"order_{k}"] for k in _ORDER))
+        if not order.is_sound(n):
+            raise _damaged(folder, "an order that does not fit the points")
+        data = PointCloud(points, colors, normals, fields, order)
     else:
         raise _damaged(folder, "neither mesh nor cloud")
     per_row = [

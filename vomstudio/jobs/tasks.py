@@ -142,7 +142,9 @@ def export_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
             normals = data.normals
             if normals is not None:
                 normals = transform.rotate(rows, normals).astype(np.float32)
-            data = replace(data, points=transform.apply(rows, data.points), normals=normals)
+            data = replace(
+                data, points=transform.apply(rows, data.points), normals=normals, arrangement=None
+            )
     inputs = [path, *companions(path)]
     warnings = write_model(data, args["crs"], out, force=True, inputs=inputs, progress=progress)
     return {"warnings": warnings}

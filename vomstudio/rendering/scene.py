@@ -35,7 +35,7 @@ from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLFramebufferObject, vtkTextur
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.octree import StreamedCloud
+from vomstudio.geometry.octree import Piece, StreamedCloud
 from vomstudio.rendering import picking, skins, vtkdata
 from vomstudio.rendering.blocks import FaceChunk, PointChunk
 from vomstudio.rendering.camera import Camera, Eye
@@ -48,18 +48,17 @@ from vomstudio.rendering.preparation import (
     MOVING_SETS,
     POINTS_PER_SET,
     ChunksDone,
-    CloudChunkReady,
     Event,
     FieldReady,
     LocatorReady,
     MeshChunkReady,
     NodeReady,
     NodesDropped,
-    NodesShown,
     ProxyReady,
     StreamStarted,
     TextureReady,
     TexturesDone,
+    ViewDone,
 )
 from vomstudio.rendering.scalars import reader
 from vomstudio.rendering.skins import Skin
@@ -80,8 +79,8 @@ SOFTWARE_TEXTURE_SIDE = 4096
 SOFTWARE_WHOLE_SIDE = 2048
 """A larger one goes to a software renderer in quarters."""
 
-JOIN_S = 0.5
-"""Nodes that come within this time become part of a frame that has been begun."""
+PATIENCE_S = 0.4
+"""Nodes that come within this time after they were asked for are drawn in one frame."""
 
 GL_READ_FRAMEBUFFER = 0x8CA8
 GL_DRAW_FRAMEBUFFER = 0x8CA9
@@ -113,9 +112,9 @@ class Part:
     tinted: bool = False
     """The colours of a field are shown."""
     row: int = -1
-    """Of a node of a streamed cloud."""
-    cloud: PointCloud | None = None
-    """The points of that node."""
+    """Of a node of a cloud."""
+    piece: Piece | None = None
+    """What that node is made of."""
 
 
 @dataclass(eq=False)
@@ -138,7 +137,9 @@ class ModelScene:
     locators: list[vtkStaticCellLocator] = field(default_factory=list)
     streamer: Streamer | None = None
     shown_rows: dict[int, float] = field(default_factory=dict)
-    """Nodes of a streamed cloud that the view needs, and the spacing that their points close."""
+    """Nodes of a cloud that the view needs, and the spacing that their points close."""
+    settled: bool = True
+    """All of these are there."""
     chunks_done: bool = False
     textures_done: bool = False
     field: FieldReady | None = None
@@ -146,7 +147,7 @@ class ModelScene:
     _boxes: tuple[Array, Array] | None = None
 
     def drop(self, rows: Iterable[int]) -> list[Part]:
-        """Forget nodes of a streamed cloud; their parts."""
+        """Forget nodes of a cloud; their parts."""
         gone = set(rows)
         kept = [k for k, part in enumerate(self.parts) if part.row not in gone]
         dropped = [part for part in self.parts if part.row in gone]
@@ -168,7 +169,8 @@ class ModelScene:
         """(n, 3) corners in World of the model's box, or (close) of the boxes of its chunks once
         they are there, which lie nearer to the surface."""
         low, high = self.low[None], self.high[None]
-        if close and self.chunks_done and self.parts and self.streamer is None:
+        streamed = isinstance(self.data, StreamedCloud)
+        if close and self.chunks_done and self.parts and not streamed:
             low, high = self.chunk_boxes()
         grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
         local = np.where(grid[None] == 1, high[:, None], low[:, None]).reshape(-1, 3)
@@ -204,9 +206,9 @@ class Scene:
         self.point_scale = 1.0
         self.frames = 0
         self._window: vtkRenderWindow | None = None
-        self._pending: list[Part] | None = None
+        self._pending: list[tuple[ModelScene, Part]] | None = None
         self._batch_first = False
-        self._rest_began = 0.0
+        self._asked = 0.0
         self._bands: list[tuple[int, int]] | None = None
         self._dome = EyeDome()
         self._planes = [vtkPlane() for _ in FACES]
@@ -455,7 +457,8 @@ class Scene:
 
     def _tint(self, model: ModelScene) -> None:
         """Put the colours of the field on, or the model's own back."""
-        if model.streamer is not None:
+        if isinstance(model.data, PointCloud):
+            # Its nodes are given the colours when they are shown.
             for part in model.parts:
                 self._untint(part)
                 self._dress(model, part)
@@ -486,18 +489,19 @@ class Scene:
             part.own = None
             part.uploaded, part.tinted = False, False
 
-    def _tint_node(self, model: ModelScene, part: Part) -> None:
-        """Give a node of a streamed cloud that is to be shown the colours of the field."""
+    def _tint_node(self, model: ModelScene, part: Part) -> bool:
+        """Give a node of a cloud that is to be shown the colours of the field; whether it had not
+        got them yet."""
         ready = model.field
-        if part.tinted or part.cloud is None or ready is None or not self.shows_field(model):
-            return
-        _, read = reader(part.cloud, ready.style.name, model.to_world)
-        start = int(part.rows.min())
+        if part.tinted or part.piece is None or ready is None or not self.shows_field(model):
+            return False
+        _, read = reader(part.piece.cloud, ready.style.name, model.to_world)
         values = part.actor.GetMapper().GetInput().GetPointData()
         part.own = values.GetScalars()
-        values.SetScalars(vtkdata.color_array(ready.scale.colors(read(part.rows - start))))
+        values.SetScalars(vtkdata.color_array(ready.scale.colors(read(part.piece.rows))))
         part.uploaded, part.tinted = False, True
         self._dress(model, part)
+        return True
 
     def remove_model(self, model_id: str) -> None:
         model = self.models.pop(model_id, None)
@@ -535,23 +539,16 @@ class Scene:
             model.face_chunks.append(event.chunk)
             model.parts.append(part)
             self._dress(model, part)
-        elif isinstance(event, CloudChunkReady):
-            model.point_chunks.append(event.chunk)
-            model.parts.append(self._part(model, event.data))
-            model.parts[-1].spacing = event.spacing
-            model.parts[-1].rows = event.chunk.point_ids
-            if isinstance(event, NodeReady):
-                model.parts[-1].row, model.parts[-1].cloud = event.row, event.cloud
-                model._boxes = None
-            self._dress(model, model.parts[-1])
-            if isinstance(event, NodeReady) and self._join_frame(model, model.parts[-1]):
-                return
+        elif isinstance(event, NodeReady):
+            self._take_node(model, event)
         elif isinstance(event, NodesDropped):
             self._take_away(model, event)
-        elif isinstance(event, NodesShown):
-            model.shown_rows = event.spacing
         elif isinstance(event, StreamStarted):
             model.streamer = event.streamer
+        elif isinstance(event, ViewDone):
+            if model.settled or model.streamer is None or event.turn != model.streamer.turn:
+                return
+            model.settled = True
         elif isinstance(event, ChunksDone):
             model.chunks_done = True
         elif isinstance(event, TextureReady):
@@ -563,41 +560,69 @@ class Scene:
             model.locators = event.locators
         elif isinstance(event, FieldReady):
             self.set_field(model_id, event)
-        if isinstance(
-            event, (ProxyReady, MeshChunkReady, CloudChunkReady, TextureReady, NodesShown)
-        ):
+        if isinstance(event, (ProxyReady, MeshChunkReady, TextureReady, StreamStarted, ViewDone)):
             self.complete = False
             self._outdated = True
 
-    def _join_frame(self, model: ModelScene, part: Part) -> bool:
-        """Draw a node that has come as a part of the frame in the making, if that is young enough:
-        a whole new one for every few nodes would take much longer."""
-        if self._pending is None or time.perf_counter() - self._rest_began > JOIN_S:
-            return False
-        if part.row in model.shown_rows:
-            self._tint_node(model, part)
+    def _take_node(self, model: ModelScene, event: NodeReady) -> None:
+        part = self._part(model, event.data)
+        part.spacing, part.row, part.piece = event.spacing, event.row, event.piece
+        part.rows = event.chunk.point_ids
+        model.point_chunks.append(event.chunk)
+        model.parts.append(part)
+        self._dress(model, part)
+        if model.streamer is not None and part.row not in model.shown_rows:
+            return
+        if self._pending is not None and self._bands is None:
+            # It becomes a part of the frame in the making.
             self._size_part(model, part)
-            self._pending.append(part)
-        return True
+            self._pending.append((model, part))
+        else:
+            self.complete = False
+            self._outdated = True
 
     def _take_away(self, model: ModelScene, event: NodesDropped) -> None:
-        gone = model.drop(event.nodes)
+        gone = model.drop(event.pieces)
         if self._pending is not None and gone:
             dropped = {id(part) for part in gone}
-            self._pending = [part for part in self._pending if id(part) not in dropped]
+            self._pending = [entry for entry in self._pending if id(entry[1]) not in dropped]
         for part in gone:
             self._drop(part)
-        for row, cloud in event.nodes.items():
-            event.store.forget(row, cloud)
+        for row, piece in event.pieces.items():
+            event.nodes.let_go(row, piece)
 
-    def _look_around(self) -> None:
-        """Tell those who read nodes of large clouds what is seen now."""
-        assert self.eye is not None
+    def look_around(self, *, fetch: bool = True) -> None:
+        """Find out which nodes of clouds the view needs, and have those fetched that are not there.
+        Until they are, those above them close the surface."""
+        if self.eye is None:
+            return
         for model in self.models.values():
-            if model.streamer is not None and model.visible:
-                model.streamer.look(
-                    view_of(self.eye, self.camera, self.size, model.to_world, model.from_world)
-                )
+            streamer = model.streamer
+            if streamer is None or not model.visible:
+                continue
+            view = view_of(self.eye, self.camera, self.size, model.to_world, model.from_world)
+            there = {part.row for part in model.parts}
+            shown = streamer.look(view) if fetch else streamer.needed(view)
+            if shown is None:
+                if model.settled:
+                    continue
+                shown = model.shown_rows
+            elif fetch:
+                self._asked = time.perf_counter()
+                model.settled = there.issuperset(shown)
+            if not there.issuperset(shown):
+                shown = shown | streamer.closing([row for row in shown if row in there])
+            model.shown_rows = shown
+
+    @property
+    def settled(self) -> bool:
+        """Whether the nodes are there that the view needs."""
+        return all(m.settled or not m.visible for m in self.models.values())
+
+    @property
+    def waits(self) -> bool:
+        """Whether so much is on its way that a frame had better wait for it."""
+        return not self.settled and time.perf_counter() - self._asked < PATIENCE_S
 
     def _part(self, model: ModelScene, data) -> Part:  # type: ignore[no-untyped-def]
         bounds = np.array(data.GetBounds()).reshape(3, 2)
@@ -698,8 +723,9 @@ class Scene:
         parts = [part for _, part in self._seen_parts()]
         return not all(p.uploaded for p in parts) or self.pace.expected(parts) > SLOW_FRAME_S
 
-    def _seen_parts(self) -> list[tuple[ModelScene, Part]]:
-        """Parts whose box may be in view, nearest first."""
+    def _seen_parts(self, *, every_node: bool = False) -> list[tuple[ModelScene, Part]]:
+        """Parts whose box may be in view, nearest first; of clouds the nodes that the view needs,
+        or every one that is there."""
         assert self.eye is not None
         found = []
         height, width = self.size[1], self.size[0]
@@ -725,19 +751,12 @@ class Scene:
             )
             if self.clip is not None:
                 inside &= self.clip.meets_balls(centre, radius)
-            if model.streamer is not None:
+            if model.streamer is not None and not every_node:
                 inside &= np.array([part.row in model.shown_rows for part in model.parts])
             for i in np.flatnonzero(inside):
                 found.append((float(q[i, 2] - radius[i]), model, model.parts[i]))
         found.sort(key=lambda entry: entry[0])
         return [(model, part) for _, model, part in found]
-
-    def _tinted_parts(self) -> list[tuple[ModelScene, Part]]:
-        """As `_seen_parts`, with nodes of streamed clouds in the colours of their field."""
-        found = self._seen_parts()
-        for model, part in found:
-            self._tint_node(model, part)
-        return found
 
     def abandon(self) -> None:
         """Forget a frame that is being refined, and that the last one was whole."""
@@ -749,6 +768,7 @@ class Scene:
         assert self._window is not None
         self.abandon()
         self._apply_camera()
+        self.look_around(fetch=not moving)
         # Large points take longer, so their size comes before what can be afforded.
         self._size_points()
         proxy = self.slow
@@ -757,7 +777,7 @@ class Scene:
             show = self._stand_ins()
         else:
             self._choose_levels()
-            show = [part for _, part in self._tinted_parts()]
+            show = self._tinted(self._seen_parts())
         fresh = any(not p.uploaded for p in show)
         started = time.perf_counter()
         self._show(show)
@@ -781,47 +801,49 @@ class Scene:
             self.complete = not due and not self.domed
         else:
             if not fresh:
-                sets = [MOVING_SETS if m.streamer else len(m.proxies) for m in self.models.values()]
-                most = max(sets, default=0)
-                self.pace.learn_moving(spent, most)
+                self.pace.learn_moving(spent, MOVING_SETS)
             if not any(m.visible and m.parts for m in self.models.values()):
                 self.complete = True
+
+    def _tinted(self, entries: Iterable[tuple[ModelScene, Part]]) -> list[Part]:
+        found = []
+        for model, part in entries:
+            self._tint_node(model, part)
+            found.append(part)
+        return found
 
     def _stand_ins(self) -> list[Part]:
         """What stands for the models while drawing them takes too long."""
         visible = [m for m in self.models.values() if m.visible]
-        sets = [p for m in visible for p in m.proxies[: self.pace.moving_sets]]
-        show = [p for p in sets if p.uploaded]
-        fresh = [p for p in sets if not p.uploaded]
-        # One at a time: the first drawing takes it to the graphics card.
-        show += fresh[:1]
-        self.more_to_come = len(fresh) > 1
-        show += self._streamed_stand_ins()
+        show = [p for m in visible for p in m.proxies] + self._coarse_nodes()
         budget = 150_000
-        for part in [p for m in visible if not m.proxies and not m.streamer for p in m.parts]:
+        for part in [p for m in visible if isinstance(m.data, Mesh) and not m.proxies
+                     for p in m.parts]:  # fmt: skip
             if part.uploaded and budget > 0:
                 show.append(part)
                 budget -= part.elements
         return show
 
-    def _streamed_stand_ins(self) -> list[Part]:
-        """Of streamed clouds the coarse nodes in view, as many as there is time for."""
-        nodes = [part for model, part in self._tinted_parts() if model.streamer is not None]
-        nodes.sort(key=lambda part: -part.spacing)
+    def _coarse_nodes(self) -> list[Part]:
+        """The coarse nodes of clouds in view, as many as there is time for."""
+        seen = self._seen_parts(every_node=True)
+        nodes = [entry for entry in seen if isinstance(entry[0].data, PointCloud)]
+        nodes.sort(key=lambda entry: -entry[1].spacing)
         left = self.pace.moving_sets * POINTS_PER_SET
-        show: list[Part] = []
+        show: list[tuple[ModelScene, Part]] = []
         fresh = 0
-        for part in nodes:
+        for model, part in nodes:
             left -= part.elements
             if show and left < 0:
                 break
             if not part.uploaded:
+                # A few at a time: the first drawing takes it to the graphics card.
                 fresh += part.elements
                 if show and fresh > POINTS_PER_SET:
                     self.more_to_come = True
                     break
-            show.append(part)
-        return show
+            show.append((model, part))
+        return self._tinted(show)
 
     def draw_features(self) -> None:
         """Draw the features anew over the models as they last stood."""
@@ -851,14 +873,13 @@ class Scene:
         if self.eye is not None and self._depth is None:
             self._read_depth()
         self._apply_camera()
-        self._look_around()
+        self.look_around()
         self._choose_levels()
         self._size_points()
-        self._pending = [part for _, part in self._tinted_parts()]
+        self._pending = self._seen_parts()
         self._bands = None
         self._batch_first = True
         self._outdated = False
-        self._rest_began = time.perf_counter()
 
     @property
     def refining(self) -> bool:
@@ -876,8 +897,12 @@ class Scene:
         started = time.perf_counter()
         # Features, and the copy of the surface below them, are a piece of their own.
         last = not self._pending
-        count = self.pace.next_batch(self._pending)
-        batch, self._pending = self._pending[:count], self._pending[count:]
+        count = self.pace.next_batch([part for _, part in self._pending])
+        if any([self._tint_node(*entry) for entry in self._pending[:count]]):
+            # They have to be taken to the graphics card anew.
+            count = self.pace.next_batch([part for _, part in self._pending])
+        batch = [part for _, part in self._pending[:count]]
+        self._pending = self._pending[count:]
         self._show(batch)
         self._render(
             erase=self._batch_first,

@@ -1,21 +1,21 @@
-"""The nodes of a streamed cloud that the present view needs, read in a thread of its own.
+"""The nodes of a cloud that the present view needs, fetched beside the window.
 
-The scene tells the streamer what is seen; the streamer tells the scene which nodes to show, hands
-over those that it has read, and takes back those that were not needed for longest, so that no more
-points are there than the budget allows.
+The scene tells the streamer what is seen and is told which nodes that needs; the streamer hands
+over those that are not there yet, and takes back those that were not needed for longest, so that no
+more points are there than the budget allows. Once a view has everything, nothing is done any more.
 """
 
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
-from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.octree import StreamedCloud, View
+from vomstudio.geometry.octree import CloudNodes, Piece, StreamedCloud, View
 from vomstudio.rendering import blocks, vtkdata
 from vomstudio.rendering.blocks import PointChunk
 from vomstudio.rendering.camera import Camera, Eye
@@ -25,15 +25,17 @@ from vomstudio.rendering.preparation import (
     LocatorReady,
     NodeReady,
     NodesDropped,
-    NodesShown,
     Problem,
     Stopped,
     StreamStarted,
     TexturesDone,
+    ViewDone,
     coloring,
 )
 
 Array = npt.NDArray[np.float64]
+Submit = Callable[[Callable[[], None]], object]
+"""Has a job run later, one after the other."""
 
 SHOWN_SHARE = 0.5
 """Of the points that may be there, so many are shown at most: the rest is what was seen before."""
@@ -63,132 +65,117 @@ def view_of(
     )
 
 
-class Streamer(threading.Thread):
-    """Runs until `stop` is set."""
+class Streamer:
+    """`begin` and what is submitted run in a thread beside the window's, one after the other;
+    everything else is the window's thread's."""
 
     def __init__(
-        self, cloud: StreamedCloud, origin: Array, stop: threading.Event, emit: Emit
+        self,
+        cloud: PointCloud,
+        nodes: CloudNodes,
+        origin: Array,
+        stop: threading.Event,
+        emit: Emit,
+        submit: Submit,
     ) -> None:
-        super().__init__(name="cloud stream", daemon=True)
-        self._cloud, self._store, self._origin = cloud, cloud.store, origin
-        self._stopped, self._emit = stop, emit
-        self._colors = coloring(cloud.overview())
-        self._wake = threading.Event()
+        self._nodes, self._origin = nodes, origin
+        self._stopped, self._emit, self._submit = stop, emit, submit
+        sample = cloud.overview() if isinstance(cloud, StreamedCloud) else cloud
+        self._colors = coloring(sample)
         self._view: View | None = None
-        self._seen: View | None = None
-        self._shown: tuple[int, ...] = ()
-        self._handed: dict[int, PointCloud] = {}
+        self._chosen: tuple[int, ...] = ()
+        self._there: dict[int, Piece] = {}
         self._used: dict[int, int] = {}
-        self._turn = 0
         self._broken: set[int] = set()
-        self._said = False
-        self.idle = False
-        """Everything that the last view needs is there."""
-
-    def look(self, view: View) -> None:
-        """The viewer has moved; may be called from any thread."""
-        if view != self._view:
-            self.idle = False
-            self._view = view
-            self._wake.set()
+        self.turn = 0
+        """Number of the last view that has asked for other nodes."""
 
     def begin(self) -> None:
-        """Hand over the overview, and go on in a thread."""
+        """Hand over the nodes that stand for the whole."""
+        for row in self._nodes.first:
+            self._hand_over(row, self._nodes.fetch(row))
         self._emit(StreamStarted(self))
-        for row in self._cloud.overview_rows:
-            cloud = self._store.held(row)
-            if cloud is None:
-                # A window of another project has let it go.
-                cloud = self._store.read(row)
-                self._store.put(row, cloud)
-            self._hand_over(row, cloud)
-        self._emit(NodesShown(self._cloud.overview_rows, self._closing(self._cloud.overview_rows)))
-        self._emit(ChunksDone(len(self._cloud.overview_rows)))
+        self._emit(ChunksDone(len(self._nodes.first)))
         self._emit(TexturesDone())
         self._emit(LocatorReady([]))
-        self.start()
 
-    def run(self) -> None:
+    def needed(self, view: View) -> dict[int, float]:
+        """The nodes that a view shows once they are there, the most needed first, and the spacing
+        at which the points of each close the surface together with the others."""
+        most = min(int(self._nodes.budget * SHOWN_SHARE), MOST_SHOWN)
+        rows = self._nodes.choose(view, most)
+        if self._broken:
+            rows = rows[[row not in self._broken for row in rows.tolist()]]
+        return self._nodes.closing(rows)
+
+    def closing(self, rows: list[int]) -> dict[int, float]:
+        """As `needed`, of given nodes."""
+        return self._nodes.closing(np.array(rows, np.int64))
+
+    def look(self, view: View) -> dict[int, float] | None:
+        """What `needed` gives, and have that fetched; None where the view is the last one. ViewDone
+        with the number in `turn` says that everything has been handed over."""
+        if view == self._view:
+            return None
+        self._view = view
+        shown = self.needed(view)
+        rows = tuple(shown)
+        if rows != self._chosen:
+            self._chosen = rows
+            self.turn += 1
+            turn = self.turn
+            self._submit(lambda: self._follow(rows, turn))
+        return shown
+
+    def _follow(self, rows: tuple[int, ...], turn: int) -> None:
         try:
-            while not self._stopped.is_set():
-                if self._wake.wait(0.2):
-                    self._wake.clear()
-                    self._follow()
+            self._used.update(dict.fromkeys(rows, turn))
+            for row in rows:
+                if turn != self.turn:
+                    return
+                if self._stopped.is_set():
+                    raise Stopped
+                if row in self._there or row in self._broken:
+                    continue
+                self._make_room(int(self._nodes.counts[row]), turn)
+                try:
+                    self._hand_over(row, self._nodes.fetch(row))
+                except InputError as error:
+                    if not self._broken:
+                        self._emit(Problem(f"A part of a cloud is not shown. {error}"))
+                    self._broken.add(row)
+            self._emit(ViewDone(turn))
         except Stopped:
             pass
         except Exception as error:  # noqa: BLE001 - a thread has nobody above it to tell
-            self._say(f"Nothing more of a cloud can be shown: {error}")
-
-    def _follow(self) -> None:
-        view = self._view
-        if view is None or view == self._seen:
-            self.idle = True
-            return
-        most = min(int(self._store.budget * SHOWN_SHARE), MOST_SHOWN)
-        rows = self._store.choose(view, most)
-        rows = rows[[row not in self._broken for row in rows.tolist()]]
-        shown = tuple(rows.tolist())
-        self._turn += 1
-        self._used.update(dict.fromkeys(shown, self._turn))
-        if shown != self._shown:
-            self._shown = shown
-            self._emit(NodesShown(shown, self._closing(shown)))
-        for row in shown:
-            if self._stopped.is_set() or self._view is not view:
-                return
-            if row in self._handed or row in self._broken:
-                continue
-            self._make_room(int(self._store.counts[row]))
             try:
-                cloud = self._store.read(row)
-            except InputError as error:
-                self._broken.add(row)
-                if not self._said:
-                    self._said = True
-                    self._say(f"A part of a cloud is not shown. {error}")
-                continue
-            self._store.put(row, cloud)
-            self._hand_over(row, cloud)
-        self._seen = view
-        self.idle = self._view is view
+                self._emit(Problem(f"Nothing more of a cloud can be shown: {error}"))
+                self._emit(ViewDone(turn))
+            except Stopped:
+                pass
 
-    def _closing(self, rows: tuple[int, ...]) -> dict[int, float]:
-        spacing = self._store.closing(np.array(rows, np.int64))
-        return dict(zip(rows, spacing.tolist(), strict=True))
-
-    def _make_room(self, wanted: int) -> None:
-        there = sum(int(self._store.counts[row]) for row in self._handed)
-        if there + wanted <= self._store.budget:
-            return
-        dropped: dict[int, PointCloud] = {}
-        kept = set(self._cloud.overview_rows)
-        oldest = sorted(
-            (r for r in self._handed if r not in kept), key=lambda r: self._used.get(r, 0)
-        )
-        for row in oldest:
-            if there + wanted <= self._store.budget or self._used.get(row) == self._turn:
+    def _make_room(self, wanted: int, turn: int) -> None:
+        held = sum(int(self._nodes.counts[row]) for row in self._there)
+        kept = set(self._nodes.first)
+        dropped: dict[int, Piece] = {}
+        for row in sorted(self._there.keys() - kept, key=lambda r: self._used.get(r, 0)):
+            if held + wanted <= self._nodes.budget or self._used.get(row) == turn:
                 break
-            dropped[row] = self._handed.pop(row)
-            there -= int(self._store.counts[row])
+            dropped[row] = self._there.pop(row)
+            held -= int(self._nodes.counts[row])
         if dropped:
-            self._emit(NodesDropped(dropped, self._store))
+            self._emit(NodesDropped(dropped, self._nodes))
 
-    def _hand_over(self, row: int, cloud: PointCloud) -> None:
-        self._emit(NodeReady(*self._chunk(row, cloud), row, cloud))
-        self._handed[row] = cloud
-
-    def _chunk(self, row: int, cloud: PointCloud) -> tuple[PointChunk, vtkPolyData, float]:
-        at = (cloud.points - self._origin).astype(np.float32)
-        low, high = at.min(axis=0), at.max(axis=0)
-        order = np.argsort(blocks.morton(at, low, float((high - low).max()) or 1.0))
-        at = at[order]
+    def _hand_over(self, row: int, piece: Piece) -> None:
+        rows, ids = piece.rows, piece.ids
+        at = (piece.cloud.points.take(rows, axis=0) - self._origin).astype(np.float32)
+        if not self._nodes.in_order:
+            low, high = at.min(axis=0), at.max(axis=0)
+            order = np.argsort(blocks.morton(at, low, float((high - low).max()) or 1.0))
+            at, rows, ids = at[order], rows[order], ids[order]
         boxes = blocks.block_boxes(at, at, blocks.POINTS_PER_BLOCK)
-        data = vtkdata.point_set(at, self._colors(cloud, order))
-        chunk = PointChunk(at, order + self._store.starts[row], boxes)
-        return chunk, data, float(self._store.spacing[row])
-
-    def _say(self, text: str) -> None:
-        try:
-            self._emit(Problem(text))
-        except Stopped:
-            return
+        chunk = PointChunk(at, ids, boxes)
+        data = vtkdata.point_set(at, self._colors(piece.cloud, rows))
+        spacing = float(self._nodes.spacing[row])
+        self._emit(NodeReady(chunk, data, spacing, row, Piece(piece.cloud, rows, ids)))
+        self._there[row] = piece

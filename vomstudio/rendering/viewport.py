@@ -43,6 +43,7 @@ from PySide6.QtWidgets import QWidget
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.octree import POINT_BUDGET, StreamedCloud
 from vomstudio.rendering import barpainting, painting
 from vomstudio.rendering.annotations import Annotations
 from vomstudio.rendering.camera import STANDARD_VIEWS, VIEW_ALIASES, Camera
@@ -105,6 +106,8 @@ class Viewport(QWidget):
         self.orbit_button = Qt.MouseButton.LeftButton
         """The right one leaves drags with the left one to the tool, from the press on."""
         self.navigation = "turntable"
+        self.point_budget = POINT_BUDGET
+        """How many points of a cloud may be there to be drawn."""
 
         self._scene: Scene | None = None
         self._closed = False
@@ -154,6 +157,7 @@ class Viewport(QWidget):
         self._press_face: int | None = None
         self._hot_face: int | None = None
         self._pool: ThreadPoolExecutor | None = None
+        self._stream_pool: ThreadPoolExecutor | None = None
 
         self._rest = QTimer(self)
         self._rest.setSingleShot(True)
@@ -236,9 +240,10 @@ class Viewport(QWidget):
             stop.set()
         if self._importer is not None and self._importer.is_alive():
             self._importer.join()
-        if self._pool is not None:
-            self._pool.shutdown(wait=True, cancel_futures=True)
-            self._pool = None
+        for pool in (self._pool, self._stream_pool):
+            if pool is not None:
+                pool.shutdown(wait=True, cancel_futures=True)
+        self._pool = self._stream_pool = None
         self._inbox.clear()
         self._waiting.clear()
         self._jobs.clear()
@@ -294,8 +299,12 @@ class Viewport(QWidget):
 
         def shape() -> None:
             try:
-                points = data.vertices if isinstance(data, Mesh) else data.points
-                bounds = preparation.finite_bounds(points, stop)
+                if isinstance(data, Mesh):
+                    bounds = preparation.finite_bounds(data.vertices, stop)
+                elif data.arrangement is not None or isinstance(data, StreamedCloud):
+                    bounds = data.bounds
+                else:
+                    bounds = preparation.finite_bounds(data.points, stop)
                 origin = np.round(bounds.mean(axis=0))
                 emit(_Registered(data, bounds, origin))
                 if isinstance(data, Mesh):
@@ -303,7 +312,9 @@ class Viewport(QWidget):
                     pool.submit(pictures)
                     preparation.prepare_mesh(data, origin, stop, emit)
                 else:
-                    preparation.prepare_cloud(data, origin, stop, emit)
+                    preparation.prepare_cloud(
+                        data, origin, stop, emit, self._streams().submit, self.point_budget
+                    )
             except preparation.Stopped:
                 pass
             except Exception as error:  # noqa: BLE001 - a thread has nobody above it to tell
@@ -324,6 +335,14 @@ class Viewport(QWidget):
         if self._pool is None:
             self._pool = ThreadPoolExecutor(2, thread_name_prefix="viewport", initializer=give_way)
         return self._pool
+
+    def _streams(self) -> ThreadPoolExecutor:
+        """Fetches nodes of clouds; not kept waiting by what takes long."""
+        if self._stream_pool is None:
+            self._stream_pool = ThreadPoolExecutor(
+                1, thread_name_prefix="clouds", initializer=give_way
+            )
+        return self._stream_pool
 
     def _emitter(self, model_id: str, token: int, stop: threading.Event) -> Callable[[Any], None]:
         """What a worker hands its events over with."""
@@ -385,6 +404,9 @@ class Viewport(QWidget):
             self._framing.discard(model_id)
             self._camera.fit(self._scene.models[model_id].corners_world(), self._extent())
             self._moved()
+            # Nobody is moving it: what comes now is to be drawn as it will stay.
+            self._moving = False
+            self._rest.start(30)
 
     def _content_changed(self) -> None:
         """Something new can be drawn: soon, but not for every single piece of it."""
@@ -832,6 +854,8 @@ class Viewport(QWidget):
         self._moving = False
         if scene is None or self._closed or not self.isVisible():
             return
+        if not self._frame_dirty:
+            scene.look_around()
         if scene.complete and not self._frame_dirty:
             # The picture stands; labels that had no room while it moved may have some now.
             self._base = None
@@ -844,6 +868,9 @@ class Viewport(QWidget):
         if unfinished:
             if self._frame_dirty:
                 self.update()
+            return
+        if scene.waits:
+            self._rest.start(50)
             return
         scene.begin_rest()
         self._refine.start()
@@ -885,7 +912,7 @@ class Viewport(QWidget):
                 p.uploaded for p in model.parts
             ):
                 self._reach(model.model_id, "shown")
-            if self._scene.complete and model.chunks_done and model.textures_done:
+            if self._scene.complete and model.chunks_done and model.textures_done and model.settled:
                 self._reach(model.model_id, "complete")
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name

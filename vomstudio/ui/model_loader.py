@@ -17,6 +17,7 @@ from vomstudio.errors import VomError
 from vomstudio.geometry.brush import CloudSurface, MeshSurface, surface_of
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.octree import POINT_BUDGET
 from vomstudio.io import copc, model_cache
 from vomstudio.io.models import file_hash
 from vomstudio.jobs.events import Failed
@@ -43,7 +44,6 @@ class OpenModel:
 Then = Callable[[OpenModel], None]
 
 
-POINT_BUDGET = 5_000_000
 PREVIEW_SUFFIXES = (".las", ".laz")
 PREVIEW_BYTES = 8_000_000
 """What is smaller is there before anybody has looked."""
