@@ -21,7 +21,9 @@ Codes = npt.NDArray[np.uint64]
 
 POINTS_PER_NODE = 50_000
 DEEPEST = 13
-_PIECE = 1 << 16
+_PIECE = 1 << 15
+_UNSHUFFLED = 5
+"""So many of the largest cubes hold points of every level."""
 _MOST_THREADS = 4
 
 
@@ -142,6 +144,7 @@ def _keys(points: Array, low: Array, side: float, depth: int, row_bits: int, eac
         for axis in range(3):
             place = (points[part, axis] - low[axis]) * (cells / side)
             code |= tables[axis][np.minimum(place.astype(np.int16), cells - 1)]
+        _shuffle(code, depth)
         rows = np.arange(part.start, part.stop, dtype=np.uint64)
         keys[part] = code << np.uint64(row_bits) | rows
 
@@ -150,17 +153,26 @@ def _keys(points: Array, low: Array, side: float, depth: int, row_bits: int, eac
 
 
 def _table(axis: int, depth: int) -> Codes:
-    """For each cell of an axis its bits in the place along the curve. In every cube one half, by
-    chance, comes first: or the points of a level would all stand in the same corner of their
-    cubes, which shows as a grid."""
-    cells = np.arange(2**depth, dtype=np.int64)
-    chance = np.random.default_rng(axis)
+    """For each cell of an axis its bits in the place along the curve."""
+    cells = np.arange(2**depth, dtype=np.uint64)
     out = np.zeros(2**depth, np.uint64)
-    for level in range(depth):
-        bit = cells >> (depth - 1 - level) & 1
-        swapped = chance.integers(0, 2, 2**level)[cells >> (depth - level)]
-        out |= (bit ^ swapped).astype(np.uint64) << np.uint64(3 * (depth - 1 - level) + axis)
+    for bit in range(depth):
+        out |= (cells >> np.uint64(bit) & np.uint64(1)) << np.uint64(3 * bit + axis)
     return out
+
+
+def _shuffle(code: Codes, depth: int) -> None:
+    """Let another one of the eight come first in every cube, as if by chance: or the points of a
+    level would all stand in the same corner of their cubes, which shows as a grid."""
+    # The golden ratio spreads numbers that follow each other (D. E. Knuth, The art of computer
+    # programming 3, 6.4).
+    ratio, highest = np.uint64(0x9E3779B97F4A7C15), np.uint64(61)
+    for level in range(depth, _UNSHUFFLED, -1):
+        around = code >> np.uint64(3 * (depth - level + 1))
+        around *= ratio
+        around >>= highest
+        around <<= np.uint64(3 * (depth - level))
+        code ^= around
 
 
 def _levels(
