@@ -342,17 +342,32 @@ def test_a_cloud_is_seen_before_it_is_prepared(scene: Scene) -> None:
     assert not first
 
 
-def test_going_back_from_a_close_view_draws_the_stand_ins(scene: Scene) -> None:
-    show(scene, "c", cliff(1_200_000))
+def test_a_view_draws_as_many_points_of_a_cloud_as_it_has_pixels_for(scene: Scene) -> None:
+    count = 1_200_000
+    show(scene, "c", cliff(count))
     scene.camera.fit(scene.corners(), SIZE)
+    scene.camera.zoom(6.0, UTM + np.array([5.0, 0.25, 4.0]))
     state = scene.camera.as_dict()
+
+    def drawn() -> int:
+        parts = [p for p in scene.models["c"].parts if p.row in scene.models["c"].shown_rows]
+        return sum(p.elements for p in parts)
+
     rest(scene)
-    assert scene.slow
-    scene.camera.zoom(0.01, UTM + np.array([5.0, 0.25, 4.0]))
     rest(scene)
+    far = drawn()
+    assert 5_000 < far < 0.3 * count
+    scene.camera.zoom(0.02, UTM + np.array([5.0, 0.25, 4.0]))
+    rest(scene)
+    assert scene.complete
+    assert scene.settled
+    parts = scene.models["c"].parts
+    shown = [p.spacing for p in parts if p.row in scene.models["c"].shown_rows]
+    assert min(shown) < 0.04
+    assert drawn() < 0.3 * count
     scene.camera.restore(state)
     scene.draw(moving=True)
-    assert scene.showing_proxy
+    assert drawn() == far
 
 
 def test_bounds_pass_over_what_is_not_finite() -> None:

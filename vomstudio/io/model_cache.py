@@ -11,6 +11,7 @@ import json
 import os
 import shutil
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ from vomstudio.geometry.arrangement import Arrangement, arrange
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io import image_store
-from vomstudio.io.models import file_hash, read_model
+from vomstudio.io.models import file_hash, read_model, resolution
 from vomstudio.io.offset_file import checked_origin, offset_path
 from vomstudio.io.registry import LoadedModel
 from vomstudio.progress import Progress
@@ -56,8 +57,7 @@ def save(loaded: LoadedModel, folder: Path) -> None:
             for m in data.materials
         ]
     else:
-        order = data.arrangement or arrange(data.points)
-        arrays = {"points": data.points, **{f"order_{k}": getattr(order, k) for k in _ORDER}}
+        arrays = {"points": data.points}
         if data.normals is not None:
             arrays["normals"] = data.normals
     if data.colors is not None:
@@ -75,7 +75,6 @@ def save(loaded: LoadedModel, folder: Path) -> None:
         "materials": materials,
         "fields": fields,
         "turned_about": loaded.turned_about,
-        "arrays": {n: {"shape": list(a.shape), "dtype": a.dtype.str} for n, a in arrays.items()},
         **_stamp(loaded.path),
     }
     try:
@@ -87,9 +86,19 @@ def save(loaded: LoadedModel, folder: Path) -> None:
             file=folder,
         ) from error
     try:
-        for name, array in arrays.items():
-            with open(draft / f"{name}.npy", "wb") as file:
-                np.save(file, np.ascontiguousarray(array), allow_pickle=False)
+        # What is worked out takes as long as the writing, and can go on beside it.
+        with ThreadPoolExecutor(2) as pool:
+            spacing = pool.submit(resolution, data)
+            order = pool.submit(_order_of, data)
+            _write(draft, arrays)
+            added = order.result()
+            _write(draft, added)
+            found = spacing.result()
+        arrays |= added
+        meta["arrays"] = {
+            n: {"shape": list(a.shape), "dtype": a.dtype.str} for n, a in arrays.items()
+        }
+        meta["resolution"] = found if found == found else None
         (draft / META).write_text(json.dumps(meta), encoding="utf-8")
         _put_in_place(draft, folder)
     except OSError as error:
@@ -99,6 +108,19 @@ def save(loaded: LoadedModel, folder: Path) -> None:
         ) from error
     finally:
         shutil.rmtree(draft, ignore_errors=True)
+
+
+def _order_of(data: Mesh | PointCloud) -> dict[str, npt.NDArray[Any]]:
+    if isinstance(data, Mesh):
+        return {}
+    order = data.arrangement or arrange(data.points)
+    return {f"order_{name}": getattr(order, name) for name in _ORDER}
+
+
+def _write(folder: Path, arrays: dict[str, npt.NDArray[Any]]) -> None:
+    for name, array in arrays.items():
+        with open(folder / f"{name}.npy", "wb") as file:
+            np.save(file, np.ascontiguousarray(array), allow_pickle=False)
 
 
 def _put_in_place(draft: Path, folder: Path) -> None:
@@ -255,6 +277,7 @@ def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
         Path(meta["path"]),
         str(meta["content_hash"]),
         checked_origin(meta["turned_about"]),
+        None if meta["resolution"] is None else float(meta["resolution"]),
     )
 
 

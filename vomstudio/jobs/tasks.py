@@ -28,7 +28,9 @@ def load_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     path = Path(args["path"])
     folder = model_cache.folder_of(path, Path(args["cache"]))
     loaded = model_cache.load(path, folder, progress)
-    spacing = resolution(loaded.data)
+    spacing = loaded.resolution
+    if spacing is None:
+        spacing = resolution(loaded.data)
     return {
         "folder": str(folder),
         "kind": loaded.kind,

@@ -601,8 +601,8 @@ class Scene:
             if streamer is None or not model.visible:
                 continue
             view = view_of(self.eye, self.camera, self.size, model.to_world, model.from_world)
-            there = {part.row for part in model.parts}
             shown = streamer.look(view) if fetch else streamer.needed(view)
+            there = {part.row for part in model.parts}
             if shown is None:
                 if model.settled:
                     continue
