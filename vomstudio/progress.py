@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import threading
-from typing import Protocol
+from collections.abc import Callable, Iterable, Iterator
+from typing import Protocol, TypeVar
 
 from vomstudio.errors import Cancelled
 
@@ -49,3 +50,32 @@ class Silent:
     def step(self, done: int) -> None:
         if self._token is not None:
             self._token.check()
+
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+
+class Executor(Protocol):
+    """Where work on many photos or tiles is done: here, in processes, or on a cluster."""
+
+    def map(
+        self, work: Callable[[Item], Result], items: Iterable[Item], progress: Progress
+    ) -> Iterator[tuple[int, Result]]:
+        """(number of the item, result) as they are finished, in any order.
+
+        `work` is a function at the top of a module, items and results can be pickled; photos travel
+        as bytes. At most a few items are in flight, so that `items` may be made lazily. What `work`
+        raises is raised here; Cancelled is raised within a second of the user's wish.
+        """
+
+
+class Inline:
+    """An Executor that does everything here, one item after the other."""
+
+    def map(
+        self, work: Callable[[Item], Result], items: Iterable[Item], progress: Progress
+    ) -> Iterator[tuple[int, Result]]:
+        for number, item in enumerate(items):
+            progress.step(number)
+            yield number, work(item)

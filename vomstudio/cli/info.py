@@ -5,12 +5,15 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.arguments import Subparsers, add_command, progress_of
 from vomstudio.cli.output import Output
 from vomstudio.errors import InputError
 from vomstudio.progress import Progress
+
+if TYPE_CHECKING:
+    from vomstudio.io.photos import Photo
 
 NOTHING: dict[str, Any] = {
     "path": None, "kind": None, "points": None, "faces": None, "materials": [], "textures": [],
@@ -53,7 +56,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 def _described(path: Path, progress: Progress) -> dict[str, Any]:
     """Raises InputError."""
     if path.is_dir():
-        return _folder(path)
+        return _folder(path, progress)
     ending = path.suffix.lower()
     ways: dict[bool, Callable[[Path], dict[str, Any]]] = {
         ending in TABLES: _table,
@@ -67,20 +70,46 @@ def _described(path: Path, progress: Progress) -> dict[str, Any]:
     return dict(describe(path, progress))
 
 
-def _folder(path: Path) -> dict[str, Any]:
+def _folder(path: Path, progress: Progress) -> dict[str, Any]:
     from vomstudio.io.project import is_project
 
     if is_project(path):
         return {**NOTHING, "kind": "project"}
-    try:
-        photos = sorted(p.name for p in path.iterdir() if p.suffix.lower() in PICTURES | GRIDS)
-    except OSError as error:
-        raise InputError(
-            f"this folder cannot be read ({error.strerror}); check its permissions.", file=path
-        ) from error
-    if not photos:
-        raise InputError("there are no photos in this folder; name a file in it.", file=path)
-    return {**NOTHING, "kind": "photos", "photos": len(photos)}
+    from vomstudio.io.photos import read_photos
+
+    found = read_photos(path, progress)
+    photos = found.photos
+    warnings = list(found.warnings)
+    warnings += [f"{name} {reason}" for name, reason in found.skipped]
+    placed = sum(photo.latitude_deg is not None for photo in photos)
+    return {
+        **NOTHING,
+        "kind": "photos",
+        # The same file twice is still two photos in the folder.
+        "photos": len(photos) + len(found.duplicates),
+        "used": len(photos),
+        "with_gps": placed,
+        "with_masks": sum(photo.mask is not None for photo in photos),
+        "cameras": [_camera(group) for group in found.cameras().values()],
+        "warnings": warnings,
+    }
+
+
+def _camera(group: list[Photo]) -> dict[str, Any]:
+    """What photos through the same lens have in common."""
+    first = group[0]
+    return {
+        "camera": first.camera,
+        "lens": first.lens,
+        "serial": first.serial,
+        "photos": len(group),
+        "width": first.width,
+        "height": first.height,
+        "focal_mm": first.focal_mm,
+        "focal_px": first.focal_px,
+        "focal_source": first.focal_source,
+        "sensor_width_mm": first.sensor_width_mm,
+    }
 
 
 def _table(path: Path) -> dict[str, Any]:
@@ -169,6 +198,8 @@ def _in_words(name: str, found: dict[str, Any]) -> str:
     lines = [f"{name}: {found['kind']}"]
     for key, label in (
         ("photos", "photos"),
+        ("with_gps", "with GPS"),
+        ("with_masks", "with masks"),
         ("points", "points"),
         ("faces", "faces"),
         ("width", "width, px"),
@@ -176,6 +207,15 @@ def _in_words(name: str, found: dict[str, Any]) -> str:
     ):
         if found.get(key):
             lines.append(f"  {label:<12}{found[key]}")
+    for camera in found.get("cameras", ()):
+        focal = camera["focal_px"]
+        known = (
+            f"f = {focal:.0f} px ({camera['focal_source']})" if focal else "focal length unknown"
+        )
+        lines.append(
+            f"  {'camera':<12}{camera['camera'] or 'unknown'}: {camera['photos']} of "
+            f"{camera['width']} x {camera['height']} px, {known}"
+        )
     if bounds := found.get("bounds"):
         for axis, low, high in zip("xyz", *bounds, strict=True):
             lines.append(f"  {axis + ', m':<12}{low:.3f} to {high:.3f}")

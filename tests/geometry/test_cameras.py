@@ -1,0 +1,83 @@
+"""Projection and its inverse, against COLMAP's own cameras."""
+
+import numpy as np
+import pytest
+
+from vomstudio.errors import GeometryError
+from vomstudio.geometry.cameras import MODELS, Intrinsics, View
+
+LENSES = {
+    "SIMPLE_PINHOLE": (1000.0, 810.0, 590.0),
+    "PINHOLE": (1000.0, 1010.0, 810.0, 590.0),
+    "SIMPLE_RADIAL": (1000.0, 810.0, 590.0, -0.08),
+    "RADIAL": (1000.0, 810.0, 590.0, -0.08, 0.03),
+    "OPENCV": (1000.0, 1010.0, 810.0, 590.0, -0.08, 0.03, 0.001, -0.002),
+    "FULL_OPENCV": (
+        *(1000.0, 1010.0, 810.0, 590.0, -0.08, 0.03, 0.001, -0.002, 0.01, 0.02, 0.01, 0.001),
+    ),
+    "OPENCV_FISHEYE": (1000.0, 1010.0, 810.0, 590.0, 0.02, -0.01, 0.003, 0.001),
+}
+
+
+@pytest.fixture
+def points():
+    rng = np.random.default_rng(4)
+    return np.column_stack([rng.uniform(-0.8, 0.8, (500, 2)), np.ones(500)]) * rng.uniform(
+        2, 30, (500, 1)
+    )
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_pixels_are_those_of_colmap(model, points):
+    pycolmap = pytest.importorskip("pycolmap")
+    theirs = pycolmap.Camera(model=model, width=1600, height=1200, params=list(LENSES[model]))
+    ours = Intrinsics(model, 1600, 1200, LENSES[model]).project(points)
+    np.testing.assert_allclose(ours, theirs.img_from_cam(points), atol=1e-9)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_pixel_s_ray_leads_back_to_its_point(model, points):
+    lens = Intrinsics(model, 1600, 1200, LENSES[model])
+    rays = lens.rays(lens.project(points))
+    np.testing.assert_allclose(rays, points / points[:, 2:], atol=1e-9)
+
+
+def test_what_lies_behind_or_beyond_the_lens_is_not_seen():
+    lens = Intrinsics("SIMPLE_RADIAL", 1600, 1200, (1000.0, 800.0, 600.0, -0.2))
+    # r (1 - 0.2 r^2) turns back at r = sqrt(1 / 0.6) = 1.29.
+    pixels = lens.project([[0, 0, -1], [1.25, 0, 1], [1.35, 0, 1], [0, 0, 1]])
+    assert np.isnan(pixels[[0, 2]]).all()
+    assert np.isfinite(pixels[[1, 3]]).all()
+    np.testing.assert_allclose(pixels[3], [800, 600])
+
+
+def test_a_resampled_photo_shows_the_same_at_scaled_pixels(points):
+    lens = Intrinsics("OPENCV", 1600, 1200, LENSES["OPENCV"])
+    small = lens.scaled(400, 300)
+    np.testing.assert_allclose(small.project(points), lens.project(points) / 4)
+
+
+def test_moving_the_scene_leaves_the_picture_as_it_was(points):
+    rng = np.random.default_rng(1)
+    turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    turn *= np.linalg.det(turn)
+    other, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    other *= np.linalg.det(other)
+    view = View(
+        "a", Intrinsics("RADIAL", 1600, 1200, LENSES["RADIAL"]), turn, np.array([1, 2, 3.0])
+    )
+    world = (points - view.translation) @ turn
+    moved = view.moved(2.5, other, np.array([7.0, -8, 9]))
+    there = 2.5 * world @ other.T + [7, -8, 9]
+    np.testing.assert_allclose(moved.project(there), view.project(world), atol=1e-8)
+    np.testing.assert_allclose(moved.centre, 2.5 * other @ view.centre + [7, -8, 9], atol=1e-9)
+    np.testing.assert_allclose(
+        np.cross(moved.rays(moved.project(there)), there - moved.centre), 0, atol=1e-6
+    )
+
+
+def test_a_camera_that_is_not_known_is_refused_by_name():
+    with pytest.raises(GeometryError, match="FOV"):
+        Intrinsics("FOV", 10, 10, (1.0, 5.0, 5.0, 0.1, 0.2))
+    with pytest.raises(GeometryError, match="4 parameters"):
+        Intrinsics("PINHOLE", 10, 10, (1.0, 5.0))

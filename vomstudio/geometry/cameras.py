@@ -1,0 +1,247 @@
+"""Photographs as geometry: the collinearity equations with lens distortion, both ways.
+
+Pixels follow COLMAP: x to the right, y down, (0.5, 0.5) is the centre of the top-left pixel of the
+photo as it is stored (an orientation tag turns pictures for viewers, never these pixels). The
+camera frame has x to the right, y down and z along the view.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError
+
+Array = npt.NDArray[np.float64]
+
+MODELS: dict[str, tuple[str, ...]] = {
+    "SIMPLE_PINHOLE": ("f", "cx", "cy"),
+    "PINHOLE": ("fx", "fy", "cx", "cy"),
+    "SIMPLE_RADIAL": ("f", "cx", "cy", "k1"),
+    "RADIAL": ("f", "cx", "cy", "k1", "k2"),
+    "OPENCV": ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2"),
+    "FULL_OPENCV": (*("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"),),
+    "OPENCV_FISHEYE": ("fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4"),
+}
+"""Names and order of the parameters, as COLMAP has them; focal lengths and centre in pixels."""
+
+# Where the search for the edge of a lens ends: tan of 80 degrees from the axis.
+_WIDEST = 5.7
+
+
+@dataclass(frozen=True)
+class Intrinsics:
+    """A camera with its lens.
+
+    model : one of MODELS
+    width, height : of its photos, in pixels
+    params : in the order of MODELS[model]
+
+    Raises GeometryError for an unknown model or a wrong number of parameters.
+    """
+
+    model: str
+    width: int
+    height: int
+    params: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        names = MODELS.get(self.model)
+        if names is None:
+            raise GeometryError(f"the camera model {self.model} is not one of {', '.join(MODELS)}")
+        if len(names) != len(self.params):
+            raise GeometryError(f"{self.model} has {len(names)} parameters, not {len(self.params)}")
+
+    @classmethod
+    def pinhole(cls, width: int, height: int, f: float, cx: float, cy: float) -> Intrinsics:
+        return cls("PINHOLE", width, height, (f, f, cx, cy))
+
+    @cached_property
+    def _named(self) -> dict[str, float]:
+        return dict(zip(MODELS[self.model], self.params, strict=True))
+
+    @property
+    def focal(self) -> tuple[float, float]:
+        """In x and in y, pixels."""
+        named = self._named
+        return (named["f"], named["f"]) if "f" in named else (named["fx"], named["fy"])
+
+    @property
+    def centre(self) -> tuple[float, float]:
+        """The principal point, pixels."""
+        return self._named["cx"], self._named["cy"]
+
+    @property
+    def matrix(self) -> Array:
+        """(3, 3) calibration matrix, without the distortion."""
+        (fx, fy), (cx, cy) = self.focal, self.centre
+        return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
+
+    @property
+    def distorts(self) -> bool:
+        named = self._named
+        return self.model == "OPENCV_FISHEYE" or any(
+            value != 0.0 for name, value in named.items() if name[0] in "kp"
+        )
+
+    def project(self, points: npt.ArrayLike) -> Array:
+        """Pixels (n, 2) of points (n, 3) in the camera frame; NaN behind the camera and beyond the
+        radius from which the lens's polynomial turns back (no light comes from there)."""
+        xyz = np.asarray(points, np.float64).reshape(-1, 3)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            flat = np.where(xyz[:, 2:] > 0, xyz[:, :2] / xyz[:, 2:], np.nan)
+            flat = np.where(np.hypot(*flat.T)[:, None] <= self._edge, flat, np.nan)
+            bent = self._bend(flat)
+        return bent * self.focal + self.centre
+
+    def rays(self, pixels: npt.ArrayLike) -> Array:
+        """Directions (n, 3) in the camera frame, z = 1, seen at pixels (n, 2); NaN where the lens
+        shows nothing."""
+        wanted = (np.asarray(pixels, np.float64).reshape(-1, 2) - self.centre) / self.focal
+        flat = self._straighten(wanted) if self.distorts else wanted
+        return np.column_stack([flat, np.ones(len(flat))])
+
+    def scaled(self, width: int, height: int) -> Intrinsics:
+        """The same camera with its photos resampled to another size."""
+        sx, sy = width / self.width, height / self.height
+        named = dict(self._named)
+        if "f" in named:
+            named["f"] *= (sx + sy) / 2
+        else:
+            named["fx"], named["fy"] = named["fx"] * sx, named["fy"] * sy
+        named["cx"], named["cy"] = named["cx"] * sx, named["cy"] * sy
+        return Intrinsics(self.model, width, height, tuple(named[n] for n in MODELS[self.model]))
+
+    # ------------------------------------------------------------------------------------------
+    def _bend(self, flat: Array) -> Array:
+        """Ideal to real image coordinates, (n, 2) in units of the focal length."""
+        named = self._named
+        r2 = (flat**2).sum(1)
+        if self.model == "OPENCV_FISHEYE":
+            r = np.sqrt(r2)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                factor = np.where(r > 1e-12, self._radius(r) / r, 1.0)
+            return flat * factor[:, None]
+        bent = flat * self._factor(r2)[:, None]
+        p1, p2 = named.get("p1", 0.0), named.get("p2", 0.0)
+        if p1 or p2:
+            x, y = flat.T
+            bent = bent + np.column_stack(
+                [2 * p1 * x * y + p2 * (r2 + 2 * x * x), p1 * (r2 + 2 * y * y) + 2 * p2 * x * y]
+            )
+        return bent
+
+    def _factor(self, r2: Array) -> Array:
+        get = self._named.get
+        above = 1 + r2 * (get("k1", 0.0) + r2 * (get("k2", 0.0) + r2 * get("k3", 0.0)))
+        below = 1 + r2 * (get("k4", 0.0) + r2 * (get("k5", 0.0) + r2 * get("k6", 0.0)))
+        return above / below
+
+    def _radius(self, r: Array) -> Array:
+        """Real radius of an ideal one."""
+        if self.model != "OPENCV_FISHEYE":
+            return r * self._factor(r * r)
+        named, angle = self._named, np.arctan(r)
+        a2 = angle * angle
+        k1, k2, k3, k4 = (named[n] for n in ("k1", "k2", "k3", "k4"))
+        return angle * (1 + a2 * (k1 + a2 * (k2 + a2 * (k3 + a2 * k4))))
+
+    @cached_property
+    def _edge(self) -> float:
+        """The ideal radius up to which the real one grows."""
+        if not self.distorts:
+            return np.inf
+        r = np.linspace(0.0, _WIDEST, 5701)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            real = self._radius(r)
+        falling = np.flatnonzero(~(np.diff(real) > 0))
+        return float(r[falling[0]]) if len(falling) else np.inf
+
+    def _straighten(self, wanted: Array) -> Array:
+        """Invert `_bend` by Newton's method on the radius, then for what is not radial."""
+        edge = min(self._edge, _WIDEST)
+        r = np.linspace(0.0, edge, 2000)
+        real = self._radius(r)
+        asked: Array = np.hypot(wanted[:, 0], wanted[:, 1])
+        first = np.interp(asked, real, r)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            flat = np.where(
+                asked[:, None] > 1e-12, wanted / asked[:, None] * first[:, None], wanted
+            )
+        step = 1e-6
+        for _ in range(12):
+            miss = self._bend(flat) - wanted
+            if not np.nanmax(np.abs(miss), initial=0.0) > 1e-14:
+                break
+            dx = (self._bend(flat + [step, 0.0]) - self._bend(flat - [step, 0.0])) / (2 * step)
+            dy = (self._bend(flat + [0.0, step]) - self._bend(flat - [0.0, step])) / (2 * step)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                det = dx[:, 0] * dy[:, 1] - dx[:, 1] * dy[:, 0]
+                flat = flat - np.column_stack(
+                    [
+                        (miss[:, 0] * dy[:, 1] - miss[:, 1] * dy[:, 0]) / det,
+                        (dx[:, 0] * miss[:, 1] - dx[:, 1] * miss[:, 0]) / det,
+                    ]
+                )
+        lost = np.abs(self._bend(flat) - wanted).max(axis=1, initial=0.0) > 1e-8
+        flat = np.where(lost[:, None], np.nan, flat)
+        return flat
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """A photo with its camera and its pose: x_camera = rotation @ x + translation.
+
+    name : of the photo, relative to its folder, with forward slashes
+    rotation : (3, 3)
+    translation : (3,), in the unit of the scene
+    """
+
+    name: str
+    intrinsics: Intrinsics
+    rotation: Array
+    translation: Array
+
+    @property
+    def centre(self) -> Array:
+        """(3,) the projection centre in the scene."""
+        return np.asarray(-self.rotation.T @ self.translation)
+
+    @property
+    def direction(self) -> Array:
+        """(3,) unit vector along the optical axis, in the scene."""
+        return np.asarray(self.rotation[2])
+
+    def depths(self, points: npt.ArrayLike) -> Array:
+        """(n,) distances along the optical axis of scene points (n, 3)."""
+        return np.asarray(points, np.float64) @ self.rotation[2] + self.translation[2]
+
+    def project(self, points: npt.ArrayLike) -> Array:
+        """Pixels (n, 2) of scene points (n, 3); NaN as in `Intrinsics.project`. Pixels outside the
+        photo are given too."""
+        xyz = np.asarray(points, np.float64).reshape(-1, 3)
+        return self.intrinsics.project(xyz @ self.rotation.T + self.translation)
+
+    def rays(self, pixels: npt.ArrayLike) -> Array:
+        """Unit directions (n, 3) in the scene, from `centre` through pixels (n, 2)."""
+        rays = self.intrinsics.rays(pixels) @ self.rotation
+        return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True))
+
+    def contains(self, pixels: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+        """Which pixels (n, 2) lie on the photo."""
+        x, y = np.asarray(pixels, np.float64).reshape(-1, 2).T
+        width, height = self.intrinsics.width, self.intrinsics.height
+        return np.asarray((x >= 0) & (x <= width) & (y >= 0) & (y <= height))
+
+    def moved(self, scale: float, rotation: Array, translation: Array) -> View:
+        """The same photo once the scene is moved: x' = scale * rotation @ x + translation."""
+        turned = self.rotation @ rotation.T
+        return View(
+            self.name,
+            self.intrinsics,
+            turned,
+            scale * self.translation - turned @ np.asarray(translation),
+        )

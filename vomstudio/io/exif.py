@@ -1,0 +1,235 @@
+"""EXIF of one photo as plain numbers, with words for whatever in it is nonsense.
+
+Tags and units after the Exif standard, CIPA DC-008 (version 3.0).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import datetime
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+_EXIF_IFD, _GPS_IFD = 0x8769, 0x8825
+# Millimetres of FocalPlaneResolutionUnit.
+_UNITS_MM = {2: 25.4, 3: 10.0, 4: 1.0, 5: 0.001}
+
+
+@dataclass(frozen=True)
+class Exif:
+    """None where a tag is missing or cannot be meant; `problems` says what was dropped and why.
+
+    focal_plane_px_per_mm : of the sensor, along the width of the picture as it was taken
+    pixels : width and height as taken, which later programs may have changed
+    altitude_m : negative below the reference
+    altitude_reference : "sea level", "below sea level" or "ellipsoid"
+    """
+
+    make: str | None = None
+    model: str | None = None
+    serial: str | None = None
+    lens: str | None = None
+    focal_mm: float | None = None
+    focal_35mm: float | None = None
+    focal_plane_px_per_mm: float | None = None
+    pixels: tuple[int, int] | None = None
+    orientation: int = 1
+    taken: datetime | None = None
+    exposure_s: float | None = None
+    f_number: float | None = None
+    iso: float | None = None
+    digital_zoom: float | None = None
+    latitude_deg: float | None = None
+    longitude_deg: float | None = None
+    altitude_m: float | None = None
+    altitude_reference: str | None = None
+    gps_accuracy_m: float | None = None
+    problems: tuple[str, ...] = field(default=())
+
+
+def read_exif(image: Image.Image) -> Exif:
+    """Never raises: what cannot be read is a problem in words."""
+    import warnings
+
+    if image.format == "PNG" and not {"exif", "Raw profile type exif"} & image.info.keys():
+        # Pillow would decode the whole picture to see whether some comes after it.
+        return Exif()
+    problems: list[str] = []
+    groups: list[Mapping[int, Any]] = [{}, {}, {}]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            exif = image.getexif()
+            groups[0] = dict(exif)
+            groups[1] = dict(exif.get_ifd(_EXIF_IFD))
+            groups[2] = dict(exif.get_ifd(_GPS_IFD))
+        except Exception as error:  # noqa: BLE001 - Pillow's parser raises whatever it meets
+            problems.append(f"its EXIF is damaged ({type(error).__name__}) and was read in part")
+    return from_tags(groups[0], groups[1], groups[2], problems)
+
+
+def from_tags(
+    main: Mapping[int, Any],
+    exif: Mapping[int, Any],
+    gps: Mapping[int, Any],
+    problems: list[str] | None = None,
+) -> Exif:
+    """From the values of the three directories, by tag number."""
+    said = [] if problems is None else problems
+    tags = {**main, **exif}
+    orientation = _whole(tags.get(0x0112))
+    if orientation not in range(1, 9):
+        # 0 and what is missing mean as stored.
+        if orientation not in (None, 0):
+            said.append(f"its orientation tag is {orientation}; taken as stored")
+        orientation = 1
+    latitude, longitude = _position(gps, said)
+    altitude, reference = _altitude(gps) if latitude is not None else (None, None)
+    zoom = _positive(tags.get(0xA404))
+    return Exif(
+        make=_text(tags.get(0x010F)),
+        model=_text(tags.get(0x0110)),
+        serial=_text(tags.get(0xA431)),
+        lens=_text(tags.get(0xA434)),
+        focal_mm=_positive(tags.get(0x920A)),
+        focal_35mm=_positive(tags.get(0xA405)),
+        focal_plane_px_per_mm=_focal_plane(tags),
+        pixels=_pixels(tags),
+        orientation=orientation or 1,
+        taken=_date(tags),
+        exposure_s=_positive(tags.get(0x829A)) or _power(tags.get(0x9201), -1.0),
+        f_number=_positive(tags.get(0x829D)) or _aperture(tags),
+        iso=_positive(_first(tags.get(0x8827))),
+        digital_zoom=zoom,
+        latitude_deg=latitude,
+        longitude_deg=longitude,
+        altitude_m=altitude,
+        altitude_reference=reference,
+        gps_accuracy_m=_positive(gps.get(0x1F)),
+        problems=tuple(said),
+    )
+
+
+def _position(gps: Mapping[int, Any], said: list[str]) -> tuple[float | None, float | None]:
+    if 2 not in gps and 4 not in gps:
+        return None, None
+    status = _text(gps.get(9))
+    if status == "V":
+        said.append("its GPS had no fix; the position is not used")
+        return None, None
+    north, east = (_text(gps.get(tag)) or "" for tag in (1, 3))
+    latitude, longitude = _sexagesimal(gps.get(2)), _sexagesimal(gps.get(4))
+    if latitude is None or longitude is None:
+        said.append("its GPS position is not a number and is not used")
+    elif north[:1].upper() not in ("N", "S") or east[:1].upper() not in ("E", "W"):
+        said.append(
+            f"its GPS position is marked '{north}' for latitude and '{east}' for longitude, where "
+            "N or S and E or W belong; it is not used"
+        )
+    elif abs(latitude) > 90 or abs(longitude) > 180:
+        said.append(f"its GPS position {latitude:g}, {longitude:g} is not on Earth; it is not used")
+    elif latitude == 0 and longitude == 0:
+        said.append("its GPS position is 0, 0, which receivers write without a fix; it is not used")
+    else:
+        return (
+            -latitude if north[:1].upper() == "S" else latitude,
+            -longitude if east[:1].upper() == "W" else longitude,
+        )
+    return None, None
+
+
+def _altitude(gps: Mapping[int, Any]) -> tuple[float | None, str | None]:
+    value = _number(gps.get(6))
+    if value is None:
+        return None, None
+    raw = gps.get(5, 0)
+    code = raw[0] if isinstance(raw, bytes) and raw else _whole(raw)
+    # 2 and 3 came with Exif 3.0.
+    below = code in (1, 3)
+    reference = "ellipsoid" if code in (2, 3) else "below sea level" if below else "sea level"
+    return (-value if below else value), reference
+
+
+def _sexagesimal(value: Any) -> float | None:
+    parts = [_number(part) for part in _sequence(value)[:3]]
+    if not parts or parts[0] is None or parts[0] < 0:
+        return None
+    # Some phones write decimal minutes and leave the seconds 0/0.
+    minutes, seconds = ([p or 0.0 for p in parts[1:]] + [0.0, 0.0])[:2]
+    return float(parts[0] + minutes / 60.0 + seconds / 3600.0)
+
+
+def _focal_plane(tags: Mapping[int, Any]) -> float | None:
+    per_unit = _positive(tags.get(0xA20E))
+    unit = _UNITS_MM.get(_whole(tags.get(0xA210)) or 2)
+    return per_unit / unit if per_unit and unit else None
+
+
+def _pixels(tags: Mapping[int, Any]) -> tuple[int, int] | None:
+    width, height = (_whole(tags.get(tag)) for tag in (0xA002, 0xA003))
+    return (width, height) if width and height and width > 0 and height > 0 else None
+
+
+def _date(tags: Mapping[int, Any]) -> datetime | None:
+    for tag in (0x9003, 0x9004, 0x0132):
+        text = _text(tags.get(tag)) or ""
+        try:
+            found = datetime.strptime(text[:19].replace("-", ":"), "%Y:%m:%d %H:%M:%S")
+        except ValueError:
+            continue
+        part = _text(tags.get(0x9291)) if tag == 0x9003 else None
+        if part and part.isdigit():
+            found = found.replace(microsecond=int(float(f"0.{part}") * 1e6))
+        return found
+    return None
+
+
+def _aperture(tags: Mapping[int, Any]) -> float | None:
+    # A lens without contacts gives f/0; then the APEX value means nothing either.
+    return None if 0x829D in tags else _power(tags.get(0x9202), 0.5)
+
+
+def _power(value: Any, factor: float) -> float | None:
+    """From APEX, the power of two that it stands for."""
+    number = _number(value)
+    return 2.0 ** (factor * number) if number is not None and abs(number) < 64 else None
+
+
+def _number(value: Any) -> float | None:
+    try:
+        number = float(_first(value))
+    except (TypeError, ValueError, ZeroDivisionError, OverflowError):
+        return None
+    return number if math.isfinite(number) else None
+
+
+def _positive(value: Any) -> float | None:
+    number = _number(value)
+    return number if number is not None and 0 < number < 1e9 else None
+
+
+def _whole(value: Any) -> int | None:
+    number = _number(value)
+    return int(number) if number is not None and abs(number) < 2**31 else None
+
+
+def _sequence(value: Any) -> list[Any]:
+    return list(value) if isinstance(value, tuple | list) else [] if value is None else [value]
+
+
+def _first(value: Any) -> Any:
+    items = _sequence(value)
+    return items[0] if items else None
+
+
+def _text(value: Any) -> str | None:
+    if isinstance(value, bytes):
+        value = value.decode("utf-8", "replace")
+    if not isinstance(value, str):
+        return None
+    text = " ".join("".join(c if c.isprintable() else " " for c in value.split("\0")[0]).split())
+    return text or None

@@ -1,0 +1,134 @@
+"""XMP packets of drone photos: where the camera looked, and how well its position is known.
+
+Conventions of the vendors, all turned into one: yaw clockwise from north, pitch of the optical axis
+above the horizon (-90 looks straight down), roll about the axis.
+- DJI and Autel (`GimbalYawDegree` ...): as ours.
+- Parrot (`CameraYawDegree` ...): as ours (Parrot's "Embedded Photo Metadata").
+- Skydio (`CameraOrientationNED`: Yaw, Pitch, Roll): as ours.
+- Pix4D's `Camera` tags (senseFly, Parrot Sequoia, XAG ...): pitch 0 looks straight down.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from xml.etree import ElementTree
+
+_LARGEST = 4 << 20
+_PIX4D = "pix4d.com/camera"
+
+
+@dataclass(frozen=True)
+class DroneTags:
+    """What a drone writes beside EXIF; None where it says nothing.
+
+    relative_altitude_m : above the place of take-off
+    accuracy_m : standard deviation of the camera's position, horizontally, as the receiver says
+    ellipsoidal : heights refer to the ellipsoid
+    focal_px : of the vendor's calibration
+    """
+
+    yaw_deg: float | None = None
+    pitch_deg: float | None = None
+    roll_deg: float | None = None
+    relative_altitude_m: float | None = None
+    accuracy_m: float | None = None
+    ellipsoidal: bool = False
+    focal_px: float | None = None
+    panorama: bool = False
+
+
+def read_drone_tags(packet: bytes | str | None) -> DroneTags:
+    """Anything damaged counts as absent: a photo is not worse for a broken packet."""
+    tags = flatten(packet)
+    if not tags:
+        return DroneTags()
+    yaw, pitch, roll = _angles(tags)
+    spread = [_number(tags, name) for name in ("RtkStdLon", "RtkStdLat")]
+    known = [value for value in spread if value is not None and value > 0]
+    accuracy = math.hypot(*known) if len(known) == 2 else None
+    for name in ("GPSXYAccuracy", "GpsHorizontalAccuracy", "GPSHPositioningError"):
+        value = _number(tags, name)
+        if accuracy is None and value is not None and value > 0:
+            accuracy = value
+    focal = _number(tags, "CalibratedFocalLength", "CalibratedFocalLength/X")
+    return DroneTags(
+        yaw_deg=yaw,
+        pitch_deg=pitch,
+        roll_deg=roll,
+        relative_altitude_m=_number(tags, "RelativeAltitude"),
+        accuracy_m=accuracy,
+        ellipsoidal=tags.get("AltitudeType", "").casefold().startswith("rtk"),
+        focal_px=focal if focal is not None and focal > 0 else None,
+        panorama="ProjectionType" in tags or tags.get("UsePanoramaViewer", "").lower() == "true",
+    )
+
+
+def flatten(packet: bytes | str | None) -> dict[str, str]:
+    """Properties of a packet by their local names, `Struct/Member` inside of structures; Pix4D's
+    own with `Camera:` before them, since others use the same words otherwise."""
+    if not packet:
+        return {}
+    data = packet if isinstance(packet, bytes) else packet.encode("utf-8", "replace")
+    found = re.search(rb"<x:xmpmeta.*?</x:xmpmeta>|<rdf:RDF.*?</rdf:RDF>", data, re.DOTALL)
+    # Entities are not wanted from a photo: they can grow without bounds.
+    if found is None or len(found[0]) > _LARGEST or b"<!ENTITY" in data:
+        return {}
+    try:
+        root = ElementTree.fromstring(found[0])
+    except (ElementTree.ParseError, ValueError):
+        return {}
+    tags: dict[str, str] = {}
+    for description in root.iter("{http://www.w3.org/1999/02/22-rdf-syntax-ns#}Description"):
+        _collect(description, "", tags)
+    return tags
+
+
+def _collect(element: ElementTree.Element, under: str, tags: dict[str, str]) -> None:
+    for key, value in element.attrib.items():
+        tags.setdefault(under + _name(key), value.strip())
+    for child in element:
+        name = under + _name(child.tag)
+        if child.text and child.text.strip():
+            tags.setdefault(name, child.text.strip())
+        if name.count("/") < 4:
+            inside = under if name.endswith(("Description", "Seq", "Bag", "li")) else name + "/"
+            _collect(child, inside, tags)
+
+
+def _name(key: str) -> str:
+    space, _, local = key.rpartition("}")
+    return f"Camera:{local}" if _PIX4D in space.casefold() else local
+
+
+def _angles(tags: Mapping[str, str]) -> tuple[float | None, float | None, float | None]:
+    for form in (
+        "Gimbal{}Degree",
+        "Camera{}Degree",
+        "CameraOrientationNED/{}",
+    ):
+        yaw, pitch, roll = (_number(tags, form.format(a)) for a in ("Yaw", "Pitch", "Roll"))
+        if yaw is not None and pitch is not None:
+            return yaw % 360.0, pitch, roll
+    yaw, pitch, roll = (_number(tags, f"Camera:{a}") for a in ("Yaw", "Pitch", "Roll"))
+    # All zero is what a camera without a sensor writes.
+    if yaw is None or pitch is None or not (yaw or pitch or roll):
+        return None, None, None
+    return yaw % 360.0, pitch - 90.0, roll
+
+
+def _number(tags: Mapping[str, str], *names: str) -> float | None:
+    for name in names:
+        text = tags.get(name, tags.get(f"Camera:{name}"))
+        if text is None:
+            continue
+        above, _, below = text.partition("/")
+        try:
+            value = float(above) / float(below) if below else float(above)
+        except (ValueError, ZeroDivisionError):
+            continue
+        if math.isfinite(value):
+            return value
+    return None
