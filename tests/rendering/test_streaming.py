@@ -138,7 +138,7 @@ def test_all_that_is_chosen_is_read_and_the_budget_holds(cliff: Path, whole: Poi
 def test_the_surface_of_all_nodes_is_that_of_the_cloud(cliff: Path, whole: PointCloud) -> None:
     cloud = copc.stream(cliff, N)
     for row in range(len(cloud.store)):
-        cloud.store.fetch(row)
+        cloud.store.fetch([row])
     surface, other = surface_of(cloud), CloudSurface(whole)
     assert isinstance(surface, StreamedSurface)
     surface.build()

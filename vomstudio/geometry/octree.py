@@ -9,7 +9,7 @@ the node: ids stay the same whatever is loaded, and are the rows of the same fil
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -69,9 +69,11 @@ class CloudNodes:
     budget : how many points may be there at a time
     first : rows of the nodes that stand for the whole
     in_order : points that follow each other in a node are neighbours
+    at_once : nodes with so many points together are best fetched at once
     """
 
     in_order = False
+    at_once = 0
 
     def __init__(
         self, bounds: Array, spacing: Array, counts: Ints, parents: Ints, budget: int,
@@ -84,8 +86,8 @@ class CloudNodes:
     def __len__(self) -> int:
         return len(self.counts)
 
-    def fetch(self, row: int) -> Piece:
-        """The points of a node, from wherever they are. Raises InputError."""
+    def fetch(self, rows: Sequence[int]) -> list[Piece]:
+        """The points of nodes, from wherever they are. Raises InputError."""
         raise NotImplementedError
 
     def let_go(self, row: int, piece: Piece) -> None:
@@ -142,18 +144,21 @@ class ArrangedNodes(CloudNodes):
             tuple(np.flatnonzero(arrangement.parents < 0).tolist()),
         )
 
-    def fetch(self, row: int) -> Piece:
-        starts = self._arrangement.starts
-        rows = self._arrangement.rows[starts[row] : starts[row + 1]]
-        return Piece(self._cloud, rows, rows)
+    def fetch(self, rows: Sequence[int]) -> list[Piece]:
+        starts, order = self._arrangement.starts, self._arrangement.rows
+        points = [order[starts[row] : starts[row + 1]] for row in rows]
+        return [Piece(self._cloud, own, own) for own in points]
 
 
 class NodeStore(CloudNodes):
     """What has been read of a file's nodes. Any thread may use it.
 
     starts : (n,) number of each node's first point in the file
-    read : reads the points of a node; raises InputError
+    read : reads the points of nodes, one after the other; raises InputError
     """
+
+    # Two processors unpack two nodes as quickly as one, and hold the interpreter up as long.
+    at_once = 100_000
 
     def __init__(
         self,
@@ -162,7 +167,7 @@ class NodeStore(CloudNodes):
         counts: Ints,
         starts: Ints,
         parents: Ints,
-        read: Callable[[int], PointCloud],
+        read: Callable[[Sequence[int]], PointCloud],
         budget: int,
         first: tuple[int, ...],
     ) -> None:
@@ -190,13 +195,19 @@ class NodeStore(CloudNodes):
         with self._lock:
             self._loaded[row] = cloud
 
-    def fetch(self, row: int) -> Piece:
-        cloud = self._loaded.get(row)
-        if cloud is None:
-            cloud = self._read(row)
-            self.put(row, cloud)
-        rows = np.arange(len(cloud.points))
-        return Piece(cloud, rows, rows + self.starts[row])
+    def fetch(self, rows: Sequence[int]) -> list[Piece]:
+        there = self.loaded()
+        missing = [row for row in rows if row not in there]
+        if missing:
+            clouds = parts_of(self._read(missing), self.counts[missing].tolist())
+            for row, cloud in zip(missing, clouds, strict=True):
+                there[row] = cloud
+                self.put(row, cloud)
+        pieces = []
+        for row in rows:
+            own = np.arange(len(there[row].points))
+            pieces.append(Piece(there[row], own, own + self.starts[row]))
+        return pieces
 
     def let_go(self, row: int, piece: Piece) -> None:
         with self._lock:
@@ -207,7 +218,7 @@ class NodeStore(CloudNodes):
 
     def read(self, row: int) -> PointCloud:
         """A node from the file; it is not kept. Raises InputError."""
-        return self._read(row)
+        return self._read([row])
 
     def nodes_of(self, ids: Ints) -> Ints:
         """(k,) the row of the node that holds each point."""

@@ -315,10 +315,10 @@ def stream(path: str | Path, budget: int) -> StreamedCloud:
         raise
     lock = threading.Lock()
 
-    def read(row: int) -> PointCloud:
+    def read(rows: Sequence[int]) -> PointCloud:
         # One thread at a time: they share the place in the file.
         with lock:
-            return file.read(found.take(np.array([row])))
+            return file.read(found.take(np.array(rows)))
 
     store = NodeStore(
         found.bounds, found.spacing, found.points, starts, parents_of(found.keys), read, budget,

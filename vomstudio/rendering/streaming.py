@@ -92,8 +92,8 @@ class Streamer:
 
     def begin(self) -> None:
         """Hand over the nodes that stand for the whole."""
-        for row in self._nodes.first:
-            self._hand_over(row, self._nodes.fetch(row))
+        for row, piece in zip(self._nodes.first, self._nodes.fetch(self._nodes.first), strict=True):
+            self._hand_over(row, piece)
         self._emit(StreamStarted(self))
         self._emit(ChunksDone(len(self._nodes.first)))
         self._emit(TexturesDone())
@@ -130,20 +130,17 @@ class Streamer:
     def _follow(self, rows: tuple[int, ...], turn: int) -> None:
         try:
             self._used.update(dict.fromkeys(rows, turn))
-            for row in rows:
+            missing = [row for row in rows if row not in self._there and row not in self._broken]
+            while missing:
                 if turn != self.turn:
                     return
                 if self._stopped.is_set():
                     raise Stopped
-                if row in self._there or row in self._broken:
-                    continue
-                self._make_room(int(self._nodes.counts[row]), turn)
-                try:
-                    self._hand_over(row, self._nodes.fetch(row))
-                except InputError as error:
-                    if not self._broken:
-                        self._emit(Problem(f"A part of a cloud is not shown. {error}"))
-                    self._broken.add(row)
+                points = np.cumsum(self._nodes.counts[missing])
+                count = max(1, int(np.searchsorted(points, self._nodes.at_once, side="right")))
+                self._make_room(int(points[count - 1]), turn)
+                self._fetch(missing[:count])
+                missing = missing[count:]
             self._emit(ViewDone(turn))
         except Stopped:
             pass
@@ -153,6 +150,21 @@ class Streamer:
                 self._emit(ViewDone(turn))
             except Stopped:
                 pass
+
+    def _fetch(self, rows: list[int]) -> None:
+        try:
+            pieces = self._nodes.fetch(rows)
+        except InputError as error:
+            if len(rows) > 1:
+                for row in rows:
+                    self._fetch([row])
+                return
+            if not self._broken:
+                self._emit(Problem(f"A part of a cloud is not shown. {error}"))
+            self._broken.add(rows[0])
+            return
+        for row, piece in zip(rows, pieces, strict=True):
+            self._hand_over(row, piece)
 
     def _make_room(self, wanted: int, turn: int) -> None:
         held = sum(int(self._nodes.counts[row]) for row in self._there)
