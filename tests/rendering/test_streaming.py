@@ -214,3 +214,39 @@ def test_a_file_that_is_cut_while_open_is_said_once(tmp_path: Path, cliff: Path)
     sink.look(from_above(20, 30, 40.0))
     assert len(sink.problems) == 1
     assert len(sink.nodes) == len(cloud.store.first)
+
+
+def test_of_a_cloud_in_memory_only_what_a_view_needs_is_drawn() -> None:
+    rng = np.random.default_rng(3)
+    points = rng.random((400_000, 3)) * [90, 60, 0.1] + [576000.0, 5188000.0, 0.0]
+    cloud = PointCloud(points, rng.integers(0, 255, (len(points), 3), np.uint8))
+    sink = Sink(cloud, budget=250_000)
+    first = sum(len(n.chunk.points) for n in sink.nodes.values())
+    assert 0 < first <= 50_000
+    sink.look(from_above(45, 30, 3000.0))
+    assert sum(len(sink.nodes[row].chunk.points) for row in sink.shown) == first
+    for x in (10.0, 80.0, 10.0):
+        sink.look(from_above(x, 30, 20.0))
+        assert set(sink.shown) <= set(sink.nodes)
+    assert sink.most <= 250_000
+    for node in sink.nodes.values():
+        at = node.chunk.points + sink.origin
+        assert np.abs(at - points[node.chunk.point_ids]).max() < 1e-3
+    # Near by, every point of what is seen is there.
+    sink = Sink(cloud, budget=800_000)
+    sink.look(from_above(45, 30, 10.0))
+    ids = np.concatenate([sink.nodes[row].chunk.point_ids for row in sink.shown])
+    seen = np.flatnonzero((np.abs(points[:, :2] - [576045.0, 5188030.0]) < 2.0).all(axis=1))
+    assert np.isin(seen, ids).all()
+    assert sink.problems == []
+
+
+def test_a_cloud_that_is_not_wanted_any_more_is_not_read_on(cliff: Path) -> None:
+    cloud = copc.stream(cliff, N)
+    sink = Sink(cloud)
+    assert sink.streamer is not None
+    before = len(sink.nodes)
+    sink.stop.set()
+    assert sink.streamer.look(from_above(45, 30, 40.0)) is not None
+    assert len(sink.nodes) == before
+    assert sink.problems == []
