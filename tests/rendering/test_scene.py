@@ -82,7 +82,7 @@ def test_what_is_drawn_lies_where_project_says(scene: Scene, orthographic: bool)
     marks = UTM + np.array([[1.0, 0.0, 1.0], [9.0, 3.0, 7.0], [5.0, -2.0, 4.0], [2.0, 1.0, 6.5]])
     colors = np.array([[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 0]], np.uint8)
     show(scene, "c", PointCloud(marks, colors))
-    scene.point_scale = 4.0
+    scene.look.point_scale = 4.0
     scene.set_mode("textured")
     scene.camera.orthographic = orthographic
     scene.camera.look_along(20.0, 15.0)

@@ -207,7 +207,7 @@ class Viewport(QWidget):
         scene = Scene()
         scene.camera = self._camera
         ratio = self.devicePixelRatioF()
-        scene.point_scale = ratio
+        scene.look.point_scale = ratio
         scene.start(max(1, round(self.width() * ratio)), max(1, round(self.height() * ratio)))
         scene.features.set_scale(ratio)
         self._scene = scene
@@ -1001,7 +1001,7 @@ class Viewport(QWidget):
         shown = [
             (m.field.scale, m.model_id)
             for m in self._scene.models.values()
-            if m.visible and m.field is not None and self._scene.shows_field(m)
+            if m.visible and m.field is not None and self._scene.look.shows_field(m)
         ]
         several = len(shown) > 1
         return barpainting.lay_out_bars(
@@ -1060,7 +1060,7 @@ class Viewport(QWidget):
         if self._scene is None:
             return
         ratio = self.devicePixelRatioF()
-        self._scene.point_scale = ratio
+        self._scene.look.point_scale = ratio
         self._scene.features.set_scale(ratio)
         self._scene.resize(
             max(1, round(self.width() * ratio)), max(1, round(self.height() * ratio))
