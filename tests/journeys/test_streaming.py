@@ -27,7 +27,7 @@ def settle(window, model_id: str) -> None:
     wait(lambda: model_id in scene.models and scene.models[model_id].streamer, "a stream")
     pause(350)
     wait(lambda: scene.complete and scene.settled and not viewport._rest.isActive(), "all nodes")
-    assert not viewport._inbox
+    assert not viewport._work.waiting
 
 
 def test_a_large_copc_file_is_streamed_and_its_points_are_those_of_the_file(window, cliff):

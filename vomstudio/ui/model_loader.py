@@ -21,7 +21,7 @@ from vomstudio.geometry.octree import POINT_BUDGET
 from vomstudio.io import copc, model_cache
 from vomstudio.io.models import file_hash
 from vomstudio.jobs.events import Failed
-from vomstudio.rendering.viewport import give_way
+from vomstudio.rendering.modelwork import give_way
 from vomstudio.ui.job_bridge import Job, JobBridge
 
 
