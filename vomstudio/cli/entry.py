@@ -10,7 +10,21 @@ import warnings
 from collections.abc import Sequence
 
 from vomstudio import __version__
-from vomstudio.cli import convert, demo, export, fit, fold, info, ortho, stats, stereonet
+from vomstudio.cli import (
+    check,
+    convert,
+    demo,
+    export,
+    fit,
+    fold,
+    frames,
+    info,
+    ortho,
+    plan,
+    reconstruct,
+    stats,
+    stereonet,
+)
 from vomstudio.cli.arguments import HelpWanted, Parser
 from vomstudio.cli.output import Channel, Output, stdout_kept, to_json
 from vomstudio.errors import Cancelled, InputError, UsageError, VomError
@@ -24,6 +38,10 @@ _COMMAND_MODULES = {
     "fold": fold,
     "stereonet": stereonet,
     "ortho": ortho,
+    "plan": plan,
+    "check": check,
+    "frames": frames,
+    "reconstruct": reconstruct,
     "export": export,
 }
 COMMANDS = tuple(_COMMAND_MODULES)

@@ -190,6 +190,15 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
     return result
 
 
+def read_photo(path: str | Path) -> Photo:
+    """One photo by itself, without mask. Raises InputError."""
+    path = Path(path)
+    try:
+        return _read(path, path.name)[0]
+    except InputError as error:
+        raise InputError(error.message, file=path) from error
+
+
 # ------------------------------------------------------------------------------------------------
 def _listed(root: Path) -> list[Path]:
     """Files down to the deepest level, sorted. Raises InputError."""
@@ -395,7 +404,12 @@ def _focal(
     if tags.pixels is not None:
         was = max(tags.pixels), min(tags.pixels)
         reshaped = abs(was[0] * short_side / (was[1] * long_side) - 1.0) > _SAME_SHAPE
-        if reshaped and was[0] >= long_side and was[1] >= short_side:
+        if long_side > 1.02 * was[0]:
+            said.append(
+                f"has {width} x {height} pixels but was taken with {was[0]} x {was[1]}: it was "
+                "enlarged, and holds no more detail for it"
+            )
+        elif reshaped and was[1] >= short_side:
             # Cut out, not resized: the pixels are the sensor's.
             as_taken, note = float(was[0]), f", cut from {was[0]} x {was[1]}"
             said.append(

@@ -52,6 +52,9 @@ class Threads:
             # Nobody waits for what is not wanted any more.
             pool.shutdown(wait=False, cancel_futures=True)
 
+    def close(self) -> None:
+        pass
+
 
 class Cluster:
     """An Executor on the workers of a Dask scheduler, which must have this version installed."""
@@ -105,9 +108,10 @@ class Cluster:
             submit(self.workers + 1)
             while running:
                 try:
-                    finished = distributed.wait(
-                        list(running), timeout=_PATIENCE_S, return_when="FIRST_COMPLETED"
-                    ).done
+                    with self._client.as_current():
+                        finished = distributed.wait(
+                            list(running), timeout=_PATIENCE_S, return_when="FIRST_COMPLETED"
+                        ).done
                 except TimeoutError:
                     progress.step(done)
                     if not self._client.nthreads():

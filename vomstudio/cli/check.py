@@ -1,0 +1,87 @@
+"""`vomstudio check`: what a set of photos is worth, and what to shoot next time."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vomstudio.cli import words
+from vomstudio.cli.arguments import Subparsers, add_command, progress_of
+from vomstudio.cli.output import Output
+from vomstudio.errors import UsageError
+
+if TYPE_CHECKING:
+    from vomstudio.photogrammetry.findings import SurveyReport
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = add_command(
+        subparsers, "check", run, help_="Check a set of photos before or after it is aligned"
+    )
+    parser.add_argument("photos", metavar="PHOTOS", help="folder of photos")
+    parser.add_argument(
+        "--distance", type=float, metavar="M", help="distance from camera to rock, if known"
+    )
+    parser.add_argument(
+        "--scene", metavar="DIR", help="folder of an alignment of these photos, to check that too"
+    )
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.io.photos import read_photos
+    from vomstudio.photogrammetry.survey_check import check_photos
+
+    if args.distance is not None and not 0 < args.distance < 1e6:
+        raise UsageError("a distance is a positive number of metres.", field="--distance")
+    progress = progress_of(args)
+    scene = None
+    if args.scene is not None:
+        from vomstudio.photogrammetry.scene import SparseScene
+
+        scene = SparseScene.load(args.scene)
+    folder = read_photos(args.photos, progress)
+    report = check_photos(folder, distance_m=args.distance, progress=progress)
+    result: dict[str, Any] = {
+        "folder": str(Path(args.photos)),
+        **report.as_dict(),
+        "skipped": [{"name": name, "reason": reason} for name, reason in folder.skipped],
+        "warnings": list(folder.warnings),
+    }
+    out.text(_in_words(report))
+    if scene is not None:
+        from vomstudio.photogrammetry.scene_check import check_scene
+
+        placed = {view.name for view in scene.views}
+        after = check_scene(
+            scene,
+            unregistered=[p.name for p in folder.photos if p.name not in placed],
+            blur={p.name: p.blur for p in report.photos if p.blur is not None},
+        )
+        result["aligned"] = after.as_dict()
+        out.text("\nAfter the alignment\n" + _in_words(after))
+    out.result(result)
+    out.warn([f"{name} {reason}" for name, reason in folder.skipped])
+    out.warn(folder.warnings)
+
+
+def _in_words(report: SurveyReport) -> str:
+    rows = [
+        (
+            photo.name,
+            words.number(None if photo.gsd_m is None else 1000 * photo.gsd_m, 2),
+            words.number(photo.blur, 2),
+            words.number(photo.views, 1),
+            words.number(None if photo.overlap is None else 100 * photo.overlap, 0),
+        )
+        for photo in report.photos
+    ]
+    lines = []
+    if rows:
+        heads = ("photo", "pixel", "blur", "views", "overlap")
+        lines = [words.table(heads, ("", "mm", "px", "", "%"), rows), ""]
+    for finding in report.findings:
+        lines.append(f"{finding.severity}: {finding.text}")
+    lines += ["", report.verdict]
+    lines += [f"Next time: {advice}." for advice in report.next_time]
+    return "\n".join(lines)

@@ -1,0 +1,38 @@
+"""`vomstudio frames`: the frames of a video that are worth using."""
+
+from __future__ import annotations
+
+import argparse
+
+from vomstudio.cli.arguments import Subparsers, add_command, progress_of
+from vomstudio.cli.output import Output
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = add_command(
+        subparsers, "frames", run, help_="Take the sharp frames of a video, for a reconstruction"
+    )
+    parser.add_argument("video", metavar="VIDEO")
+    parser.add_argument("-o", "--output", metavar="DIR", required=True, help="folder for them")
+    parser.add_argument("--force", action="store_true", help="write into a folder that is in use")
+    parser.add_argument(
+        "--fps", type=float, default=2.0, metavar="N", help="frames per second, 1 to 4 (default 2)"
+    )
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.photogrammetry.video import take_frames
+
+    report = take_frames(
+        args.video, args.output, fps=args.fps, force=args.force, progress=progress_of(args)
+    )
+    out.result(report.as_dict())
+    out.warn(report.warnings)
+    lines = [
+        f"{report.width} x {report.height} px, {report.seconds:.1f} s at {report.video_fps:g} "
+        "frames per second",
+        f"{len(report.frames)} frames in {args.output}",
+        *(f"  {count} left out: {reason}" for reason, count in report.skipped.items()),
+        report.verdict,
+    ]
+    out.text("\n".join(lines))

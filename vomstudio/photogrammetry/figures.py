@@ -1,0 +1,80 @@
+"""What a reconstruction is told by: photo by photo, and as a drawing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.photogrammetry.scene import SparseScene
+
+if TYPE_CHECKING:
+    from vomstudio.io.photos import Photo
+
+_DRAWN = 4000
+
+
+def tie_points(scene: SparseScene) -> PointCloud:
+    """In World, with their mean reprojection error and the number of photos that see them."""
+    return PointCloud(
+        scene.points + scene.origin,
+        scene.colors,
+        fields={
+            "error_px": scene.errors_px.astype(np.float32),
+            "views": scene.track_lengths.astype(np.uint16),
+        },
+    )
+
+
+def photo_rows(
+    photos: Sequence[Photo], scene: SparseScene, registration: Mapping[str, Any]
+) -> list[dict[str, Any]]:
+    """For each photo: its tie points, their median reprojection error and ground sampling
+    distance, and by how much it misses its GPS position."""
+    numbers = {view.name: number for number, view in enumerate(scene.views)}
+    residuals = {row["name"]: row["error_m"] for row in registration.get("residuals", [])}
+    rows = []
+    for photo in photos:
+        row: dict[str, Any] = {
+            "name": photo.name,
+            "width": photo.width,
+            "height": photo.height,
+            "camera": photo.camera,
+            "placed": photo.name in numbers,
+            "tie_points": 0,
+            "error_px": None,
+            "gsd_m": None,
+            "residual_m": residuals.get(photo.name),
+        }
+        if photo.name in numbers:
+            row |= _of_view(scene, numbers[photo.name])
+        rows.append(row)
+    return rows
+
+
+def _of_view(scene: SparseScene, number: int) -> dict[str, Any]:
+    view = scene.views[number]
+    mine = scene.track_views == number
+    seen = scene.track_points[mine]
+    if not len(seen):
+        return {}
+    points = scene.points[seen]
+    misses = np.linalg.norm(view.project(points) - scene.track_pixels[mine], axis=1)
+    depth = float(np.median(view.depths(points)))
+    return {
+        "tie_points": len(seen),
+        "error_px": float(np.nanmedian(misses)),
+        "gsd_m": depth / float(np.mean(view.intrinsics.focal)),
+    }
+
+
+def drawing(scene: SparseScene) -> dict[str, Any]:
+    """Some tie points, the cameras and their directions, less the origin."""
+    step = max(1, len(scene.points) // _DRAWN)
+    return {
+        "points": np.round(scene.points[::step], 3).tolist(),
+        "at": np.round(scene.centres, 3).tolist(),
+        "looks": [np.round(view.direction, 4).tolist() for view in scene.views],
+    }
