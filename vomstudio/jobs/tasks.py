@@ -30,7 +30,9 @@ def load_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     path = Path(args["path"])
     folder = model_cache.folder_of(path, Path(args["cache"]))
     loaded = model_cache.load(path, folder, progress)
-    spacing = resolution(loaded.data)
+    spacing = loaded.resolution
+    if spacing is None:
+        spacing = resolution(loaded.data)
     return {
         "folder": str(folder),
         "kind": loaded.kind,
@@ -144,7 +146,9 @@ def export_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
             normals = data.normals
             if normals is not None:
                 normals = transform.rotate(rows, normals).astype(np.float32)
-            data = replace(data, points=transform.apply(rows, data.points), normals=normals)
+            data = replace(
+                data, points=transform.apply(rows, data.points), normals=normals, arrangement=None
+            )
     inputs = [path, *companions(path)]
     warnings = write_model(data, args["crs"], out, force=True, inputs=inputs, progress=progress)
     return {"warnings": warnings}

@@ -343,6 +343,7 @@ class MainWindow(QMainWindow):
         viewport.pointer.connect(self.status_line.show_pointer)
         viewport.camera_changed.connect(self._camera_changed)
         viewport.problem.connect(lambda text: self.studio.warn(text))
+        viewport.point_budget = self._settings.point_budget
         viewport.navigation = "turntable" if self._settings.turntable else "trackball"
         viewport.setFocus()
         self._camera_timer = QTimer(self)
