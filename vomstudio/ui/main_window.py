@@ -148,6 +148,7 @@ class MainWindow(QMainWindow):
     def _make_docks(self) -> None:
         from vomstudio.ui.display_panel import DisplayPanel
         from vomstudio.ui.feature_commands import open_types
+        from vomstudio.ui.jobs_panel import JobsPanel
         from vomstudio.ui.line_panel import LinePanel
         from vomstudio.ui.measure_panel import MeasurePanel
         from vomstudio.ui.messages_panel import MessagesPanel
@@ -199,6 +200,7 @@ class MainWindow(QMainWindow):
         self._dock("properties", self.tr("Properties"), self.properties, right)
         self._dock("table", self.tr("Orientations"), self.table, bottom)
         self._dock("photos", self.tr("Photos"), self.photos_panel, bottom)
+        self._dock("jobs", self.tr("Jobs"), JobsPanel(self.studio.jobs), bottom)
         self._dock("messages", self.tr("Messages"), self.messages, bottom)
 
     def _dock(self, name: str, title: str, widget: QWidget, area: Qt.DockWidgetArea) -> None:
@@ -213,7 +215,8 @@ class MainWindow(QMainWindow):
         self.tabifyDockWidget(docks["stereonet"], docks["view"])
         self.tabifyDockWidget(docks["view"], docks["display"])
         self.tabifyDockWidget(docks["table"], docks["photos"])
-        self.tabifyDockWidget(docks["photos"], docks["messages"])
+        self.tabifyDockWidget(docks["photos"], docks["jobs"])
+        self.tabifyDockWidget(docks["jobs"], docks["messages"])
         for tool in ("patch", "line", "measure"):
             self.tabifyDockWidget(docks["trace"], docks[tool])
         docks["trace"].raise_()
