@@ -121,7 +121,8 @@ def extract(task: ExtractTask) -> Features:
     it does not stop the others."""
     from PIL import Image
 
-    limit, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
+    # Photos are larger than Pillow's idea of an attack.
+    Image.MAX_IMAGE_PIXELS = None
     width = height = 0
     try:
         with Image.open(io.BytesIO(task.photo)) as image:
@@ -132,8 +133,6 @@ def extract(task: ExtractTask) -> Features:
         return Features.none(width, height, f"cannot be read ({error})")
     except MemoryError:
         return Features.none(width, height, "is too large for the memory of this machine")
-    finally:
-        Image.MAX_IMAGE_PIXELS = limit
     keypoints, descriptors = sift(grey(pixels), task.options)
     rows, columns = pixels.shape[:2]
     place = keypoints[:, :2].astype(np.intp)

@@ -19,6 +19,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.errors import InputError
 from vomstudio.photogrammetry.engine import cancellable, colmap
 from vomstudio.photogrammetry.features import Features
 from vomstudio.progress import Progress
@@ -353,3 +354,20 @@ def pair_counts(path: Path) -> dict[Pair, int]:
         a, b = pycolmap.pair_id_to_image_pair(pair_id)
         counts[(min(a, b) - 1, max(a, b) - 1)] = int(count)
     return counts
+
+
+def verified_matches(
+    path: Path, a: int, b: int
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
+    """Pixels (n, 2) and (n, 2) of the verified matches of two photos (rows). Raises InputError
+    without a database."""
+    if not path.exists():
+        raise InputError("has no matches; align the photos first", file=path)
+    database = colmap().Database.open(path)
+    try:
+        geometry = database.read_two_view_geometry(a + 1, b + 1)
+        left, right = (database.read_keypoints(i + 1)[:, :2] for i in (a, b))
+    finally:
+        database.close()
+    rows = np.asarray(geometry.inlier_matches, np.intp).reshape(-1, 2)
+    return left[rows[:, 0]], right[rows[:, 1]]
