@@ -107,7 +107,9 @@ def fit_robustly(
         if (now == good).all():
             break
         good = now
-        sigma = max(sigma, float(np.sqrt(_squares(best, a[now], b[now]).sum() / (3 * now.sum() - 7))))
+        sigma = max(
+            sigma, float(np.sqrt(_squares(best, a[now], b[now]).sum() / (3 * now.sum() - 7)))
+        )
     return best, good
 
 

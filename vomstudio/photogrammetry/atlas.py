@@ -312,9 +312,7 @@ def _turn(points: Array) -> float:
     return float(angles[(np.ptp(x, axis=0) * np.ptp(y, axis=0)).argmin()])
 
 
-def _cut(
-    flat: Array, rows: npt.NDArray[np.int64], longest: float
-) -> list[npt.NDArray[np.int64]]:
+def _cut(flat: Array, rows: npt.NDArray[np.int64], longest: float) -> list[npt.NDArray[np.int64]]:
     """Parts of a chart that fit a page, by the middles of their faces."""
     if not len(rows):
         return []
@@ -334,9 +332,7 @@ def _cut(
     return [*_cut(flat, rows[~far], longest), *_cut(flat, rows[far], longest)]
 
 
-def _overlapping(
-    flat: Array, rows: npt.NDArray[np.int64], texel: float
-) -> npt.NDArray[np.bool_]:
+def _overlapping(flat: Array, rows: npt.NDArray[np.int64], texel: float) -> npt.NDArray[np.bool_]:
     from vomstudio.photogrammetry._atlas_kernels import find_overlap
 
     if len(rows) < 2:
@@ -431,9 +427,7 @@ def _lay_out(
     return pages, place
 
 
-def _page_side(
-    shapes: list[npt.NDArray[np.bool_]], filled: int, options: AtlasOptions
-) -> int:
+def _page_side(shapes: list[npt.NDArray[np.bool_]], filled: int, options: AtlasOptions) -> int:
     """A page no larger than all charts need."""
     widest = max(max(shape.shape) for shape in shapes) * _CELL
     side = math.ceil(math.sqrt(filled / 0.85) * _CELL / 64) * 64

@@ -12,6 +12,8 @@ from vomstudio.photogrammetry.scene import SparseScene
 
 if TYPE_CHECKING:
     from vomstudio.io.photos import Photo
+    from vomstudio.photogrammetry.georeference import GpsReport
+    from vomstudio.photogrammetry.priors import Calibration
 
 _DRAWN = 4000
 
@@ -68,6 +70,66 @@ def _of_view(scene: SparseScene, number: int) -> dict[str, Any]:
         "error_px": float(np.nanmedian(misses)),
         "gsd_m": depth / float(np.mean(view.intrinsics.focal)),
     }
+
+
+def gps_registration(report: GpsReport) -> dict[str, Any]:
+    """What a registration by camera positions says, as plain values."""
+    about_east, about_north, about_up = report.rotation_error_deg
+    residuals = [
+        {
+            "name": name,
+            "dx": float(miss[0]),
+            "dy": float(miss[1]),
+            "dz": float(miss[2]),
+            "error_m": float(np.linalg.norm(miss)),
+            "used": bool(used),
+        }
+        for name, miss, used in zip(report.names, report.residuals_m, report.used, strict=True)
+    ]
+    return {
+        "method": "camera positions (GPS)",
+        "crs": report.crs,
+        "heights": report.heights,
+        "positions": len(report.names),
+        "used": int(report.used.sum()),
+        "rms_m": report.rms_m,
+        "sigma_m": report.sigma_m,
+        "scale_error": report.scale_error,
+        "rotation_error_deg": {
+            "about_up": about_up,
+            "about_east": about_east,
+            "about_north": about_north,
+        },
+        "residuals": residuals,
+        "warnings": list(report.warnings),
+    }
+
+
+def calibration(cameras: Sequence[Calibration], photos: Sequence[Photo]) -> list[dict[str, Any]]:
+    """Each camera's parameters with their errors, and what was held."""
+    by_name = {photo.name: photo for photo in photos}
+    rows = []
+    for camera in cameras:
+        first = by_name[camera.photos[0]]
+        free = [i for i, value in enumerate(camera.sigma) if value != 0]
+        rows.append(
+            {
+                "camera": first.camera,
+                "model": camera.model,
+                "width": first.width,
+                "height": first.height,
+                "photos": len(camera.photos),
+                "names": list(camera.names),
+                "params": list(camera.values),
+                "sigma": [value if value == value else None for value in camera.sigma],
+                "free": [camera.names[i] for i in free],
+                "correlation": [[camera.correlation[i][j] for j in free] for i in free],
+                "focal": camera.focal,
+                "focal_exif_px": camera.exif_px,
+                "rule": f"Focal length {camera.focal}: {camera.reason}.",
+            }
+        )
+    return rows
 
 
 def drawing(scene: SparseScene) -> dict[str, Any]:

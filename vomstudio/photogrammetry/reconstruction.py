@@ -209,7 +209,10 @@ class _Run:
         )
         if not stage.done:
             options = Options(max_size=size, seed=seed, threads=self.settings.threads)
-            align(photos.photos, stage.folder, options, self.executor, self.diary)
+            try:
+                align(photos.photos, stage.folder, options, self.executor, self.diary)
+            except InputError as error:
+                raise InputError(error.message, file=error.file or self.folder) from error
             stage.finish()
         return Alignment.load(stage.folder), stage
 
@@ -218,12 +221,6 @@ class _Run:
         from vomstudio.photogrammetry import georeference
         from vomstudio.photogrammetry.local_frame import upright
 
-        if not alignment.parts:
-            raise GeometryError(
-                "none of the photos could be joined to another: neighbours must show the same "
-                "rock from a step aside; vomstudio check says which of them do",
-                file=self.folder,
-            )
         settings = self.settings
         marks = (settings.control, settings.marks)
         stage = self.checkpoints.stage(
@@ -239,7 +236,7 @@ class _Run:
                     )
                 else:
                     scene, report = georeference.by_gps(part, photos.photos, settings.crs)
-                facts = report.as_dict()
+                    facts = figures.gps_registration(report)
             except GeometryError as error:
                 if settings.control is not None or settings.crs is not None:
                     raise
@@ -414,6 +411,8 @@ class _Run:
     ) -> dict[str, Any]:
         self.diary.end_stage()
         outputs, scene = self.outputs, placed.scene
+        for name, reason in alignment.unregistered:
+            self.diary.note(f"{name} {reason}")
         for part in alignment.parts[1:]:
             self.diary.note(
                 f"{len(part.views)} photos form a part of their own that no tie points join to the "
@@ -426,6 +425,7 @@ class _Run:
             "photos": len(photos.photos),
             "registered": len(scene.views),
             "unregistered": [p.name for p in photos.photos if p.name not in placed_names],
+            "alignment_notes": list(alignment.notes),
             "reprojection_error_px": float(alignment.reprojection_error_px),
             "cameras": str(outputs.cameras),
             "sparse": str(outputs.sparse),
@@ -444,7 +444,7 @@ class _Run:
             "tie_points": len(scene.points),
             "tie_points_of_3": int((lengths >= 3).sum()),
             "photo_rows": figures.photo_rows(photos.photos, scene, placed.registration),
-            "calibration": alignment.calibration(),
+            "calibration": figures.calibration(alignment.cameras, photos.photos),
             "registration": placed.registration,
             "model": {"texture": textured.report, "points": len(cloud.points)},
             "settings": self.settings.as_dict(),

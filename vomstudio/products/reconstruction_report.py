@@ -110,11 +110,11 @@ def _photos(result: Mapping[str, Any]) -> str:
 
 
 def _camera(camera: Mapping[str, Any]) -> str:
-    names, sigma = camera["names"], camera["sigma"]
+    names = camera["names"]
     rows = []
     for number, name in enumerate(names):
-        spread = None if sigma is None else sigma[number]
-        kept = "held" if spread is None or spread == 0 else f"± {spread:.3g}"
+        spread = camera["sigma"][number]
+        kept = "unknown" if spread is None else "held" if spread == 0 else f"± {spread:.2g}"
         rows.append(("", [name, f"{camera['params'][number]:.6g}", kept]))
     text = (
         f"<h3>{escape(str(camera['camera'] or 'unknown camera'))}</h3>"
