@@ -11,6 +11,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.photogrammetry.scene import SparseScene
 
 if TYPE_CHECKING:
+    from vomstudio.geometry.mesh import Mesh
     from vomstudio.io.photos import Photo
     from vomstudio.photogrammetry.georeference import GpsReport
     from vomstudio.photogrammetry.priors import Calibration
@@ -130,6 +131,18 @@ def calibration(cameras: Sequence[Calibration], photos: Sequence[Photo]) -> list
             }
         )
     return rows
+
+
+def model(cloud: PointCloud, mesh: Mesh, texture: Mapping[str, Any]) -> dict[str, Any]:
+    """Cloud, mesh and texture in numbers."""
+    return {
+        "points": len(cloud.points),
+        "faces": len(mesh.faces),
+        "texture_pages": ", ".join(f"{w} x {h}" for w, h in texture["pages"]),
+        "texel": texture["texel_m"],
+        "share_of_the_surface_that_no_photo_sees": texture["unseen_share"],
+        "exposure": {name: round(sum(gain) / 3, 3) for name, gain in texture["gains"].items()},
+    }
 
 
 def drawing(scene: SparseScene) -> dict[str, Any]:

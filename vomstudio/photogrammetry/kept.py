@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 import numpy as np
 
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.cameras_file import view_from_dict, view_to_dict
 from vomstudio.photogrammetry.checkpoints import file_name, write_whole
 
@@ -104,21 +104,33 @@ def load_cloud(path: Path) -> PointCloud:
 
 
 def save_mesh(path: Path, mesh: Mesh) -> None:
-    """Without materials: a surface has none yet."""
-    arrays: dict[str, Any] = {"vertices": mesh.vertices, "faces": mesh.faces}
-    if mesh.colors is not None:
-        arrays["colors"] = mesh.colors
+    """Materials by their names: their pictures are kept beside, see `load_mesh`."""
+    arrays: dict[str, Any] = {
+        "vertices": mesh.vertices,
+        "faces": mesh.faces,
+        "materials": np.array([material.name for material in mesh.materials], np.str_),
+        "material_offsets": mesh.material_offsets,
+    }
+    for name in ("uv", "colors"):
+        if (values := getattr(mesh, name)) is not None:
+            arrays[name] = values
     arrays |= {f"field:{name}": values for name, values in mesh.fields.items()}
     _save(path, arrays)
 
 
 def load_mesh(path: Path) -> Mesh:
+    """A material NAME wears NAME.jpg in the same folder."""
     with np.load(path) as arrays:
         return Mesh(
             arrays["vertices"],
             arrays["faces"],
-            colors=arrays.get("colors"),
-            fields=_fields(arrays),
+            tuple(
+                Material(str(name), path.with_name(f"{name}.jpg")) for name in arrays["materials"]
+            ),
+            arrays["material_offsets"],
+            arrays.get("uv"),
+            arrays.get("colors"),
+            _fields(arrays),
         )
 
 

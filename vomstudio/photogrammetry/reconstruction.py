@@ -7,7 +7,7 @@ import hashlib
 import json
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -34,12 +34,12 @@ from vomstudio.photogrammetry.settings import Settings
 from vomstudio.progress import Ahead, Executor, Progress
 
 if TYPE_CHECKING:
+    from vomstudio.geometry.cameras import View
     from vomstudio.geometry.mesh import Mesh
     from vomstudio.io.photos import Photo, PhotoFolder
     from vomstudio.photogrammetry.alignment import Alignment
     from vomstudio.photogrammetry.depthmaps import DepthMap
     from vomstudio.photogrammetry.pairs import Pairs
-    from vomstudio.photogrammetry.texture import Textured
     from vomstudio.photogrammetry.undistortion import Undistorted
 
 Item = TypeVar("Item")
@@ -144,6 +144,20 @@ class _Placed:
     stage: Stage
 
 
+@dataclass(frozen=True)
+class _Source:
+    """A photo as it was taken, for the texture."""
+
+    photo: bytes
+    mask: bytes | None
+    view: View
+
+    @classmethod
+    def read(cls, photo: Photo, view: View) -> _Source:
+        mask = None if photo.mask is None else photo.mask.read_bytes()
+        return cls(photo.path.read_bytes(), mask, view)
+
+
 class _Run:
     def __init__(
         self,
@@ -168,10 +182,10 @@ class _Run:
         straight, flat = self._undistort(placed, photos)
         pairs, maps, deep = self._depths(placed.scene, straight, flat)
         cloud, fused = self._fuse(placed.scene, pairs, straight, maps, deep)
-        mesh, surfaced = self._surface(cloud, fused)
-        textured = self._texture(mesh, straight, surfaced)
+        mesh, surfaced = self._surface(cloud, placed, fused)
+        textured, dressed = self._texture(mesh, placed, photos, surfaced)
         self._write_model(placed.scene, cloud, textured)
-        return self._finish(photos, alignment, placed, cloud, textured)
+        return self._finish(photos, alignment, placed, cloud, textured, dressed)
 
     def pause(self) -> None:
         self.diary.end_stage()
@@ -337,29 +351,44 @@ class _Run:
             stage.finish(points=len(cloud.points))
         return load_cloud(stage.folder / _CLOUD), stage
 
-    def _surface(self, cloud: PointCloud, fused: Stage) -> tuple[Mesh, Stage]:
+    def _surface(self, cloud: PointCloud, placed: _Placed, fused: Stage) -> tuple[Mesh, Stage]:
         from vomstudio.photogrammetry.surface import SurfaceOptions, make_surface
 
         faces = self.settings.steps.faces
         stage = self.checkpoints.stage("surface", fused.key, versions("open3d"), faces)
         if not stage.done:
-            options = SurfaceOptions(faces=faces, threads=self.settings.threads)
-            mesh = make_surface(cloud, options, self.diary)
+            threads = self.settings.threads or os.cpu_count() or 1
+            options = SurfaceOptions(faces=faces, threads=threads)
+            mesh = make_surface(cloud, options, self.diary, placed.scene.centres)
             write_whole(stage.folder / _MESH, lambda path: save_mesh(path, mesh))
             stage.finish(faces=len(mesh.faces))
         return load_mesh(stage.folder / _MESH), stage
 
-    def _texture(self, mesh: Mesh, straight: Kept[Undistorted], surfaced: Stage) -> Textured:
-        from vomstudio.photogrammetry.texture import Textured, TextureOptions, make_texture
+    def _texture(
+        self, mesh: Mesh, placed: _Placed, photos: PhotoFolder, surfaced: Stage
+    ) -> tuple[Mesh, Stage]:
+        """From the photos as they were taken: nothing is resampled twice."""
+        from vomstudio.photogrammetry.atlas import AtlasOptions
+        from vomstudio.photogrammetry.texture import TextureOptions, jpeg, make_texture
 
         steps = self.settings.steps
         stage = self.checkpoints.stage("texture", surfaced.key, steps.page_px, steps.pages)
         if not stage.done:
-            options = TextureOptions(page_px=steps.page_px, pages=steps.pages)
-            made = make_texture(mesh, straight, options, self.executor, self.diary)
-            made.save(stage.folder)
-            stage.finish()
-        return Textured.load(stage.folder)
+            by_name = {photo.name: photo for photo in photos.photos}
+            sources = [_Source.read(by_name[view.name], view) for view in placed.scene.views]
+            options = TextureOptions(
+                atlas=AtlasOptions(page=steps.page_px, most_pages=steps.pages)
+            )
+            made = make_texture(mesh, sources, options, self.executor, self.diary)
+            for material, page in zip(made.mesh.materials, made.pages, strict=True):
+                picture = jpeg(page)
+                path = stage.folder / f"{material.name}.jpg"
+                write_whole(path, lambda p, picture=picture: p.write_bytes(picture))  # type: ignore[misc]
+            write_whole(stage.folder / _MESH, lambda path: save_mesh(path, made.mesh))
+            stage.finish(report=asdict(made.report))
+        for warning in stage.facts["report"]["warnings"]:
+            self.diary.note(warning)
+        return load_mesh(stage.folder / _MESH), stage
 
     # ------------------------------------------------------------------------------------------
     def _remember(self) -> None:
@@ -384,14 +413,14 @@ class _Run:
             write_cameras(folder / self.outputs.poses.name, cameras, force=True)
             write_model(tie_points(part), None, folder / self.outputs.sparse.name, force=True)
 
-    def _write_model(self, scene: SparseScene, cloud: PointCloud, textured: Textured) -> None:
+    def _write_model(self, scene: SparseScene, cloud: PointCloud, textured: Mesh) -> None:
         from vomstudio.io.writing import write_model
 
         outputs = self.outputs
         self.diary.stage("Writing", 2 + len(outputs.others))
         world = replace(cloud, points=cloud.points + scene.origin)
         write_model(world, scene.crs, outputs.dense, force=True)
-        mesh = replace(textured.mesh, vertices=textured.mesh.vertices + scene.origin)
+        mesh = replace(textured, vertices=textured.vertices + scene.origin)
         for done, path in enumerate((outputs.mesh, *outputs.others), start=1):
             self.diary.step(done)
             write_model(mesh, scene.crs, path, force=True)
@@ -407,7 +436,8 @@ class _Run:
         alignment: Alignment,
         placed: _Placed,
         cloud: PointCloud,
-        textured: Textured,
+        textured: Mesh,
+        dressed: Stage,
     ) -> dict[str, Any]:
         self.diary.end_stage()
         outputs, scene = self.outputs, placed.scene
@@ -432,7 +462,7 @@ class _Run:
             "dense": str(outputs.dense),
             "mesh": str(outputs.mesh),
             "dense_points": len(cloud.points),
-            "faces": len(textured.mesh.faces),
+            "faces": len(textured.faces),
             "frame": scene.crs or "local",
             "scaled": scene.scaled,
             "seconds": {s.name: round(s.seconds, 2) for s in self.checkpoints.stages},
@@ -446,7 +476,7 @@ class _Run:
             "photo_rows": figures.photo_rows(photos.photos, scene, placed.registration),
             "calibration": figures.calibration(alignment.cameras, photos.photos),
             "registration": placed.registration,
-            "model": {"texture": textured.report, "points": len(cloud.points)},
+            "model": figures.model(cloud, textured, dressed.facts["report"]),
             "settings": self.settings.as_dict(),
             "versions": versions("pycolmap", "open3d", "cv2", "numba"),
             "drawing": figures.drawing(scene),

@@ -246,9 +246,7 @@ def _report(
     seen = np.bincount(made.seen_by, area)
     out = [odd / max(len(one.vertices), 1) for odd, one in zip(made.odd, looks, strict=True)]
     unseen = float(area[made.views < 0].sum() / whole)
-    warnings = [
-        f"{one.name} sees nothing of the surface." for one in looks if not len(one.faces)
-    ]
+    warnings = [f"{one.name} sees nothing of the surface." for one in looks if not len(one.faces)]
     if atlas.texel > 1.001 * atlas.facts["wanted_texel_m"]:
         warnings.append(
             f"Texels are {1000 * atlas.texel:.3g} mm instead of"
@@ -388,9 +386,7 @@ def _pages(
     filled = [np.zeros((h, w), bool) for w, h in atlas.sizes.tolist()]
     progress.stage("Drawing the texture", len(places))
     tasks = _Tasks(photos, vertices, faces, atlas, made, colors, options.atlas.gutter)
-    for number, tile in executor.map(
-        draw_tile, (tasks.tile(*place) for place in places), progress
-    ):
+    for number, tile in executor.map(draw_tile, (tasks.tile(*place) for place in places), progress):
         page, left, top = places[number]
         h, w = tile.filled.shape
         pages[page][top : top + h, left : left + w] = tile.rgb
