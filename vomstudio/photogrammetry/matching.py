@@ -179,7 +179,9 @@ def _resembling(features: Sequence[Features]) -> set[Pair]:
     for i in range(n):
         best = np.argsort(-score[i], kind="stable")
         pairs |= {
-            (min(i, int(j)), max(i, int(j))) for j in best[:_NEIGHBOURS] if score[i, j] > 3 and j != i
+            (min(i, int(j)), max(i, int(j)))
+            for j in best[:_NEIGHBOURS]
+            if score[i, j] > 3 and j != i
         }
     return pairs
 
