@@ -296,7 +296,9 @@ def finish(owner, corners, left, top, fallback, total, rgb):  # type: ignore[no-
             u = min(max((x * fy - y * fx) / det, 0.0), 1.0)
             v = min(max((ex * y - ey * x) / det, 0.0), 1.0 - u)
             for c in range(3):
-                value = (1 - u - v) * fallback[f, 0, c] + u * fallback[f, 1, c] + (
-                    v * fallback[f, 2, c]
+                value = (
+                    (1 - u - v) * fallback[f, 0, c]
+                    + u * fallback[f, 1, c]
+                    + (v * fallback[f, 2, c])
                 )
                 rgb[j, i, c] = int(min(max(value + 0.5, 0.0), 255.0))

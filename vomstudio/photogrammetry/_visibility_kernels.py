@@ -125,6 +125,6 @@ def look_up(picture, places, values):  # type: ignore[no-untyped-def]
         fx, fy = x - i, y - j
         i1, j1 = min(i + 1, w - 1), min(j + 1, h - 1)
         for c in range(channels):
-            values[k, c] = (1 - fy) * ((1 - fx) * picture[j, i, c] + fx * picture[j, i1, c]) + fy * (
-                (1 - fx) * picture[j1, i, c] + fx * picture[j1, i1, c]
-            )
+            values[k, c] = (1 - fy) * (
+                (1 - fx) * picture[j, i, c] + fx * picture[j, i1, c]
+            ) + fy * ((1 - fx) * picture[j1, i, c] + fx * picture[j1, i1, c])

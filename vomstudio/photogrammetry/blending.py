@@ -124,9 +124,7 @@ def blend(
     quality = np.where(doubtful, _POOR**2 * quality, quality).astype(np.float32)
     progress.stage("Choosing a photo for each face")
     across = neighbours(faces)
-    smooth_quality(
-        at_faces.starts, at_faces.views, quality, across, 6, np.empty_like(quality)
-    )
+    smooth_quality(at_faces.starts, at_faces.views, quality, across, 6, np.empty_like(quality))
     # What is smoothed must not bring back what was ruled out.
     ruled = np.where(doubtful, _POOR**2, np.where(well, 1.0, _POOR))
     quality = (quality * ruled).astype(np.float32)
@@ -291,9 +289,9 @@ def _offsets(
     corner = _corner_rows(rows, faces, at_faces.owner, at_faces.views, count)
     for k in range(3):
         sound = corner[:, k] >= 0
-        total += np.bincount(
-            corner[sound, k], quality[sound], minlength=len(total)
-        ).astype(np.float32)
+        total += np.bincount(corner[sound, k], quality[sound], minlength=len(total)).astype(
+            np.float32
+        )
     low = colors.copy()
     weight = np.zeros(len(colors), np.float32)
     everywhere = np.ones(n, bool)

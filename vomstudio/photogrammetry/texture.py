@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import GeometryError, InputError, UsageError
+from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.photogrammetry.atlas import Atlas, AtlasOptions, make_atlas, uv_mesh
 from vomstudio.photogrammetry.blending import Blend, blend
@@ -23,7 +23,6 @@ from vomstudio.photogrammetry.visibility import (
     Photo,
     decode,
     look,
-    on_level,
     project,
     pyramid,
 )
@@ -80,11 +79,14 @@ class TextureReport:
 @dataclass(frozen=True, eq=False)
 class Textured:
     """mesh : with uv and vertex colours; its materials have no files yet, see `write`.
-    pages : RGB, (h, w, 3) uint8, one for each material"""
+    pages : RGB, (h, w, 3) uint8, one for each material
+    drawn_from : (m,) number of the photo that each face of `mesh` is drawn from, -1 where none sees
+    it"""
 
     mesh: Mesh
     pages: tuple[npt.NDArray[np.uint8], ...]
     report: TextureReport
+    drawn_from: npt.NDArray[np.int32]
 
     def write(
         self,
@@ -188,8 +190,8 @@ def make_texture(
         uv,
         np.clip(np.rint(colors), 0, 255).astype(np.uint8)[old],
     )
-    del order
-    return Textured(finished, tuple(pages), _report(vertices, faces, looks, atlas, made))
+    report = _report(vertices, faces, looks, atlas, made)
+    return Textured(finished, tuple(pages), report, made.views[order])
 
 
 @dataclass(frozen=True)
@@ -246,9 +248,7 @@ def _report(
     seen = np.bincount(made.seen_by, area)
     out = [odd / max(len(one.vertices), 1) for odd, one in zip(made.odd, looks, strict=True)]
     unseen = float(area[made.views < 0].sum() / whole)
-    warnings = [
-        f"{one.name} sees nothing of the surface." for one in looks if not len(one.faces)
-    ]
+    warnings = [f"{one.name} sees nothing of the surface." for one in looks if not len(one.faces)]
     if atlas.texel > 1.001 * atlas.facts["wanted_texel_m"]:
         warnings.append(
             f"Texels are {1000 * atlas.texel:.3g} mm instead of"
@@ -388,9 +388,7 @@ def _pages(
     filled = [np.zeros((h, w), bool) for w, h in atlas.sizes.tolist()]
     progress.stage("Drawing the texture", len(places))
     tasks = _Tasks(photos, vertices, faces, atlas, made, colors, options.atlas.gutter)
-    for number, tile in executor.map(
-        draw_tile, (tasks.tile(*place) for place in places), progress
-    ):
+    for number, tile in executor.map(draw_tile, (tasks.tile(*place) for place in places), progress):
         page, left, top = places[number]
         h, w = tile.filled.shape
         pages[page][top : top + h, left : left + w] = tile.rgb
@@ -496,13 +494,3 @@ def fill_between(page: npt.NDArray[np.uint8], filled: npt.NDArray[np.bool_]) -> 
         below = color + (1 - weight)[..., None] * grown
     free = ~filled
     page[free] = np.clip(np.rint(below[free]), 0, 255).astype(np.uint8)
-
-
-__all__ = [
-    "InputError",
-    "TextureOptions",
-    "TextureReport",
-    "Textured",
-    "make_texture",
-    "on_level",
-]

@@ -72,9 +72,7 @@ def decode(content: bytes, view: View, *, grey: bool = False) -> Any:
     import cv2
 
     flags = cv2.IMREAD_GRAYSCALE if grey else cv2.IMREAD_COLOR
-    picture = cv2.imdecode(
-        np.frombuffer(content, np.uint8), flags | cv2.IMREAD_IGNORE_ORIENTATION
-    )
+    picture = cv2.imdecode(np.frombuffer(content, np.uint8), flags | cv2.IMREAD_IGNORE_ORIENTATION)
     if picture is None:
         raise InputError("this picture cannot be decoded; leave it out.", file=view.name)
     width, height = view.intrinsics.width, view.intrinsics.height
