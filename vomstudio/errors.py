@@ -93,3 +93,23 @@ class WorkerError(VomError):
 
     code = "worker"
     exit_code = 1
+
+
+def from_dict(error: dict[str, object], exit_code: int) -> VomError:
+    """The error that another process told of by its `as_dict()`."""
+
+    def text(name: str) -> str | None:
+        value = error.get(name)
+        return None if value is None else str(value)
+
+    line = error.get("line")
+    again = VomError(
+        str(error.get("message", "")),
+        file=text("file"),
+        line=line if isinstance(line, int) else None,
+        field=text("field"),
+    )
+    if error.get("code") == Cancelled.code:
+        return Cancelled(again.message)
+    again.code, again.exit_code = str(error.get("code", again.code)), exit_code
+    return again

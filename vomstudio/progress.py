@@ -69,6 +69,22 @@ class Executor(Protocol):
         raises is raised here; Cancelled is raised within a second of the user's wish.
         """
 
+    def close(self) -> None:
+        """Nothing more is given to it."""
+
+
+class Ahead:
+    """Progress of what is left of a stage, some of whose steps an earlier run has done."""
+
+    def __init__(self, progress: Progress, done: int) -> None:
+        self._progress, self._done = progress, done
+
+    def stage(self, name: str, total: int | None = None) -> None:
+        self._progress.stage(name, total)
+
+    def step(self, done: int) -> None:
+        self._progress.step(self._done + done)
+
 
 class Inline:
     """An Executor that does everything here, one item after the other."""
@@ -79,3 +95,6 @@ class Inline:
         for number, item in enumerate(items):
             progress.step(number)
             yield number, work(item)
+
+    def close(self) -> None:
+        pass

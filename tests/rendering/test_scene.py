@@ -48,7 +48,7 @@ def show(scene: Scene, model_id: str, data: Mesh | PointCloud, to_world=None) ->
         preparation.prepare_mesh(data, origin, stop, emit)
         preparation.prepare_textures(data, scene.texture_limit, stop, emit)
     else:
-        preparation.prepare_cloud(data, origin, stop, emit)
+        preparation.prepare_cloud(data, origin, stop, emit, lambda job: job())
     return told
 
 
@@ -82,7 +82,7 @@ def test_what_is_drawn_lies_where_project_says(scene: Scene, orthographic: bool)
     marks = UTM + np.array([[1.0, 0.0, 1.0], [9.0, 3.0, 7.0], [5.0, -2.0, 4.0], [2.0, 1.0, 6.5]])
     colors = np.array([[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 0]], np.uint8)
     show(scene, "c", PointCloud(marks, colors))
-    scene.point_scale = 4.0
+    scene.look.point_scale = 4.0
     scene.set_mode("textured")
     scene.camera.orthographic = orthographic
     scene.camera.look_along(20.0, 15.0)
@@ -319,18 +319,6 @@ def cliff(count: int) -> PointCloud:
     return PointCloud(points, rng.integers(40, 255, (count, 3), np.uint8))
 
 
-def test_stand_ins_of_a_cloud_are_different_points_from_everywhere() -> None:
-    sets = preparation.moving_sets(1_000_000)
-    assert len(sets) == preparation.MOVING_SETS
-    rows = np.concatenate(sets)
-    assert len(np.unique(rows)) == len(rows)
-    assert rows.max() < 1_000_000
-    for some in sets:
-        counts, _ = np.histogram(some, bins=100, range=(0, 1_000_000))
-        assert counts.min() > 0.9 * counts.max()
-    assert preparation.moving_sets(50_000) == []
-
-
 def test_a_cloud_is_seen_before_it_is_prepared(scene: Scene) -> None:
     cloud = cliff(300_000)
     bounds = preparation.finite_bounds(cloud.points, threading.Event())
@@ -341,7 +329,8 @@ def test_a_cloud_is_seen_before_it_is_prepared(scene: Scene) -> None:
     def emit(event: preparation.Event) -> None:
         nonlocal first
         if first:
-            assert isinstance(event, preparation.ProxyReady)
+            assert isinstance(event, preparation.NodeReady)
+            assert len(event.chunk.points) < 60_000
             scene.take("c", event)
             scene.camera.fit(scene.corners(), SIZE)
             scene.draw(moving=False)
@@ -349,21 +338,35 @@ def test_a_cloud_is_seen_before_it_is_prepared(scene: Scene) -> None:
             assert (np.abs(picture - picture[2, 2]).max(axis=2) > 10).mean() > 0.2
         first = False
 
-    preparation.prepare_cloud(cloud, origin, threading.Event(), emit)
+    preparation.prepare_cloud(cloud, origin, threading.Event(), emit, lambda job: job())
     assert not first
 
 
-def test_going_back_from_a_close_view_draws_the_stand_ins(scene: Scene) -> None:
-    show(scene, "c", cliff(1_200_000))
+def test_a_view_draws_as_many_points_of_a_cloud_as_it_has_pixels_for(scene: Scene) -> None:
+    count = 1_200_000
+    show(scene, "c", cliff(count))
     scene.camera.fit(scene.corners(), SIZE)
+    scene.camera.zoom(6.0, UTM + np.array([5.0, 0.25, 4.0]))
     state = scene.camera.as_dict()
+
+    def drawn() -> int:
+        parts = [p for p in scene.models["c"].parts if p.row in scene.models["c"].shown_rows]
+        return sum(p.elements for p in parts)
+
     rest(scene)
-    assert scene.slow
-    scene.camera.zoom(0.01, UTM + np.array([5.0, 0.25, 4.0]))
     rest(scene)
+    far = drawn()
+    assert 5_000 < far < 0.3 * count
+    scene.camera.zoom(0.02, UTM + np.array([5.0, 0.25, 4.0]))
+    rest(scene)
+    assert scene.complete
+    assert scene.settled
+    parts = scene.models["c"].parts
+    shown = [p.spacing for p in parts if p.row in scene.models["c"].shown_rows]
+    assert min(shown) < 0.05
     scene.camera.restore(state)
     scene.draw(moving=True)
-    assert scene.showing_proxy
+    assert drawn() == far
 
 
 def test_bounds_pass_over_what_is_not_finite() -> None:

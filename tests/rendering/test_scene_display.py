@@ -121,16 +121,16 @@ def test_a_mesh_and_what_stands_for_it_show_elevation(scene: Scene) -> None:
 
 
 def test_colours_of_another_state_of_the_model_are_refused(scene: Scene) -> None:
-    show(scene, "c", sheet(depth=np.arange(3600.0)))
+    show(scene, "w", wall())
     scene.set_mode("field")
-    give_field(scene, "c", FieldStyle("depth"))
-    ready = scene.models["c"].field
-    show(scene, "c", sheet(depth=np.arange(3600.0)))
+    give_field(scene, "w", FieldStyle("elevation"))
+    ready = scene.models["w"].field
+    show(scene, "w", wall())
     assert ready is not None
-    scene.models["c"].parts.append(scene.models["c"].parts[0])
+    scene.models["w"].parts.append(scene.models["w"].parts[0])
     with pytest.raises(ValueError, match="another state"):
-        scene.set_field("c", ready)
-    scene.models["c"].parts.pop()
+        scene.set_field("w", ready)
+    scene.models["w"].parts.pop()
 
 
 def test_plain_is_shaded_and_light_can_be_switched(scene: Scene) -> None:

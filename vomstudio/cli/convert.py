@@ -96,4 +96,6 @@ def _in_world(loaded: LoadedModel, up: str | None, scale: float) -> Mesh | Point
     normals = data.normals
     if normals is not None:
         normals = (normals @ turn.T).astype(np.float32)
-    return replace(data, points=(data.points - about) @ matrix.T + about, normals=normals)
+    return replace(
+        data, points=(data.points - about) @ matrix.T + about, normals=normals, arrangement=None
+    )

@@ -21,6 +21,7 @@ from vomstudio.cli import (
     info,
     ortho,
     plan,
+    reconstruct,
     stats,
     stereonet,
 )
@@ -40,6 +41,7 @@ _COMMAND_MODULES = {
     "plan": plan,
     "check": check,
     "frames": frames,
+    "reconstruct": reconstruct,
     "export": export,
 }
 COMMANDS = tuple(_COMMAND_MODULES)

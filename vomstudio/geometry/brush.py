@@ -65,6 +65,10 @@ class PaintSurface(Surface, Protocol):
 
 
 def surface_of(data: Mesh | PointCloud) -> MeshSurface | CloudSurface:
+    from vomstudio.geometry.octree import StreamedCloud, StreamedSurface
+
+    if isinstance(data, StreamedCloud):
+        return StreamedSurface(data)
     return MeshSurface(data) if isinstance(data, Mesh) else CloudSurface(data)
 
 
@@ -209,7 +213,7 @@ class CloudSurface(VertexSurface):
 
         ids = np.sort(self._in_ball(np.asarray(centre, dtype=np.float64), radius))
         ids = _join(ids, np.array([index]))
-        points = np.asarray(self._vertices[ids])
+        points = self.corners(ids)
         at = int(np.searchsorted(ids, index))
         tree = cKDTree(points, compact_nodes=False, balanced_tree=False)
         count = min(_AROUND + 1, len(ids))

@@ -9,6 +9,8 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.geometry.arrangement import Arrangement
+
 
 @dataclass(frozen=True, eq=False)
 class PointCloud:
@@ -18,16 +20,30 @@ class PointCloud:
     colors : (n, 3) uint8 or None
     normals : (n, 3) float32 or None
     fields : other values per point (intensity, classification ...), each (n,)
+    arrangement : the order in which the points are drawn, where it is known
     """
 
     points: npt.NDArray[np.float64]
     colors: npt.NDArray[np.uint8] | None = None
     normals: npt.NDArray[np.float32] | None = None
     fields: Mapping[str, npt.NDArray[np.generic]] = field(default_factory=dict)
+    arrangement: Arrangement | None = None
 
     @cached_property
     def bounds(self) -> npt.NDArray[np.float64]:
         """(2, 3) lowest and highest corner; worked out once."""
+        if self.arrangement is not None and len(self.arrangement):
+            boxes = self.arrangement.bounds
+            return np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
         # Column by column: a reduction along rows of three is many times slower.
         columns = [self.points[:, axis] for axis in range(3)]
         return np.array([[c.min() for c in columns], [c.max() for c in columns]])
+
+    @property
+    def count(self) -> int:
+        """Points of the whole file."""
+        return len(self.points)
+
+    def position(self, row: int) -> npt.NDArray[np.float64]:
+        """(3,) of a point by its row in the file."""
+        return np.asarray(self.points[row], np.float64)

@@ -82,11 +82,7 @@ class VertexSurface:
         line = _densified(points)
         extent = float(np.linalg.norm(np.ptp(line, axis=0)))
         radius = max(0.1 * extent, 10.0 * (self.resolution_near(points) or 0.0))
-        near = self._coarse
-        inside = np.all(
-            (near >= line.min(axis=0) - radius) & (near <= line.max(axis=0) + radius), axis=1
-        )
-        near = np.asarray(near[inside])
+        near = self._near_box(line.min(axis=0) - radius, line.max(axis=0) + radius)
         near = near[:: max(1, len(near) // _FACE_POINTS)]
         if len(near) < 3:
             return None
@@ -100,6 +96,11 @@ class VertexSurface:
         if values[1] <= 1e-12 * values[2] or values[0] > 0.5 * values[1]:
             return None
         return np.asarray(vectors[:, 0])
+
+    def _near_box(self, low: Array, high: Array) -> Array:
+        """Vertices (k, 3) in a box: enough to tell how the surface lies there."""
+        inside = np.all((self._coarse >= low) & (self._coarse <= high), axis=1)
+        return np.asarray(self._coarse[inside])
 
     def _in_ball(self, centre: Array, radius: float) -> Ints:
         """Ids of the vertices in a ball, in no order."""

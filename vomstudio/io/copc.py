@@ -9,6 +9,8 @@ The same file read whole, as a LAZ file, goes through `vomstudio.io.formats.las`
 from __future__ import annotations
 
 import struct
+import threading
+import weakref
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +22,8 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.io.crs import parse_crs
+from vomstudio.geometry.octree import NodeStore, StreamedCloud, parents_of, parts_of
+from vomstudio.io.crs import parse_crs, sidecar_crs
 from vomstudio.io.formats._las_records import Choice, Layout, choose, cloud_of, layout_of
 from vomstudio.io.formats._las_top import MAX_CHUNK_POINTS, Top, is_sound_chunk, read_top, unpack
 
@@ -183,8 +186,13 @@ class CopcFile:
             raise self._damaged("its nodes hold more points than the whole file")
         chunks: list[bytes] = []
         for at, size, points in zip(nodes.offsets, nodes.sizes, nodes.points, strict=True):
-            self._file.seek(int(at))
-            chunk = self._file.read(int(size))
+            try:
+                self._file.seek(int(at))
+                chunk = self._file.read(int(size))
+            except OSError as error:
+                raise InputError(
+                    f"The file cannot be read any more ({error.strerror}).", file=self.path
+                ) from error
             if len(chunk) != size or not is_sound_chunk(chunk, int(points), self.top):
                 raise self._damaged("a node of it is not what its table says")
             chunks.append(chunk)
@@ -265,6 +273,76 @@ def read_nodes(path: str | Path, keys: Iterable[Sequence[int]]) -> PointCloud:
         if missing:
             raise InputError(f"The file has no node {missing[0]} with points.", file=path)
         return file.read(found.take(np.array([rows[key] for key in wanted], np.int64)))
+
+
+def crs_of(path: str | Path) -> tuple[str | None, str | None]:
+    """The reference system of a COPC file, or of `NAME.prj` beside it, and what is wrong there."""
+    with CopcFile(path) as file:
+        found = file.crs
+    return (found, None) if found else sidecar_crs(Path(path))
+
+
+OVERVIEW_POINTS = 200_000
+
+
+def points_in(path: str | Path) -> int:
+    """How many points a COPC file promises; 0 where it is none."""
+    if not is_copc(path):
+        return 0
+    try:
+        return read_top(Path(path)).points
+    except InputError:
+        return 0
+
+
+def stream(path: str | Path, budget: int) -> StreamedCloud:
+    """A COPC file of which at most `budget` points are to be held, with its first levels read.
+
+    The file stays open as long as the cloud is there. Raises InputError.
+    """
+    file = CopcFile(path)
+    try:
+        found = file.nodes()
+        if not len(found) or not np.isfinite(file.bounds).all():
+            raise InputError("The file holds no points that can be read.", file=path)
+        order = np.argsort(found.offsets)
+        starts = np.empty(len(found), np.int64)
+        starts[order] = np.concatenate([[0], np.cumsum(found.points[order])[:-1]])
+        rows = _first(found, OVERVIEW_POINTS)
+        overview = file.read(found.take(np.array(rows)))
+    except BaseException:
+        file.close()
+        raise
+    lock = threading.Lock()
+
+    def read(rows: Sequence[int]) -> PointCloud:
+        # One thread at a time: they share the place in the file.
+        with lock:
+            return file.read(found.take(np.array(rows)))
+
+    store = NodeStore(
+        found.bounds, found.spacing, found.points, starts, parents_of(found.keys), read, budget,
+        rows,
+    )  # fmt: skip
+    weakref.finalize(store, file.close)
+    for row, part in zip(rows, parts_of(overview, found.points[list(rows)].tolist()), strict=True):
+        store.put(row, part)
+    return StreamedCloud(
+        overview.points, overview.colors, None, overview.fields,
+        store=store, box=file.bounds,
+    )  # fmt: skip
+
+
+def _first(found: Nodes, count: int) -> tuple[int, ...]:
+    """Rows of the first levels, as many as hold about `count` points together, at least one."""
+    levels = found.keys[:, 0]
+    chosen = levels == levels.min()
+    for level in range(int(levels.min()) + 1, int(levels.max()) + 1):
+        more = levels <= level
+        if found.points[more].sum() > 1.5 * count:
+            break
+        chosen = more
+    return tuple(np.flatnonzero(chosen).tolist())
 
 
 def _touches(cubes: Array, bounds: Array) -> Array:

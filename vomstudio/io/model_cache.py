@@ -11,6 +11,7 @@ import json
 import os
 import shutil
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -19,16 +20,18 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError, TargetError
+from vomstudio.geometry.arrangement import Arrangement, arrange
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io import image_store
-from vomstudio.io.models import file_hash, read_model
+from vomstudio.io.models import file_hash, read_model, resolution
 from vomstudio.io.offset_file import checked_origin, offset_path
 from vomstudio.io.registry import LoadedModel
 from vomstudio.progress import Progress
 
-VERSION = 2
+VERSION = 3
 META = "meta.json"
+_ORDER = ("rows", "starts", "bounds", "spacing", "parents")
 
 
 def save(loaded: LoadedModel, folder: Path) -> None:
@@ -72,7 +75,6 @@ def save(loaded: LoadedModel, folder: Path) -> None:
         "materials": materials,
         "fields": fields,
         "turned_about": loaded.turned_about,
-        "arrays": {n: {"shape": list(a.shape), "dtype": a.dtype.str} for n, a in arrays.items()},
         **_stamp(loaded.path),
     }
     try:
@@ -84,9 +86,19 @@ def save(loaded: LoadedModel, folder: Path) -> None:
             file=folder,
         ) from error
     try:
-        for name, array in arrays.items():
-            with open(draft / f"{name}.npy", "wb") as file:
-                np.save(file, np.ascontiguousarray(array), allow_pickle=False)
+        # What is worked out takes as long as the writing, and can go on beside it.
+        with ThreadPoolExecutor(2) as pool:
+            spacing = pool.submit(resolution, data)
+            order = pool.submit(_order_of, data)
+            _write(draft, arrays)
+            added = order.result()
+            _write(draft, added)
+            found = spacing.result()
+        arrays |= added
+        meta["arrays"] = {
+            n: {"shape": list(a.shape), "dtype": a.dtype.str} for n, a in arrays.items()
+        }
+        meta["resolution"] = found if found == found else None
         (draft / META).write_text(json.dumps(meta), encoding="utf-8")
         _put_in_place(draft, folder)
     except OSError as error:
@@ -96,6 +108,19 @@ def save(loaded: LoadedModel, folder: Path) -> None:
         ) from error
     finally:
         shutil.rmtree(draft, ignore_errors=True)
+
+
+def _order_of(data: Mesh | PointCloud) -> dict[str, npt.NDArray[Any]]:
+    if isinstance(data, Mesh):
+        return {}
+    order = data.arrangement or arrange(data.points)
+    return {f"order_{name}": getattr(order, name) for name in _ORDER}
+
+
+def _write(folder: Path, arrays: dict[str, npt.NDArray[Any]]) -> None:
+    for name, array in arrays.items():
+        with open(folder / f"{name}.npy", "wb") as file:
+            np.save(file, np.ascontiguousarray(array), allow_pickle=False)
 
 
 def _put_in_place(draft: Path, folder: Path) -> None:
@@ -230,7 +255,10 @@ def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
             _checked(folder, arrays, "normals", np.float32, 3) if "normals" in arrays else None
         )
         colors = _checked(folder, arrays, "colors", np.uint8, 3) if "colors" in arrays else None
-        data = PointCloud(points, colors, normals, fields)
+        order = Arrangement(*(arrays[f"order_{k}"] for k in _ORDER))
+        if not order.is_sound(n):
+            raise _damaged(folder, "an order that does not fit the points")
+        data = PointCloud(points, colors, normals, fields, order)
     else:
         raise _damaged(folder, "neither mesh nor cloud")
     per_row = [
@@ -249,6 +277,7 @@ def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
         Path(meta["path"]),
         str(meta["content_hash"]),
         checked_origin(meta["turned_about"]),
+        None if meta["resolution"] is None else float(meta["resolution"]),
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import threading
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -65,9 +66,10 @@ def read_model(path: str | Path, progress: Progress | None = None) -> LoadedMode
     )
 
 
-def file_hash(path: Path) -> str:
-    """sha256 of a file in hex. Raises InputError where it cannot be read."""
-    hasher = _Hasher(path)
+def file_hash(path: Path, wanted: Callable[[], bool] = lambda: True) -> str:
+    """sha256 of a file in hex; senseless where it is no longer `wanted`. Raises InputError where it
+    cannot be read."""
+    hasher = _Hasher(path, wanted)
     hasher.run()
     return hasher.result()
 
@@ -75,9 +77,9 @@ def file_hash(path: Path) -> str:
 class _Hasher(threading.Thread):
     """sha256 beside the reading: hashlib lets go of the GIL, and the file is in memory then."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, wanted: Callable[[], bool] = lambda: True) -> None:
         super().__init__(daemon=True)
-        self._path = path
+        self._path, self._wanted = path, wanted
         self._stopped = False
         self._digest = ""
         self._error: OSError | None = None
@@ -86,7 +88,9 @@ class _Hasher(threading.Thread):
         total = hashlib.sha256()
         try:
             with open(self._path, "rb") as file:
-                while not self._stopped and (block := file.read(HASH_BLOCK_BYTES)):
+                while (
+                    not self._stopped and self._wanted() and (block := file.read(HASH_BLOCK_BYTES))
+                ):
                     total.update(block)
         except OSError as error:
             self._error = error

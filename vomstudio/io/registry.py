@@ -37,6 +37,7 @@ class LoadedModel:
         reader may leave it empty, `read_model` fills it
     turned_about : where the format says that Y is up and the reader has therefore turned the model
         upright, the point of `data`'s frame about which it did; else None
+    resolution : as `vomstudio.io.models.resolution` tells it, where it is known; else None
     """
 
     data: Mesh | PointCloud
@@ -46,6 +47,7 @@ class LoadedModel:
     path: Path
     content_hash: str = ""
     turned_about: tuple[float, float, float] | None = None
+    resolution: float | None = None
 
 
 @dataclass(frozen=True)

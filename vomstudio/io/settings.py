@@ -24,7 +24,8 @@ class Settings:
     unclosed: projects that are open, or were when the program last ended without closing them.
     planes_as: "discs", "symbols" or "neither" in 3-D. hidden_columns: of the table, by title.
     window: geometry and panels as the window system keeps them, base64. limits: those of the
-    verdict's thresholds that the user has changed, by their name."""
+    verdict's thresholds that the user has changed, by their name. point_budget: how many points of
+    a streamed cloud are held at most; a COPC file with more is streamed."""
 
     notation: str = "dipdir/dip"
     projection: str = "area"
@@ -35,6 +36,7 @@ class Settings:
     recent: list[str] = field(default_factory=list)
     window: dict[str, str] = field(default_factory=dict)
     limits: dict[str, float] = field(default_factory=dict)
+    point_budget: int = 5_000_000
 
     @property
     def thresholds(self) -> Thresholds:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -28,7 +30,9 @@ def load_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     path = Path(args["path"])
     folder = model_cache.folder_of(path, Path(args["cache"]))
     loaded = model_cache.load(path, folder, progress)
-    spacing = resolution(loaded.data)
+    spacing = loaded.resolution
+    if spacing is None:
+        spacing = resolution(loaded.data)
     return {
         "folder": str(folder),
         "kind": loaded.kind,
@@ -142,13 +146,118 @@ def export_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
             normals = data.normals
             if normals is not None:
                 normals = transform.rotate(rows, normals).astype(np.float32)
-            data = replace(data, points=transform.apply(rows, data.points), normals=normals)
+            data = replace(
+                data, points=transform.apply(rows, data.points), normals=normals, arrangement=None
+            )
     inputs = [path, *companions(path)]
     warnings = write_model(data, args["crs"], out, force=True, inputs=inputs, progress=progress)
     return {"warnings": warnings}
 
 
+def list_photos(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+    """What the photos in the folder `photos` say of themselves; thumbnails go below `cache`."""
+    from vomstudio.io.photo_pixels import thumbnail
+    from vomstudio.io.photos import read_photos
+    from vomstudio.photogrammetry.camera_positions import metres_from_gps
+
+    found = read_photos(args["photos"], progress)
+    thumbnails = Path(args["cache"]) / "thumbnails"
+    thumbnails.mkdir(parents=True, exist_ok=True)
+    places = metres_from_gps(found.photos)
+    progress.stage("Thumbnails", len(found.photos))
+    rows = []
+    for number, photo in enumerate(found.photos):
+        progress.step(number)
+        looks = None
+        if photo.yaw_deg is not None and (photo.pitch_deg is None or photo.pitch_deg > -80):
+            yaw = math.radians(photo.yaw_deg)
+            looks = (math.sin(yaw), math.cos(yaw))
+        east, north = (float(value) for value in places[number, :2])
+        rows.append(
+            {
+                "name": photo.name,
+                "path": str(photo.path),
+                "width": photo.width,
+                "height": photo.height,
+                "camera": photo.camera or "unknown",
+                "focal": _focal(photo),
+                "taken": "" if photo.taken is None else photo.taken.isoformat(" ", "seconds"),
+                "has_gps": photo.latitude_deg is not None,
+                "masked": photo.mask is not None,
+                "thumbnail": _keep_thumbnail(photo, thumbnails, thumbnail),
+                "place": [east, north] if math.isfinite(east) else None,
+                "looks": looks,
+            }
+        )
+    left_out = [f"{name} is not used: it {reason}" for name, reason in found.skipped]
+    return {"rows": rows, "left_out": [*left_out, *found.warnings]}
+
+
+def _focal(photo: Any) -> str:
+    if photo.focal_mm is None:
+        return "unknown" if photo.focal_px is None else f"{photo.focal_px:.0f} px"
+    return f"{photo.focal_mm:g} mm"
+
+
+def _keep_thumbnail(photo: Any, folder: Path, thumbnail: Callable[..., Any]) -> str | None:
+    """The file of a small picture that is kept between sessions; None where there is none."""
+    from PIL import Image
+
+    status = photo.path.stat()
+    name = f"{photo.path.resolve()} {status.st_size} {status.st_mtime_ns}"
+    out = folder / f"{hashlib.sha256(name.encode()).hexdigest()[:24]}.jpg"
+    if not out.exists():
+        try:
+            Image.fromarray(thumbnail(photo, 144)).convert("RGB").save(out, quality=85)
+        except (OSError, ValueError):
+            return None
+    return str(out)
+
+
+def check_photos(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+    """The survey check of the folder `photos`, as `vomstudio check` prints it."""
+    from vomstudio.io.photos import read_photos
+    from vomstudio.photogrammetry.survey_check import check_photos as check
+
+    return check(read_photos(args["photos"]), progress=progress).as_dict()
+
+
+def reconstruct(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+    """Make a model of the photos in the folder `photos` below `out`; see `Settings` for the rest.
+
+    scheduler: the address of a Dask cluster, or None for this machine's processors.
+    """
+    from vomstudio.jobs.executors import make_executor
+    from vomstudio.photogrammetry import reconstruction
+    from vomstudio.photogrammetry.settings import Settings
+    from vomstudio.products.reconstruction_report import write_report
+
+    def path(name: str) -> Path | None:
+        return None if args.get(name) is None else Path(args[name])
+
+    settings = Settings(
+        quality=args["quality"],
+        crs=args.get("crs"),
+        control=path("control"),
+        marks=path("marks"),
+        threads=args.get("threads"),
+        seed=args.get("seed", 0),
+    )
+    out = Path(args["out"])
+    outputs = reconstruction.claim(out)
+    executor = make_executor(settings.threads, args.get("scheduler"))
+    try:
+        result = reconstruction.reconstruct(Path(args["photos"]), out, settings, executor, progress)
+    finally:
+        executor.close()
+    write_report(outputs.report, result)
+    return result
+
+
 TASKS: dict[str, Task] = {
+    "list_photos": list_photos,
+    "check_photos": check_photos,
+    "reconstruct": reconstruct,
     "warm": warm,
     "load_model": load_model,
     "preview_model": preview_model,

@@ -12,7 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.geometry.cameras import Intrinsics, View
+from vomstudio.geometry.cameras import View
+from vomstudio.io.cameras_file import view_from_dict, view_to_dict
 
 _VERSION = 1
 
@@ -89,7 +90,7 @@ class SparseScene:
             "crs": self.crs,
             "scaled": self.scaled,
             "notes": list(self.notes),
-            "views": [view_to_json(view) for view in self.views],
+            "views": [view_to_dict(view) for view in self.views],
         }
         (folder / "scene.json").write_text(json.dumps(head, indent=1), encoding="utf-8")
 
@@ -103,7 +104,7 @@ class SparseScene:
                 raise InputError("was written by a newer version", file=folder / "scene.json")
             with np.load(folder / "scene.npz") as arrays:
                 return cls(
-                    tuple(view_from_json(view) for view in head["views"]),
+                    tuple(view_from_dict(view) for view in head["views"]),
                     **{name: arrays[name] for name in arrays.files},
                     origin=tuple(head["origin"]),
                     crs=head["crs"],
@@ -115,31 +116,3 @@ class SparseScene:
                 f"is no whole alignment ({type(error).__name__}); align the photos again",
                 file=folder,
             ) from error
-
-
-def view_to_json(view: View) -> dict[str, object]:
-    lens = view.intrinsics
-    return {
-        "name": view.name,
-        "model": lens.model,
-        "width": lens.width,
-        "height": lens.height,
-        "params": list(lens.params),
-        "rotation": np.asarray(view.rotation).tolist(),
-        "translation": np.asarray(view.translation).tolist(),
-    }
-
-
-def view_from_json(row: dict[str, object]) -> View:
-    lens = Intrinsics(
-        str(row["model"]),
-        int(row["width"]),  # type: ignore[call-overload]
-        int(row["height"]),  # type: ignore[call-overload]
-        tuple(float(p) for p in row["params"]),  # type: ignore[attr-defined]
-    )
-    return View(
-        str(row["name"]),
-        lens,
-        np.array(row["rotation"], np.float64),
-        np.array(row["translation"], np.float64),
-    )

@@ -193,5 +193,5 @@ def _pick_cloud(
     thick = SURFACE_THICKNESS * (radius + spread * front) * CLOUD_REACH_PIXELS
     same = np.flatnonzero(depth <= front + thick)
     row = int(rows[same[np.argmin(off[same])]])
-    x, y, z = (float(v) for v in cloud.points[row])
+    x, y, z = (float(v) for v in cloud.position(row))
     return Hit(model.model_id, "point", row, (x, y, z))

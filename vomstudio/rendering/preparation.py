@@ -11,7 +11,7 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -19,17 +19,27 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkStaticCellLocator
 
+from vomstudio.geometry.arrangement import arrange
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.octree import (
+    POINT_BUDGET,
+    ArrangedNodes,
+    CloudNodes,
+    Piece,
+    StreamedCloud,
+)
 from vomstudio.rendering import blocks, vtkdata
 from vomstudio.rendering.blocks import FaceChunk, PointChunk
 from vomstudio.rendering.scalars import FieldStyle, Scale, make_scale, reader
 from vomstudio.rendering.textures import Texture, TextureProblem, load_texture, overview
 
+if TYPE_CHECKING:
+    from vomstudio.rendering.streaming import Streamer, Submit
+
 PROXY_FACES = 45_000
 PROXY_ABOVE = 150_000
 FACES_PER_CHUNK = 30_000
-POINTS_PER_CHUNK = 50_000
 MOVING_SETS = 6
 POINTS_PER_SET = 50_000
 PIECE = 1 << 18
@@ -47,9 +57,9 @@ class Stopped(Exception):
 
 @dataclass(frozen=True, eq=False)
 class ProxyReady:
-    """What stands for the model while the camera moves: a mesh, or one set of a cloud's points.
+    """What stands for a mesh while the camera moves.
 
-    rows : of the model's vertices or points, one for each point of `data`
+    rows : of the mesh's vertices, one for each point of `data`
     """
 
     data: vtkPolyData
@@ -64,11 +74,38 @@ class MeshChunkReady:
 
 
 @dataclass(frozen=True, eq=False)
-class CloudChunkReady:
+class NodeReady:
+    """A node of a cloud, and what it is made of. `piece` is in the order of `data`."""
+
     chunk: PointChunk
     data: vtkPolyData
     spacing: float
     """Metres between neighbours, in the file's frame."""
+    row: int
+    piece: Piece
+
+
+@dataclass(frozen=True, eq=False)
+class NodesDropped:
+    """Nodes that are not needed any more; who took them lets them go when they are off the
+    screen."""
+
+    pieces: dict[int, Piece]
+    nodes: CloudNodes
+
+
+@dataclass(frozen=True, eq=False)
+class StreamStarted:
+    """The nodes that stand for the whole of a cloud have been handed over."""
+
+    streamer: Streamer
+
+
+@dataclass(frozen=True)
+class ViewDone:
+    """All that the streamer was asked for with this number has been handed over."""
+
+    turn: int
 
 
 @dataclass(frozen=True)
@@ -112,7 +149,10 @@ class FieldReady:
 Event = (
     ProxyReady
     | MeshChunkReady
-    | CloudChunkReady
+    | NodeReady
+    | NodesDropped
+    | StreamStarted
+    | ViewDone
     | ChunksDone
     | TextureReady
     | TexturesDone
@@ -404,70 +444,57 @@ def prepare_textures(
 
 
 def prepare_cloud(
-    cloud: PointCloud, origin: npt.NDArray[np.float64], stop: threading.Event, emit: Emit
+    cloud: PointCloud,
+    origin: npt.NDArray[np.float64],
+    stop: threading.Event,
+    emit: Emit,
+    submit: Submit,
+    budget: int = POINT_BUDGET,
 ) -> None:
-    """Emit a random subset for moving, then all points in runs of neighbours."""
-    colors = cloud_colors(cloud)
-    for rows in moving_sets(len(cloud.points)):
-        at = (cloud.points[rows] - origin).astype(np.float32)
-        # Neighbours in memory are neighbours in the picture, which halves the time it takes.
-        at_low, at_high = np.nanmin(at, axis=0), np.nanmax(at, axis=0)
-        order = np.argsort(blocks.morton(at, at_low, float(np.max(at_high - at_low))))
-        rows = rows[order]
-        emit(ProxyReady(vtkdata.point_set(at[order], colors(rows)), rows.astype(np.int32)))
-    points = local_points(cloud.points, origin, stop)
-    count = len(points)
-    low, high = finite_bounds(points, stop).astype(np.float32)
-    size = float((high - low).max()) or 1.0
-    place = np.empty(count, np.uint32)
-    # In pieces that stay in the processor's cache: in one go it takes three times as long.
-    for part in pieces(count, stop, POINTS_PER_CHUNK):
-        place[part] = blocks.morton(points[part], low, size)
-    order = np.argsort(place)
-    del place
-    made = 0
-    for part in pieces(count, stop, POINTS_PER_CHUNK):
-        ids = order[part]
-        at = points[ids]
-        boxes = blocks.block_boxes(at, at, blocks.POINTS_PER_BLOCK)
-        data = vtkdata.point_set(at, colors(ids))
-        chunk = PointChunk(at, ids, boxes)
-        emit(CloudChunkReady(chunk, data, chunk.spacing()))
-        made += 1
-    emit(ChunksDone(made))
-    emit(TexturesDone())
-    emit(LocatorReady([]))
+    """Emit the nodes that stand for the whole, and a streamer that fetches the others.
+
+    submit : has a job run after this one, beside the window
+    budget : how many points may be there to be drawn
+    """
+    from vomstudio.rendering.streaming import Streamer
+
+    def check() -> None:
+        if stop.is_set():
+            raise Stopped
+
+    if isinstance(cloud, StreamedCloud):
+        nodes: CloudNodes = cloud.store
+    else:
+        nodes = ArrangedNodes(cloud, cloud.arrangement or arrange(cloud.points, check), budget)
+    Streamer(cloud, nodes, origin, stop, emit, submit).begin()
 
 
-def moving_sets(count: int) -> list[npt.NDArray[np.int64]]:
-    """Rows of a cloud of `count` points in sets that each spread over the whole of it; none where
-    it is small. As many are shown while the camera moves as there is time for."""
-    sets = min(MOVING_SETS, count // POINTS_PER_SET)
-    if sets < 2:
-        return []
-    wanted = sets * POINTS_PER_SET
-    # One from each of equal runs, chosen by chance: files are often sorted, or lines of a scan.
-    rows = np.arange(wanted) * count // wanted
-    rows += np.random.default_rng(1).integers(0, count // wanted, wanted)
-    return [rows[k::sets] for k in range(sets)]
+def coloring(sample: PointCloud) -> Callable[[PointCloud, npt.NDArray[np.integer]], Colors]:
+    """Gives (n, 3) for rows (n,) of pieces of a cloud: its own colours, else its intensity, else a
+    quiet ramp of height, by one rule for all, which follows from a sample of it."""
+    if sample.colors is not None:
 
+        def own(piece: PointCloud, rows: npt.NDArray[np.integer]) -> Colors:
+            assert piece.colors is not None
+            return np.asarray(piece.colors[rows, :3], np.uint8)
 
-def cloud_colors(cloud: PointCloud) -> Callable[[npt.NDArray[np.int64]], Colors]:
-    """Gives (n, 3) for rows (n,): the cloud's own, else its intensity, else a quiet ramp of
-    height."""
-    own = cloud.colors
-    if own is not None:
-        return lambda rows: np.asarray(own[rows, :3], np.uint8)
-    values: npt.NDArray[Any] = cloud.points[:, 2]
-    for name, field in cloud.fields.items():
+        return own
+    chosen = ""
+    for name, field in sample.fields.items():
         if "intensity" in name.lower() and np.ptp(field) > 0:
-            values = field
-    sample = np.asarray(values[:: max(1, len(values) // 100_000)], np.float64)
-    low, high = np.nanpercentile(sample, [2.0, 98.0])
+            chosen = name
+
+    def values_of(piece: PointCloud) -> npt.NDArray[Any]:
+        return piece.fields[chosen] if chosen else piece.points[:, 2]
+
+    values = values_of(sample)
+    some = np.asarray(values[:: max(1, len(values) // 100_000)], np.float64)
+    low, high = np.nanpercentile(some, [2.0, 98.0])
     dark, light = np.array([70.0, 66.0, 62.0]), np.array([232.0, 226.0, 214.0])
 
-    def ramp(rows: npt.NDArray[np.int64]) -> Colors:
-        grey = np.clip((values[rows] - low) / max(float(high - low), 1e-9), 0.0, 1.0)[:, None]
+    def ramp(piece: PointCloud, rows: npt.NDArray[np.integer]) -> Colors:
+        values = values_of(piece)[rows]
+        grey = np.clip((values - low) / max(float(high - low), 1e-9), 0.0, 1.0)[:, None]
         return np.asarray(dark + np.nan_to_num(grey) * (light - dark), np.uint8)
 
     return ramp
@@ -485,13 +512,17 @@ def prepare_field(
     stop: threading.Event,
     emit: Emit,
 ) -> None:
-    """Emit the colours of a field for stand-ins and chunks, given the rows that each shows."""
+    """Emit the colours of a field for stand-ins and chunks, given the rows that each shows. The
+    nodes of clouds come and go: they are coloured when they are shown."""
 
     def check() -> None:
         if stop.is_set():
             raise Stopped
 
     scale = make_scale(data, style, to_world, check)
+    if isinstance(data, PointCloud):
+        emit(FieldReady(style, scale, [], []))
+        return
     _, read = reader(data, style.name, to_world)
 
     def colored(rows: npt.NDArray[np.integer]) -> vtkUnsignedCharArray:

@@ -14,14 +14,13 @@ from __future__ import annotations
 import itertools
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401 - registers the drawing classes
 from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkCommonCore import vtkDataArray, vtkFloatArray, vtkUnsignedCharArray
-from vtkmodules.vtkCommonDataModel import vtkPlane, vtkPlaneCollection, vtkStaticCellLocator
+from vtkmodules.vtkCommonCore import vtkFloatArray, vtkUnsignedCharArray
+from vtkmodules.vtkCommonDataModel import vtkPlane, vtkPlaneCollection
 from vtkmodules.vtkRenderingCore import (
     vtkActor,
     vtkLight,
@@ -31,120 +30,52 @@ from vtkmodules.vtkRenderingCore import (
     vtkRenderWindow,
     vtkTexture,
 )
-from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLFramebufferObject, vtkTextureObject
+from vtkmodules.vtkRenderingOpenGL2 import vtkTextureObject
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.octree import StreamedCloud
 from vomstudio.rendering import picking, skins, vtkdata
-from vomstudio.rendering.blocks import FaceChunk, PointChunk
+from vomstudio.rendering.appearance import DISPLAY_MODES, Appearance
+from vomstudio.rendering.buffers import Buffers
 from vomstudio.rendering.camera import Camera, Eye
 from vomstudio.rendering.clipping import FACES, ClipBox
 from vomstudio.rendering.drawing import PREVIEW, FeatureDrawing
 from vomstudio.rendering.eyedome import BANDS, EyeDome
 from vomstudio.rendering.featurelayer import FeatureLayer
+from vomstudio.rendering.modelscene import ModelScene, Part
 from vomstudio.rendering.pace import SLOW_FRAME_S, Pace, point_weight
 from vomstudio.rendering.preparation import (
+    MOVING_SETS,
+    POINTS_PER_SET,
     ChunksDone,
-    CloudChunkReady,
     Event,
     FieldReady,
     LocatorReady,
     MeshChunkReady,
+    NodeReady,
+    NodesDropped,
     ProxyReady,
+    StreamStarted,
     TextureReady,
     TexturesDone,
+    ViewDone,
 )
 from vomstudio.rendering.skins import Skin
+from vomstudio.rendering.streaming import view_of
 from vomstudio.tools.types import Hit
 
 Array = npt.NDArray[np.float64]
 
-DISPLAY_MODES = ("textured", "vertex_colors", "plain shaded", "wireframe", "points", "field")
-"""In "field" a model shows the field that has been given to it, else its textures."""
-LIT_MODES = frozenset({"plain shaded"})
-"""Lit unless told otherwise: what is coloured is easier to read without."""
 # One flat neutral: a gradient costs a software renderer 12 ms in every frame.
 BACKGROUND = (0.36, 0.375, 0.39)
-PLAIN_COLOR = (0.76, 0.74, 0.70)
 
 SOFTWARE_TEXTURE_SIDE = 4096
 SOFTWARE_WHOLE_SIDE = 2048
 """A larger one goes to a software renderer in quarters."""
 
-GL_READ_FRAMEBUFFER = 0x8CA8
-GL_DRAW_FRAMEBUFFER = 0x8CA9
-GL_COLOR_AND_DEPTH = 0x4000 | 0x0100
-GL_NEAREST = 0x2600
-
-
-@dataclass(eq=False)
-class Part:
-    """One actor of a model and what is known about drawing it."""
-
-    actor: vtkActor
-    low: Array
-    high: Array
-    elements: int
-    material: int = -1
-    density: float = 0.0
-    has_uv: bool = False
-    spacing: float = 0.0
-    """Metres between neighbouring points of a cloud; 0 for a mesh."""
-    has_colors: bool = False
-    uploaded: bool = False
-    weight: float = 1.0
-    """Cost of drawing an element, against one of least cost."""
-    rows: npt.NDArray[np.integer] = field(default_factory=lambda: np.zeros(0, np.int32))
-    """The model's vertices or points that are drawn, in order."""
-    own: vtkDataArray | None = None
-    """Its own colours while those of a field are shown."""
-    tinted: bool = False
-    """The colours of a field are shown."""
-
-
-@dataclass(eq=False)
-class ModelScene:
-    """What is drawn of one model. `low` and `high` bound it in its local frame."""
-
-    model_id: str
-    data: Mesh | PointCloud
-    origin: Array
-    low: Array
-    high: Array
-    to_world: Array
-    from_world: Array
-    visible: bool = True
-    parts: list[Part] = field(default_factory=list)
-    proxies: list[Part] = field(default_factory=list)
-    face_chunks: list[FaceChunk] = field(default_factory=list)
-    point_chunks: list[PointChunk] = field(default_factory=list)
-    skins: dict[int, Skin] = field(default_factory=dict)
-    locators: list[vtkStaticCellLocator] = field(default_factory=list)
-    chunks_done: bool = False
-    textures_done: bool = False
-    field: FieldReady | None = None
-    """The field's colours that the model has been given."""
-    _boxes: tuple[Array, Array] | None = None
-
-    def chunk_boxes(self) -> tuple[Array, Array]:
-        """Corners (n, 3), (n, 3) of the chunks' boxes in the local frame."""
-        if self._boxes is None or len(self._boxes[0]) != len(self.parts):
-            self._boxes = (
-                np.stack([p.low for p in self.parts]),
-                np.stack([p.high for p in self.parts]),
-            )
-        return self._boxes
-
-    def corners_world(self, *, close: bool = False) -> Array:
-        """(n, 3) corners in World of the model's box, or (close) of the boxes of its chunks once
-        they are there, which lie nearer to the surface."""
-        low, high = self.low[None], self.high[None]
-        if close and self.chunks_done and self.parts:
-            low, high = self.chunk_boxes()
-        grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
-        local = np.where(grid[None] == 1, high[:, None], low[:, None]).reshape(-1, 3)
-        file = local + self.origin
-        return np.asarray(file @ self.to_world[:3, :3].T + self.to_world[:3, 3])
+PATIENCE_S = 0.4
+"""Nodes that come within this time after they were asked for are drawn in one frame."""
 
 
 class Scene:
@@ -154,10 +85,7 @@ class Scene:
         self.camera = Camera()
         self.models: dict[str, ModelScene] = {}
         self.origin: Array | None = None
-        self.mode = "textured"
-        self.lit = {mode: mode in LIT_MODES for mode in DISPLAY_MODES}
-        self.point_size: float | None = None
-        """Logical pixels; None closes the surface that the points lie on."""
+        self.look = Appearance()
         self.eye_dome = False
         self.clip: ClipBox | None = None
         self.features = FeatureLayer()
@@ -172,19 +100,17 @@ class Scene:
         """The last frame left out stand-ins that the next one will show."""
         self.pace = Pace()
         self.extra_points: Array = np.zeros((0, 3))
-        self.point_scale = 1.0
         self.frames = 0
         self._window: vtkRenderWindow | None = None
-        self._pending: list[Part] | None = None
+        self._pending: list[tuple[ModelScene, Part]] | None = None
         self._batch_first = False
+        self._asked = 0.0
         self._bands: list[tuple[int, int]] | None = None
         self._dome = EyeDome()
         self._planes = [vtkPlane() for _ in FACES]
         self._cutting: list[int] = []
         self._outdated = False
-        self._keep: vtkOpenGLFramebufferObject | None = None
-        self._partial: vtkOpenGLFramebufferObject | None = None
-        self._flat: vtkOpenGLFramebufferObject | None = None
+        self._buffers: Buffers | None = None
         self._kept = False
         self._action: Callable[[], None] | None = None
         self._pixels = vtkUnsignedCharArray()
@@ -192,6 +118,11 @@ class Scene:
         self._depth: npt.NDArray[np.float32] | None = None
 
     # -- life
+
+    @property
+    def mode(self) -> str:
+        """Display mode; see DISPLAY_MODES."""
+        return self.look.mode
 
     @property
     def started(self) -> bool:
@@ -223,6 +154,7 @@ class Scene:
         surface.GetActiveCamera()
         layer.SetActiveCamera(surface.GetActiveCamera())
         self._window, self._surface, self._layer = window, surface, layer
+        self._buffers = Buffers(window)
         self.features.attach(layer)
         self._apply_camera()
         window.Render()
@@ -257,7 +189,7 @@ class Scene:
             model = ModelScene("", holder, zero, zero, zero + 1.0, np.eye(4), np.eye(4))
             part = self._part(model, data)
             self.origin = None
-            self._dress(model, part)
+            self.look.dress(model, part)
             if pictures:
                 square = vtkdata.image(np.full((4, 4, 3), 128, np.uint8))
                 textures = [vtkTexture() for _ in range(pictures)]
@@ -285,10 +217,8 @@ class Scene:
         window.MakeCurrent()
         for model_id in list(self.models):
             self.remove_model(model_id)
-        for buffer in (self._keep, self._partial, self._flat):
-            if buffer is not None:
-                buffer.ReleaseGraphicsResources(window)
-        self._keep = self._partial = self._flat = None
+        if self._buffers is not None:
+            self._buffers.release()
         self._dome.release(window)
         self._layer.RemoveAllObservers()
         for renderer in (self._surface, self._layer):
@@ -311,6 +241,8 @@ class Scene:
     ) -> ModelScene:
         """Register a model that will be filled by `take`; bounds (2, 3) in its file frame."""
         self.remove_model(model_id)
+        if isinstance(data, StreamedCloud):
+            bounds = data.bounds
         model = ModelScene(
             model_id, data, origin, bounds[0] - origin, bounds[1] - origin, to_world, to_world
         )
@@ -353,25 +285,25 @@ class Scene:
     def set_mode(self, mode: str) -> None:
         if mode not in DISPLAY_MODES:
             raise ValueError(f"display mode {mode!r}; one of {', '.join(DISPLAY_MODES)}")
-        self.mode = mode
+        self.look.mode = mode
         for model in self.models.values():
-            if any(p.tinted for p in model.parts + model.proxies) != self.shows_field(model):
-                self._tint(model)
+            if any(p.tinted for p in model.parts + model.proxies) != self.look.shows_field(model):
+                self.look.tint(model)
         self._redress()
 
     def _redress(self) -> None:
         for model in self.models.values():
             for part in model.parts + model.proxies:
-                self._dress(model, part)
+                self.look.dress(model, part)
         self.abandon()
 
     def set_lit(self, mode: str, lit: bool) -> None:
         """Whether a light at the viewer shades the meshes in a display mode."""
-        self.lit[mode] = lit
+        self.look.lit[mode] = lit
         self._redress()
 
     def set_point_size(self, pixels: float | None) -> None:
-        self.point_size = pixels
+        self.look.point_size = pixels
         self._redress()
 
     def set_eye_dome(self, on: bool) -> None:
@@ -415,34 +347,8 @@ class Scene:
         """Give a model the colours of a field, or take them away."""
         model = self.models[model_id]
         model.field = ready
-        self._tint(model)
+        self.look.tint(model)
         self.abandon()
-
-    def shows_field(self, model: ModelScene) -> bool:
-        return self.mode == "field" and model.field is not None
-
-    def _tint(self, model: ModelScene) -> None:
-        """Put the colours of the field on, or the model's own back."""
-        ready = model.field if self.mode == "field" else None
-        fields = [] if ready is None else [*ready.parts, *ready.proxies]
-        every = [*model.parts, *model.proxies]
-        if ready is not None and (len(ready.parts), len(ready.proxies)) != (
-            len(model.parts),
-            len(model.proxies),
-        ):
-            raise ValueError("the colours are of another state of the model")
-        for k, part in enumerate(every):
-            values = part.actor.GetMapper().GetInput().GetPointData()
-            if fields:
-                if not part.tinted:
-                    part.own = values.GetScalars()
-                values.SetScalars(fields[k])
-                part.uploaded, part.tinted = False, True
-            elif part.tinted:
-                values.SetScalars(part.own)
-                part.own = None
-                part.uploaded, part.tinted = False, False
-            self._dress(model, part)
 
     def remove_model(self, model_id: str) -> None:
         model = self.models.pop(model_id, None)
@@ -470,7 +376,7 @@ class Scene:
         if isinstance(event, ProxyReady):
             model.proxies.append(self._part(model, event.data))
             model.proxies[-1].rows = event.rows
-            self._dress(model, model.proxies[-1])
+            self.look.dress(model, model.proxies[-1])
         elif isinstance(event, MeshChunkReady):
             part = self._part(model, event.data)
             part.material = event.chunk.material
@@ -479,13 +385,17 @@ class Scene:
             part.rows = event.chunk.vertex_ids
             model.face_chunks.append(event.chunk)
             model.parts.append(part)
-            self._dress(model, part)
-        elif isinstance(event, CloudChunkReady):
-            model.point_chunks.append(event.chunk)
-            model.parts.append(self._part(model, event.data))
-            model.parts[-1].spacing = event.spacing
-            model.parts[-1].rows = event.chunk.point_ids
-            self._dress(model, model.parts[-1])
+            self.look.dress(model, part)
+        elif isinstance(event, NodeReady):
+            self._take_node(model, event)
+        elif isinstance(event, NodesDropped):
+            self._take_away(model, event)
+        elif isinstance(event, StreamStarted):
+            model.streamer = event.streamer
+        elif isinstance(event, ViewDone):
+            if model.settled or model.streamer is None or event.turn != model.streamer.turn:
+                return
+            model.settled = True
         elif isinstance(event, ChunksDone):
             model.chunks_done = True
         elif isinstance(event, TextureReady):
@@ -497,9 +407,69 @@ class Scene:
             model.locators = event.locators
         elif isinstance(event, FieldReady):
             self.set_field(model_id, event)
-        if isinstance(event, (ProxyReady, MeshChunkReady, CloudChunkReady, TextureReady)):
+        if isinstance(event, (ProxyReady, MeshChunkReady, TextureReady, StreamStarted, ViewDone)):
             self.complete = False
             self._outdated = True
+
+    def _take_node(self, model: ModelScene, event: NodeReady) -> None:
+        part = self._part(model, event.data)
+        part.spacing, part.row, part.piece = event.spacing, event.row, event.piece
+        part.rows = event.chunk.point_ids
+        model.point_chunks.append(event.chunk)
+        model.parts.append(part)
+        self.look.dress(model, part)
+        if model.streamer is not None and part.row not in model.shown_rows:
+            return
+        if self._pending is not None and self._bands is None:
+            # It becomes a part of the frame in the making.
+            self._size_part(model, part)
+            self._pending.append((model, part))
+        else:
+            self.complete = False
+            self._outdated = True
+
+    def _take_away(self, model: ModelScene, event: NodesDropped) -> None:
+        gone = model.drop(event.pieces)
+        if self._pending is not None and gone:
+            dropped = {id(part) for part in gone}
+            self._pending = [entry for entry in self._pending if id(entry[1]) not in dropped]
+        for part in gone:
+            self._drop(part)
+        for row, piece in event.pieces.items():
+            event.nodes.let_go(row, piece)
+
+    def look_around(self, *, fetch: bool = True) -> None:
+        """Find out which nodes of clouds the view needs, and have those fetched that are not there.
+        Until they are, those above them close the surface."""
+        if self.eye is None:
+            return
+        for model in self.models.values():
+            streamer = model.streamer
+            if streamer is None or not model.visible:
+                continue
+            view = view_of(self.eye, self.camera, self.size, model.to_world, model.from_world)
+            shown = streamer.look(view) if fetch else streamer.needed(view)
+            there = {part.row for part in model.parts}
+            if shown is None:
+                if model.settled:
+                    continue
+                shown = model.shown_rows
+            elif fetch:
+                self._asked = time.perf_counter()
+                model.settled = there.issuperset(shown)
+            if not there.issuperset(shown):
+                shown = shown | streamer.closing([row for row in shown if row in there])
+            model.shown_rows = shown
+
+    @property
+    def settled(self) -> bool:
+        """Whether the nodes are there that the view needs."""
+        return all(m.settled or not m.visible for m in self.models.values())
+
+    @property
+    def waits(self) -> bool:
+        """Whether so much is on its way that a frame had better wait for it."""
+        return not self.settled and time.perf_counter() - self._asked < PATIENCE_S
 
     def _part(self, model: ModelScene, data) -> Part:  # type: ignore[no-untyped-def]
         bounds = np.array(data.GetBounds()).reshape(3, 2)
@@ -524,35 +494,6 @@ class Scene:
         part = Part(actor, bounds[:, 0], bounds[:, 1], elements)
         part.has_colors = data.GetPointData().GetScalars() is not None
         return part
-
-    def _dress(self, model: ModelScene, part: Part) -> None:
-        """Give a part the look of the display mode."""
-        actor, mapper, look = part.actor, part.actor.GetMapper(), part.actor.GetProperty()
-        look.SetColor(*PLAIN_COLOR)
-        look.SetPointSize(max(1.0, round((self.point_size or 2.0) * self.point_scale)))
-        look.SetAmbient(0.25)
-        look.SetDiffuse(0.75)
-        if isinstance(model.data, PointCloud):
-            look.LightingOff()
-            colored = part.tinted or (part.has_colors and self.mode != "plain shaded")
-            mapper.SetScalarVisibility(colored)
-            return
-        skin = model.skins.get(part.material) if part.has_uv else None
-        skins.take_off(actor)
-        textured = skin is not None and self._textured(model) and skin.wear(actor)
-        if textured:
-            look.SetColor(1.0, 1.0, 1.0)
-        colored = part.tinted or (part.has_colors and not textured and self.mode != "plain shaded")
-        mapper.SetScalarVisibility(colored)
-        look.SetLighting(self.lit[self.mode if textured or colored else "plain shaded"])
-        if self.mode == "wireframe":
-            look.SetRepresentationToWireframe()
-            look.SetLighting(False)
-        elif self.mode == "points":
-            look.SetRepresentationToPoints()
-            look.SetLighting(False)
-        else:
-            look.SetRepresentationToSurface()
 
     # -- bounds
 
@@ -600,8 +541,9 @@ class Scene:
         parts = [part for _, part in self._seen_parts()]
         return not all(p.uploaded for p in parts) or self.pace.expected(parts) > SLOW_FRAME_S
 
-    def _seen_parts(self) -> list[tuple[ModelScene, Part]]:
-        """Parts whose box may be in view, nearest first."""
+    def _seen_parts(self, *, every_node: bool = False) -> list[tuple[ModelScene, Part]]:
+        """Parts whose box may be in view, nearest first; of clouds the nodes that the view needs,
+        or every one that is there."""
         assert self.eye is not None
         found = []
         height, width = self.size[1], self.size[0]
@@ -627,6 +569,8 @@ class Scene:
             )
             if self.clip is not None:
                 inside &= self.clip.meets_balls(centre, radius)
+            if model.streamer is not None and not every_node:
+                inside &= np.array([part.row in model.shown_rows for part in model.parts])
             for i in np.flatnonzero(inside):
                 found.append((float(q[i, 2] - radius[i]), model, model.parts[i]))
         found.sort(key=lambda entry: entry[0])
@@ -642,6 +586,7 @@ class Scene:
         assert self._window is not None
         self.abandon()
         self._apply_camera()
+        self.look_around(fetch=not moving)
         # Large points take longer, so their size comes before what can be afforded.
         self._size_points()
         proxy = self.slow
@@ -650,7 +595,7 @@ class Scene:
             show = self._stand_ins()
         else:
             self._choose_levels()
-            show = [part for _, part in self._seen_parts()]
+            show = self._tinted(self._seen_parts())
         fresh = any(not p.uploaded for p in show)
         started = time.perf_counter()
         self._show(show)
@@ -674,26 +619,49 @@ class Scene:
             self.complete = not due and not self.domed
         else:
             if not fresh:
-                most = max((len(m.proxies) for m in self.models.values()), default=0)
-                self.pace.learn_moving(spent, most)
+                self.pace.learn_moving(spent, MOVING_SETS)
             if not any(m.visible and m.parts for m in self.models.values()):
                 self.complete = True
+
+    def _tinted(self, entries: Iterable[tuple[ModelScene, Part]]) -> list[Part]:
+        found = []
+        for model, part in entries:
+            self.look.tint_node(model, part)
+            found.append(part)
+        return found
 
     def _stand_ins(self) -> list[Part]:
         """What stands for the models while drawing them takes too long."""
         visible = [m for m in self.models.values() if m.visible]
-        sets = [p for m in visible for p in m.proxies[: self.pace.moving_sets]]
-        show = [p for p in sets if p.uploaded]
-        fresh = [p for p in sets if not p.uploaded]
-        # One at a time: the first drawing takes it to the graphics card.
-        show += fresh[:1]
-        self.more_to_come = len(fresh) > 1
+        show = [p for m in visible for p in m.proxies] + self._coarse_nodes()
         budget = 150_000
-        for part in [p for m in visible if not m.proxies for p in m.parts]:
+        for part in [p for m in visible if isinstance(m.data, Mesh) and not m.proxies
+                     for p in m.parts]:  # fmt: skip
             if part.uploaded and budget > 0:
                 show.append(part)
                 budget -= part.elements
         return show
+
+    def _coarse_nodes(self) -> list[Part]:
+        """The coarse nodes of clouds in view, as many as there is time for."""
+        seen = self._seen_parts(every_node=True)
+        nodes = [entry for entry in seen if isinstance(entry[0].data, PointCloud)]
+        nodes.sort(key=lambda entry: -entry[1].spacing)
+        left = self.pace.moving_sets * POINTS_PER_SET
+        show: list[tuple[ModelScene, Part]] = []
+        fresh = 0
+        for model, part in nodes:
+            left -= part.elements
+            if show and left < 0:
+                break
+            if not part.uploaded:
+                # A few at a time: the first drawing takes it to the graphics card.
+                fresh += part.elements
+                if show and fresh > POINTS_PER_SET:
+                    self.more_to_come = True
+                    break
+            show.append((model, part))
+        return self._tinted(show)
 
     def draw_features(self) -> None:
         """Draw the features anew over the models as they last stood."""
@@ -709,23 +677,23 @@ class Scene:
             self.draw(moving=False)
             return
         busy = self._pending is not None and not self._batch_first
+        assert self._buffers is not None
         if busy:
-            self._partial = self._buffer(self._partial)
-            self._blit(self._window.GetRenderFramebuffer(), self._partial)
+            self._buffers.save("frame")
         self._render(erase=False, surface=False, layer=True, action=self._restore_surface)
         if busy:
-            assert self._partial is not None
             self.pixels()
-            self._blit(self._partial, self._window.GetRenderFramebuffer())
+            self._buffers.restore("frame")
 
     def begin_rest(self) -> None:
         """Start the whole frame of a camera that has come to rest."""
         if self.eye is not None and self._depth is None:
             self._read_depth()
         self._apply_camera()
+        self.look_around()
         self._choose_levels()
         self._size_points()
-        self._pending = [part for _, part in self._seen_parts()]
+        self._pending = self._seen_parts()
         self._bands = None
         self._batch_first = True
         self._outdated = False
@@ -746,8 +714,12 @@ class Scene:
         started = time.perf_counter()
         # Features, and the copy of the surface below them, are a piece of their own.
         last = not self._pending
-        count = self.pace.next_batch(self._pending)
-        batch, self._pending = self._pending[:count], self._pending[count:]
+        count = self.pace.next_batch([part for _, part in self._pending])
+        if any([self.look.tint_node(*entry) for entry in self._pending[:count]]):
+            # They have to be taken to the graphics card anew.
+            count = self.pace.next_batch([part for _, part in self._pending])
+        batch = [part for _, part in self._pending[:count]]
+        self._pending = self._pending[count:]
         self._show(batch)
         self._render(
             erase=self._batch_first,
@@ -781,23 +753,22 @@ class Scene:
         assert self.eye is not None
         if not self.domed:
             return False
+        assert self._buffers is not None
         if self._bands is None:
-            self._flat = self._buffer(self._flat)
-            self._blit(self._window.GetRenderFramebuffer(), self._flat)
+            self._buffers.save("flat")
             self._bands = bands(self.size[1], BANDS if self.software else 1)
         if not self._bands:
             return False
-        assert self._flat is not None
         self._dome.shade(
             self._window,
-            self._flat,
+            self._buffers["flat"],
             self.size,
             self._bands.pop(0),
             near=self.eye.near,
             far=self.eye.far,
             distance=self.camera.distance,
             orthographic=self.eye.orthographic,
-            scale=self.point_scale,
+            scale=self.look.point_scale,
         )
         self._window.WaitForCompletion()
         return True
@@ -806,16 +777,18 @@ class Scene:
         """Points just large enough to close the surface they lie on, within limits."""
         for model, part in self._seen_parts():
             if part.spacing > 0.0 and isinstance(model.data, PointCloud):
-                scale, depth = self._reach(model, part)
-                pixels = (
-                    1.3 * part.spacing * scale / self.camera.metres_per_pixel(self.size[1], depth)
-                )
-                low, high = 2.0 * self.point_scale, 9.0 * self.point_scale
-                size = round(min(max(pixels, low), high))
-                if self.point_size is not None:
-                    size = max(1, round(self.point_size * self.point_scale))
-                part.actor.GetProperty().SetPointSize(size)
-                part.weight = point_weight(size)
+                self._size_part(model, part)
+
+    def _size_part(self, model: ModelScene, part: Part) -> None:
+        scale, depth = self._reach(model, part)
+        spacing = model.shown_rows.get(part.row, part.spacing)
+        pixels = 1.3 * spacing * scale / self.camera.metres_per_pixel(self.size[1], depth)
+        low, high = 2.0 * self.look.point_scale, 9.0 * self.look.point_scale
+        size = round(min(max(pixels, low), high))
+        if self.look.point_size is not None:
+            size = max(1, round(self.look.point_size * self.look.point_scale))
+        part.actor.GetProperty().SetPointSize(size)
+        part.weight = point_weight(size)
 
     def _reach(self, model: ModelScene, part: Part) -> tuple[float, float]:
         """Scale of the model and depth of the near side of a part's ball."""
@@ -861,53 +834,19 @@ class Scene:
         if self._action is not None:
             self._action()
 
-    def _buffer(self, buffer: vtkOpenGLFramebufferObject | None) -> vtkOpenGLFramebufferObject:
-        assert self._window is not None
-        width, height = self.size
-        if buffer is not None:
-            if list(buffer.GetLastSize()) == [width, height]:
-                return buffer
-            buffer.ReleaseGraphicsResources(self._window)
-        buffer = vtkOpenGLFramebufferObject()
-        buffer.SetContext(self._window)
-        state = self._window.GetState()
-        state.PushFramebufferBindings()
-        unsigned_char, depth_bits = 3, 32
-        buffer.PopulateFramebuffer(
-            width, height, True, 1, unsigned_char, True, depth_bits, 0, False
-        )
-        state.PopFramebufferBindings()
-        return buffer
-
-    def _blit(self, source: vtkOpenGLFramebufferObject, target: vtkOpenGLFramebufferObject) -> None:
-        assert self._window is not None
-        self._window.MakeCurrent()
-        extent = [0, self.size[0] - 1, 0, self.size[1] - 1]
-        state = self._window.GetState()
-        state.PushFramebufferBindings()
-        source.Bind(GL_READ_FRAMEBUFFER)
-        target.Bind(GL_DRAW_FRAMEBUFFER)
-        vtkOpenGLFramebufferObject.Blit(extent, extent, GL_COLOR_AND_DEPTH, GL_NEAREST)
-        state.PopFramebufferBindings()
-
     def _save_surface(self) -> None:
-        assert self._window is not None
-        self._keep = self._buffer(self._keep)
-        self._blit(self._window.GetRenderFramebuffer(), self._keep)
+        assert self._buffers is not None
+        self._buffers.save("surface")
         self._kept = True
 
     def _restore_surface(self) -> None:
-        assert self._window is not None
-        assert self._keep is not None
-        self._blit(self._keep, self._window.GetRenderFramebuffer())
+        assert self._buffers is not None
+        self._buffers.restore("surface")
 
     # -- textures
 
     def _skins_due(self, model: ModelScene) -> bool:
-        return self._textured(model) and any(s.too_coarse for s in model.skins.values())
-
-    def _textured(self, model: ModelScene) -> bool:
-        return self.mode == "textured" or (self.mode == "field" and model.field is None)
+        return self.look.textured(model) and any(s.too_coarse for s in model.skins.values())
 
     def _choose_levels(self) -> None:
         """Without hardware mipmaps: the coarsest level with about a texel per pixel."""
@@ -933,7 +872,7 @@ class Scene:
 
     def _upload_one_texture(self) -> bool:
         """Bring one piece of a texture to the graphics card; False where none is due."""
-        models = [m for m in self.models.values() if m.visible and self._textured(m)]
+        models = [m for m in self.models.values() if m.visible and self.look.textured(m)]
         if any(s.level is None for m in models for s in m.skins.values()):
             # A texture that has just come would go up in full, which holds the window up, only to
             # be replaced by the level that this view needs.
@@ -946,7 +885,7 @@ class Scene:
                 if skin.upload_piece(self._surface, mipmap=not self.software):
                     for part in model.parts:
                         if part.material == material:
-                            self._dress(model, part)
+                            self.look.dress(model, part)
                 return True
         return False
 

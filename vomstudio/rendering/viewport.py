@@ -12,15 +12,10 @@ nothing.
 
 from __future__ import annotations
 
-import collections
-import contextlib
 import math
-import os
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -43,11 +38,14 @@ from PySide6.QtWidgets import QWidget
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.octree import POINT_BUDGET
 from vomstudio.rendering import barpainting, painting
 from vomstudio.rendering.annotations import Annotations
 from vomstudio.rendering.camera import STANDARD_VIEWS, VIEW_ALIASES, Camera
 from vomstudio.rendering.clipping import FACES, ClipBox, along_axis
 from vomstudio.rendering.drawing import FeatureDrawing
+from vomstudio.rendering.featurepicking import feature_at
+from vomstudio.rendering.modelwork import ModelWork, Registered
 from vomstudio.rendering.previewpainting import PreviewPainter
 from vomstudio.rendering.scalars import ELEVATION, FieldStyle, Scale
 from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent, Preview
@@ -60,7 +58,6 @@ Array = npt.NDArray[np.float64]
 CLICK_PIXELS = 4.0
 HANDLE_PIXELS = 9.0
 FACE_PIXELS = 14.0
-FEATURE_PIXELS = 7.0
 REST_MS = 250
 BACKGROUND = QColor.fromRgbF(0.36, 0.375, 0.39)
 """The scene's own, until there is a scene."""
@@ -105,6 +102,8 @@ class Viewport(QWidget):
         self.orbit_button = Qt.MouseButton.LeftButton
         """The right one leaves drags with the left one to the tool, from the press on."""
         self.navigation = "turntable"
+        self.point_budget = POINT_BUDGET
+        """How many points of a cloud may be there to be drawn."""
 
         self._scene: Scene | None = None
         self._closed = False
@@ -137,23 +136,18 @@ class Viewport(QWidget):
         self._hover_event: PointerEvent | None = None
         self._hot_handle: int | None = None
 
-        self._inbox: collections.deque[tuple[str, int, Any]] = collections.deque()
-        self._jobs: dict[str, threading.Event] = {}
-        self._tokens: dict[str, int] = {}
-        self._next_token = 0
+        self._work = ModelWork(lambda: self._handed.emit())
         self._framing: set[str] = set()
         self._hidden: set[str] = set()
         self._transforms: dict[str, Array] = {}
         self._styles: dict[str, FieldStyle] = {}
         self._captions: dict[str, str] = {}
-        self._field_jobs: dict[str, threading.Event] = {}
         self._bars: list[barpainting.ColorBar] = []
         self._mode = "textured"
         self._clip: ClipBox | None = None
         self._clip_handles = True
         self._press_face: int | None = None
         self._hot_face: int | None = None
-        self._pool: ThreadPoolExecutor | None = None
 
         self._rest = QTimer(self)
         self._rest.setSingleShot(True)
@@ -203,7 +197,7 @@ class Viewport(QWidget):
         scene = Scene()
         scene.camera = self._camera
         ratio = self.devicePixelRatioF()
-        scene.point_scale = ratio
+        scene.look.point_scale = ratio
         scene.start(max(1, round(self.width() * ratio)), max(1, round(self.height() * ratio)))
         scene.features.set_scale(ratio)
         self._scene = scene
@@ -232,16 +226,10 @@ class Viewport(QWidget):
         self._closed = True
         for timer in (self._rest, self._refine, self._hover, self._still):
             timer.stop()
-        for stop in (*self._jobs.values(), *self._field_jobs.values()):
-            stop.set()
         if self._importer is not None and self._importer.is_alive():
             self._importer.join()
-        if self._pool is not None:
-            self._pool.shutdown(wait=True, cancel_futures=True)
-            self._pool = None
-        self._inbox.clear()
+        self._work.close()
         self._waiting.clear()
-        self._jobs.clear()
         if self._scene is not None:
             self._scene.close()
             self._scene = None
@@ -264,83 +252,29 @@ class Viewport(QWidget):
         if self._closed:
             return
         self.remove_model(model_id)
-        self._next_token += 1
-        token = self._next_token
-        stop = threading.Event()
-        self._jobs[model_id] = stop
-        self._tokens[model_id] = token
+        stop = self._work.expect(model_id)
         self._stages[model_id] = set()
         self._transforms[model_id] = np.array(to_world, np.float64)
         if frame_camera:
             self._framing.add(model_id)
-        self._when_started(lambda: self._prepare(model_id, token, data, stop))
+
+        def begin() -> None:
+            if not stop.is_set() and self._scene is not None:
+                self._work.prepare(
+                    model_id,
+                    data,
+                    texture_limit=self._scene.texture_limit,
+                    whole_side=self._scene.whole_texture_side,
+                    budget=self.point_budget,
+                )
+
+        self._when_started(begin)
 
     def _when_started(self, job: Callable[[], None]) -> None:
         if self._scene is not None:
             job()
         else:
             self._waiting.append(job)
-
-    def _prepare(
-        self, model_id: str, token: int, data: Mesh | PointCloud, stop: threading.Event
-    ) -> None:
-        if stop.is_set() or self._scene is None:
-            return
-        from vomstudio.rendering import preparation
-
-        pool = self._workers()
-        limit, whole_side = self._scene.texture_limit, self._scene.whole_texture_side
-        emit = self._emitter(model_id, token, stop)
-
-        def shape() -> None:
-            try:
-                points = data.vertices if isinstance(data, Mesh) else data.points
-                bounds = preparation.finite_bounds(points, stop)
-                origin = np.round(bounds.mean(axis=0))
-                emit(_Registered(data, bounds, origin))
-                if isinstance(data, Mesh):
-                    # Only now: what comes before the model is registered would be lost.
-                    pool.submit(pictures)
-                    preparation.prepare_mesh(data, origin, stop, emit)
-                else:
-                    preparation.prepare_cloud(data, origin, stop, emit)
-            except preparation.Stopped:
-                pass
-            except Exception as error:  # noqa: BLE001 - a thread has nobody above it to tell
-                self._tell(emit, preparation, error)
-
-        def pictures() -> None:
-            try:
-                if isinstance(data, Mesh):
-                    preparation.prepare_textures(data, limit, stop, emit, whole_side)
-            except preparation.Stopped:
-                pass
-            except Exception as error:  # noqa: BLE001 - as above
-                self._tell(emit, preparation, error)
-
-        pool.submit(shape)
-
-    def _workers(self) -> ThreadPoolExecutor:
-        if self._pool is None:
-            self._pool = ThreadPoolExecutor(2, thread_name_prefix="viewport", initializer=give_way)
-        return self._pool
-
-    def _emitter(self, model_id: str, token: int, stop: threading.Event) -> Callable[[Any], None]:
-        """What a worker hands its events over with."""
-        from vomstudio.rendering import preparation
-
-        def emit(event: Any) -> None:
-            if stop.is_set():
-                raise preparation.Stopped
-            self._inbox.append((model_id, token, event))
-            self._handed.emit()
-
-        return emit
-
-    @staticmethod
-    def _tell(emit: Callable[[Any], None], preparation: Any, error: Exception) -> None:
-        with contextlib.suppress(preparation.Stopped):
-            emit(preparation.Problem(f"A model could not be prepared for drawing: {error}"))
 
     def _take(self) -> None:
         """Accept what the workers have handed over, for a few milliseconds at a time."""
@@ -350,14 +284,12 @@ class Viewport(QWidget):
 
         until = time.perf_counter() + 0.010
         changed = False
-        while self._inbox and time.perf_counter() < until:
-            model_id, token, event = self._inbox.popleft()
-            if self._tokens.get(model_id) != token:
-                continue
+        while time.perf_counter() < until and (found := self._work.next()):
+            model_id, event = found
             if isinstance(event, preparation.Problem):
                 self.problem.emit(event.text)
                 continue
-            if isinstance(event, _Registered):
+            if isinstance(event, Registered):
                 self._register(model_id, event)
             elif isinstance(event, preparation.FieldReady):
                 self._take_field(model_id, event)
@@ -370,12 +302,12 @@ class Viewport(QWidget):
                 self._reach(model_id, "pickable")
             else:
                 changed = True
-        if self._inbox:
+        if self._work.waiting:
             self._handed.emit()
         if changed:
             self._content_changed()
 
-    def _register(self, model_id: str, event: _Registered) -> None:
+    def _register(self, model_id: str, event: Registered) -> None:
         assert self._scene is not None
         self._scene.add_model(
             model_id, event.data, self._transforms[model_id], event.bounds, event.origin
@@ -385,6 +317,9 @@ class Viewport(QWidget):
             self._framing.discard(model_id)
             self._camera.fit(self._scene.models[model_id].corners_world(), self._extent())
             self._moved()
+            # Nobody is moving it: what comes now is to be drawn as it will stay.
+            self._moving = False
+            self._rest.start(30)
 
     def _content_changed(self) -> None:
         """Something new can be drawn: soon, but not for every single piece of it."""
@@ -406,10 +341,7 @@ class Viewport(QWidget):
 
     def remove_model(self, model_id: str) -> None:
         """Forget a model; an unknown id is ignored."""
-        stop = self._jobs.pop(model_id, None)
-        if stop is not None:
-            stop.set()
-        self._tokens.pop(model_id, None)
+        self._work.forget(model_id)
         self._stages.pop(model_id, None)
         self._transforms.pop(model_id, None)
         self._forget_field(model_id)
@@ -505,9 +437,7 @@ class Viewport(QWidget):
 
     def _forget_field(self, model_id: str) -> None:
         self._styles.pop(model_id, None)
-        stop = self._field_jobs.pop(model_id, None)
-        if stop is not None:
-            stop.set()
+        self._work.forget_field(model_id)
 
     def scale_of(self, model_id: str) -> Scale | None:
         """What the colours of a model mean, where it shows a field."""
@@ -522,25 +452,14 @@ class Viewport(QWidget):
         style = self._styles.get(model_id)
         if model is None or style is None or self._mode != "field" or not model.chunks_done:
             return
-        from vomstudio.rendering import preparation
-
-        if model_id in self._field_jobs:
-            self._field_jobs[model_id].set()
-        stop = self._field_jobs[model_id] = threading.Event()
-        emit = self._emitter(model_id, self._tokens[model_id], stop)
-        data, to_world = model.data, model.to_world.copy()
-        proxies, parts = [p.rows for p in model.proxies], [p.rows for p in model.parts]
-
-        def work() -> None:
-            try:
-                preparation.prepare_field(data, style, to_world, proxies, parts, stop, emit)
-            except preparation.Stopped:
-                pass
-            except Exception as error:  # noqa: BLE001 - a thread has nobody above it to tell
-                with contextlib.suppress(preparation.Stopped):
-                    emit(preparation.Problem(f"The field {style.name} cannot be shown: {error}"))
-
-        self._workers().submit(work)
+        self._work.color(
+            model_id,
+            model.data,
+            style,
+            model.to_world.copy(),
+            [part.rows for part in model.proxies],
+            [part.rows for part in model.parts],
+        )
 
     def _take_field(self, model_id: str, event: Any) -> None:
         assert self._scene is not None
@@ -682,30 +601,7 @@ class Viewport(QWidget):
             return found
         # What is cut away cannot be meant.
         shown = [d for d in self._features.values() if d.visible and self._unclipped(d)]
-        lines = [d for d in shown if len(d.line) >= 2]
-        if lines:
-            sizes = [len(d.line) for d in lines]
-            pixels, _ = self._camera.project(
-                np.concatenate([np.asarray(d.line, float) for d in lines]), self._extent()
-            )
-            owner = np.repeat(np.arange(len(lines)), sizes)
-            a, b = pixels[:-1], pixels[1:]
-            ab = b - a
-            with np.errstate(invalid="ignore", divide="ignore"):
-                t = np.einsum("ij,ij->i", np.array([x, y]) - a, ab) / np.einsum("ij,ij->i", ab, ab)
-                t = np.clip(np.nan_to_num(t), 0.0, 1.0)
-                off = np.hypot(*(a + t[:, None] * ab - np.array([x, y])).T)
-            off[(owner[:-1] != owner[1:]) | ~np.isfinite(off)] = np.inf
-            if len(off) and off.min() <= FEATURE_PIXELS:
-                return lines[int(owner[int(np.argmin(off))])].id
-        best = np.inf
-        for d in shown if discs else ():
-            if d.disc is None:
-                continue
-            ring, depth = self._camera.project(np.asarray(d.disc, float), self._extent())
-            if np.isfinite(ring).all() and inside_convex(ring, x, y) and depth.mean() < best:
-                best, found = float(depth.mean()), d.id
-        return found
+        return feature_at(shown, x, y, self._camera, self._extent(), discs=discs)
 
     def set_preview(self, preview: Preview | None) -> None:
         """What an unfinished tool shows; None for nothing."""
@@ -832,6 +728,8 @@ class Viewport(QWidget):
         self._moving = False
         if scene is None or self._closed or not self.isVisible():
             return
+        if not self._frame_dirty:
+            scene.look_around()
         if scene.complete and not self._frame_dirty:
             # The picture stands; labels that had no room while it moved may have some now.
             self._base = None
@@ -844,6 +742,9 @@ class Viewport(QWidget):
         if unfinished:
             if self._frame_dirty:
                 self.update()
+            return
+        if scene.waits:
+            self._rest.start(50)
             return
         scene.begin_rest()
         self._refine.start()
@@ -885,7 +786,7 @@ class Viewport(QWidget):
                 p.uploaded for p in model.parts
             ):
                 self._reach(model.model_id, "shown")
-            if self._scene.complete and model.chunks_done and model.textures_done:
+            if self._scene.complete and model.chunks_done and model.textures_done and model.settled:
                 self._reach(model.model_id, "complete")
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
@@ -974,7 +875,7 @@ class Viewport(QWidget):
         shown = [
             (m.field.scale, m.model_id)
             for m in self._scene.models.values()
-            if m.visible and m.field is not None and self._scene.shows_field(m)
+            if m.visible and m.field is not None and self._scene.look.shows_field(m)
         ]
         several = len(shown) > 1
         return barpainting.lay_out_bars(
@@ -1033,7 +934,7 @@ class Viewport(QWidget):
         if self._scene is None:
             return
         ratio = self.devicePixelRatioF()
-        self._scene.point_scale = ratio
+        self._scene.look.point_scale = ratio
         self._scene.features.set_scale(ratio)
         self._scene.resize(
             max(1, round(self.width() * ratio)), max(1, round(self.height() * ratio))
@@ -1264,25 +1165,3 @@ class Viewport(QWidget):
         if self._preview is not None:
             self.update()
         super().leaveEvent(event)
-
-
-def give_way() -> None:
-    """Let the window's thread, and those that draw for it, go before this thread. Only Linux has
-    priorities of threads."""
-    if sys.platform == "linux":
-        with contextlib.suppress(OSError):
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), 5)
-
-
-class _Registered:
-    """A worker knows how large the model is."""
-
-    def __init__(self, data: Mesh | PointCloud, bounds: Array, origin: Array) -> None:
-        self.data, self.bounds, self.origin = data, bounds, origin
-
-
-def inside_convex(ring: Array, x: float, y: float) -> bool:
-    """Whether a pixel lies inside a convex ring (n, 2) of either sense."""
-    a, b = ring, np.roll(ring, -1, axis=0)
-    side = (b[:, 0] - a[:, 0]) * (y - a[:, 1]) - (b[:, 1] - a[:, 1]) * (x - a[:, 0])
-    return bool((side >= 0.0).all() or (side <= 0.0).all())

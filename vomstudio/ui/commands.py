@@ -19,6 +19,7 @@ from vomstudio.ui import (
     net_commands,
     ortho_dialog,
     patch_commands,
+    survey_commands,
 )
 from vomstudio.ui.actions import Command
 
@@ -45,6 +46,7 @@ def commands(w: MainWindow) -> list[Command]:
         *_views(w),
         *_models(w),
         *_tools(w),
+        *survey_commands.commands(w),
         *ortho_dialog.commands(w),
         *line_commands.commands(w),
         *patch_commands.commands(w),

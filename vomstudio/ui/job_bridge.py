@@ -36,15 +36,16 @@ class Job:
 
 
 class JobBridge(QObject):
-    """Worker processes, each begun when it is first needed: one reads models, one writes the layers
-    beside a project, one makes what was asked for, so that none waits for another."""
+    """Worker processes, each begun when it is first needed and each for its own kind of work, so
+    that reading a model never waits for a reconstruction."""
 
     changed = Signal()
     _arrived = Signal(object, object)
 
     def __init__(self) -> None:
         super().__init__()
-        self._workers = {"models": Worker(), "files": Worker(), "products": Worker()}
+        lanes = ("models", "files", "products", "photos", "reconstruction")
+        self._workers = {lane: Worker() for lane in lanes}
         self.jobs: dict[tuple[str, int], Job] = {}
         self._refused = 0
         self._arrived.connect(self._deliver, Qt.ConnectionType.QueuedConnection)

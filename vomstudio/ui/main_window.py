@@ -51,9 +51,10 @@ if TYPE_CHECKING:
     from vomstudio.rendering.viewport import Viewport
     from vomstudio.ui.studio import Notice
 
-_LAYOUT_VERSION = 2
+_LAYOUT_VERSION = 3
 _MENUS = (
-    ("&File", ("new", "open", "open_project", "*recent", "*discarded", "|", "save", "save_as", "|",
+    ("&File", ("new", "open", "choose_photos", "open_project", "*recent", "*discarded", "|",
+               "save", "save_as", "|",
                "import_readings", "|", "export_csv", "export_gpkg", "export_shp", "export_dxf",
                "export_net", "|", "quit")),
     ("&Edit", ("undo", "redo", "|", "delete", "rename", "|", "select_all", "|", "find_command")),
@@ -62,7 +63,8 @@ _MENUS = (
                "clipping_box", "clipping_reset", "*planes", "*notation", "trackball", "|",
                "show_chosen", "hide_chosen", "show_only", "show_all", "|", "only_outcrop",
                "*docks")),
-    ("&Model", ("declare_frame", "locate", "copy_model", "export_model", "remove_model")),
+    ("&Model", ("make_model", "pause_model", "|", "declare_frame", "locate", "copy_model",
+                "export_model", "remove_model")),
     ("&Interpret", ("navigate", "trace", "patch", "line", "measure", "|", "finish", "cancel",
                     "continue_trace", "delete_vertex", "|", "continue_patch", "brush_removes",
                     "brush_smaller", "brush_larger", "|", "feature_types")),
@@ -101,10 +103,12 @@ class MainWindow(QMainWindow):
         """Everything but the viewport and the net. What is imported here is not light."""
         from vomstudio.ui.commands import commands
         from vomstudio.ui.files import Files
+        from vomstudio.ui.photo_survey import PhotoSurvey
         from vomstudio.ui.studio import Studio
 
         self.studio = Studio(self._settings)
         self.files = Files(self, self.studio)
+        self.survey = PhotoSurvey(self.studio)
         self.actions_table = Actions(self)
         for command in commands(self):
             self.actions_table.add(command)
@@ -144,10 +148,12 @@ class MainWindow(QMainWindow):
     def _make_docks(self) -> None:
         from vomstudio.ui.display_panel import DisplayPanel
         from vomstudio.ui.feature_commands import open_types
+        from vomstudio.ui.jobs_panel import JobsPanel
         from vomstudio.ui.line_panel import LinePanel
         from vomstudio.ui.measure_panel import MeasurePanel
         from vomstudio.ui.messages_panel import MessagesPanel
         from vomstudio.ui.patch_panel import PatchPanel
+        from vomstudio.ui.photos_panel import PhotosPanel
         from vomstudio.ui.project_tree import ProjectTree
         from vomstudio.ui.properties_panel import PropertiesPanel
         from vomstudio.ui.table_panel import TablePanel
@@ -170,6 +176,7 @@ class MainWindow(QMainWindow):
             self.studio, actions["declare_frame"], actions["keep_intersection"]
         )
         self.table = TablePanel(self.studio, actions["export_csv"])
+        self.photos_panel = PhotosPanel(self.survey, actions)
         self.messages = MessagesPanel()
         for view in (self.tree.tree, self.table.view):
             # Only with the focus on the view itself: in an editor Delete deletes letters.
@@ -192,6 +199,8 @@ class MainWindow(QMainWindow):
         self._dock("display", self.tr("Display"), self.display_panel, right)
         self._dock("properties", self.tr("Properties"), self.properties, right)
         self._dock("table", self.tr("Orientations"), self.table, bottom)
+        self._dock("photos", self.tr("Photos"), self.photos_panel, bottom)
+        self._dock("jobs", self.tr("Jobs"), JobsPanel(self.studio.jobs), bottom)
         self._dock("messages", self.tr("Messages"), self.messages, bottom)
 
     def _dock(self, name: str, title: str, widget: QWidget, area: Qt.DockWidgetArea) -> None:
@@ -205,7 +214,9 @@ class MainWindow(QMainWindow):
         docks = self.docks
         self.tabifyDockWidget(docks["stereonet"], docks["view"])
         self.tabifyDockWidget(docks["view"], docks["display"])
-        self.tabifyDockWidget(docks["table"], docks["messages"])
+        self.tabifyDockWidget(docks["table"], docks["photos"])
+        self.tabifyDockWidget(docks["photos"], docks["jobs"])
+        self.tabifyDockWidget(docks["jobs"], docks["messages"])
         for tool in ("patch", "line", "measure"):
             self.tabifyDockWidget(docks["trace"], docks[tool])
         docks["trace"].raise_()
@@ -313,6 +324,7 @@ class MainWindow(QMainWindow):
         studio.frame_wanted.connect(self.files.declare_frame)
         studio.recovery_found.connect(self.files.offer_recovery)
         studio.jobs.changed.connect(self._show_start_page)
+        self.survey.changed.connect(self.actions_table.refresh)
 
     # --- birth -------------------------------------------------------------------------------
     def begin(self, paths: list[Path]) -> None:
@@ -334,6 +346,7 @@ class MainWindow(QMainWindow):
         viewport.pointer.connect(self.status_line.show_pointer)
         viewport.camera_changed.connect(self._camera_changed)
         viewport.problem.connect(lambda text: self.studio.warn(text))
+        viewport.point_budget = self._settings.point_budget
         viewport.navigation = "turntable" if self._settings.turntable else "trackball"
         viewport.setFocus()
         self._camera_timer = QTimer(self)
@@ -382,7 +395,13 @@ class MainWindow(QMainWindow):
 
     # --- files -------------------------------------------------------------------------------
     def open_path(self, path: Path) -> None:
-        self.files.open_path(path)
+        """A model, a project, or a folder of photos."""
+        from vomstudio.ui.survey_commands import is_photo_folder, open_photos
+
+        if is_photo_folder(path):
+            open_photos(self, path)
+        else:
+            self.files.open_path(path)
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:  # noqa: N802
         if any(url.isLocalFile() for url in event.mimeData().urls()):
@@ -498,7 +517,9 @@ class MainWindow(QMainWindow):
         self._show_start_page()
 
     def _show_start_page(self) -> None:
-        empty = not self.studio.session.of(Model) and not self.studio.jobs.visible()
+        empty = not (
+            self.studio.session.of(Model) or self.studio.jobs.visible() or self.survey.folder
+        )
         self.start_page.setVisible(empty)
 
     # --- keys, layout, end -------------------------------------------------------------------

@@ -17,9 +17,11 @@ from vomstudio.errors import VomError
 from vomstudio.geometry.brush import CloudSurface, MeshSurface, surface_of
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io import model_cache
+from vomstudio.geometry.octree import POINT_BUDGET
+from vomstudio.io import copc, model_cache
+from vomstudio.io.models import file_hash
 from vomstudio.jobs.events import Failed
-from vomstudio.rendering.viewport import give_way
+from vomstudio.rendering.modelwork import give_way
 from vomstudio.ui.job_bridge import Job, JobBridge
 
 
@@ -60,10 +62,12 @@ class ModelLoader(QObject):
     _mapped = Signal(str, object, object)
     _glimpsed = Signal(str, object)
 
-    def __init__(self, jobs: JobBridge) -> None:
+    def __init__(self, jobs: JobBridge, budget: Callable[[], int] = lambda: POINT_BUDGET) -> None:
+        """budget : how many points of a cloud may be held; a COPC file with more is streamed."""
         super().__init__()
-        self._jobs = jobs
+        self._jobs, self._budget = jobs, budget
         self._running: dict[str, Job | None] = {}
+        self._stops: dict[str, threading.Event] = {}
         self._mapped.connect(self._hand_over, Qt.ConnectionType.QueuedConnection)
         self._glimpsed.connect(self._show_preview, Qt.ConnectionType.QueuedConnection)
 
@@ -71,6 +75,10 @@ class ModelLoader(QObject):
         """Read `path` and call `then` in the GUI's thread. A key that is being loaded is not loaded
         twice."""
         if key in self._running:
+            return
+
+        if copc.points_in(path) > self._budget():
+            self._stream(key, path, then)
             return
 
         def failed(event: Failed) -> None:
@@ -88,6 +96,33 @@ class ModelLoader(QObject):
             on_done=lambda result: self._map(key, path, result, then),
             on_failed=failed,
         )
+
+    def _stream(self, key: str, path: Path, then: Then) -> None:
+        """A picture of the first levels at once; the rest is read as it is looked at."""
+        stop = self._stops[key] = threading.Event()
+        self._running[key] = None
+        threading.Thread(
+            target=self._stream_in_thread, args=(key, path, then, stop), daemon=True
+        ).start()
+
+    def _stream_in_thread(self, key: str, path: Path, then: Then, stop: threading.Event) -> None:
+        try:
+            cloud = copc.stream(path, self._budget())
+            self._glimpsed.emit(key, cloud.overview())
+            # What names the file is worked out while its picture is looked at already.
+            content_hash = file_hash(path, lambda: not stop.is_set())
+            crs, problem = copc.crs_of(path)
+        except VomError as error:
+            if not stop.is_set():
+                self._mapped.emit(key, str(error), then)
+            return
+        if stop.is_set():
+            return
+        surface = surface_of(cloud)
+        warnings = (problem,) if problem else ()
+        opened = OpenModel(cloud, surface, warnings, cloud.store.usual_spacing, crs, content_hash)
+        surface.build()
+        self._mapped.emit(key, opened, then)
 
     def _preview(self, key: str, path: Path, cache: Path) -> None:
         """Ask for a quick look at a large cloud before the whole of it."""
@@ -142,6 +177,9 @@ class ModelLoader(QObject):
         """Nothing that is on its way arrives any more."""
         for key in self._running:
             self.ended.emit(key)
+        for stop in self._stops.values():
+            stop.set()
+        self._stops.clear()
         for job in self._running.values():
             if job is not None:
                 self._jobs.cancel(job)
@@ -181,6 +219,7 @@ class ModelLoader(QObject):
         if key not in self._running:
             return
         del self._running[key]
+        self._stops.pop(key, None)
         if isinstance(outcome, str):
             self.problem.emit(outcome)
         else:

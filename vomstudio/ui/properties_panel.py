@@ -30,6 +30,7 @@ from vomstudio.document.records import (
     Trace,
 )
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.octree import StreamedCloud
 from vomstudio.ui import relations
 from vomstudio.ui.fit_view import FitView
 from vomstudio.ui.plane_box import PlaneBox
@@ -242,7 +243,9 @@ class PropertiesPanel(QWidget):
                 f"vertices, {textures} texture{'s' if textures != 1 else ''}"
             )
         else:
-            lines.append(f"Point cloud: {len(opened.data.points):,} points")
+            lines.append(f"Point cloud: {opened.data.count:,} points")
+            if isinstance(opened.data, StreamedCloud):
+                lines.append("Read as it is looked at: measured on what is loaded for the view.")
         if opened is not None and opened.resolution:
             lines.append(f"Resolution: {length(opened.resolution * model.frame.unit_m)}")
         lines.append(f"Frame: {model.frame.name()}")

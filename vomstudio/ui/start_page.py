@@ -26,9 +26,11 @@ class StartPage(QFrame):
         layout.setContentsMargins(28, 22, 28, 22)
         layout.setSpacing(8)
         layout.addWidget(title)
-        layout.addWidget(QLabel(self.tr("From an outcrop model to measurements with their errors")))
+        layout.addWidget(
+            QLabel(self.tr("From photos of an outcrop to measurements with their errors"))
+        )
         layout.addSpacing(6)
-        for name in ("open", "open_sample", "open_project"):
+        for name in ("open", "choose_photos", "open_sample", "open_project"):
             button = QToolButton()
             button.setDefaultAction(actions[name])
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
@@ -37,7 +39,7 @@ class StartPage(QFrame):
         self._recent = QVBoxLayout()
         layout.addSpacing(6)
         layout.addLayout(self._recent)
-        layout.addWidget(QLabel(self.tr("or drop a file onto the window")))
+        layout.addWidget(QLabel(self.tr("or drop a file or a folder of photos onto the window")))
         studio.settings_changed.connect(self._fill)
         self._fill()
 

@@ -116,12 +116,13 @@ class StatusLine(QStatusBar):
         for widget in (self._job, self._bar, self._stop):
             widget.setVisible(bool(jobs))
         if jobs:
-            self._job.setText(jobs[0].words())
-            self._bar.setRange(0, jobs[0].total or 0)
-            self._bar.setValue(jobs[0].done)
+            # The newest: what was asked for last is what is waited for.
+            self._job.setText(jobs[-1].words())
+            self._bar.setRange(0, jobs[-1].total or 0)
+            self._bar.setValue(jobs[-1].done)
 
     def _stop_job(self) -> None:
-        for job in self._studio.jobs.visible()[:1]:
+        for job in self._studio.jobs.visible()[-1:]:
             self._studio.jobs.cancel(job)
 
     def _layers_written(self, path: str) -> None:

@@ -100,7 +100,7 @@ class Studio(QObject):
         self.next_type_id = "bedding"
         self.next_set = ""
         self.project: Project = None  # type: ignore[assignment]
-        self.loader = ModelLoader(self.jobs)
+        self.loader = ModelLoader(self.jobs, lambda: self.settings.point_budget)
         self.loader.problem.connect(lambda text: self.warn(text, "error"))
         self._layers_timer = QTimer(self)
         self._layers_timer.setSingleShot(True)

@@ -121,10 +121,11 @@ def drop_unsound(mesh: Mesh, said: list[str], path: Path) -> Mesh | PointCloud:
 
 def drop_unsound_points(cloud: PointCloud, said: list[str], path: Path) -> PointCloud:
     """Without points that are no numbers. Raises InputError if none is left."""
-    finite = np.logical_and.reduce(np.isfinite(cloud.points), axis=1)
-    n_bad = int(len(finite) - np.count_nonzero(finite))
-    if n_bad == 0 and len(finite):
+    sound = np.isfinite(cloud.points)
+    if len(sound) and sound.all():
         return cloud
+    finite = np.logical_and.reduce(sound, axis=1)
+    n_bad = int(len(finite) - np.count_nonzero(finite))
     if n_bad == len(finite):
         raise InputError("None of its points has sound coordinates; export it again.", file=path)
     said.append(f"{some(n_bad, 'point')} left out whose coordinates are no numbers.")

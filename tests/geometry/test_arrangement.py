@@ -1,0 +1,122 @@
+"""The order in which a cloud is drawn: every beginning of it is a picture of the whole."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from vomstudio.geometry.arrangement import POINTS_PER_NODE, Arrangement, arrange
+
+UTM = np.array([576_704.0, 5_188_102.0, 184.0])
+
+
+def face(n: int, seed: int = 0) -> np.ndarray:
+    """A rough wall of 100 x 60 m, three times as dense on its left half."""
+    rng = np.random.default_rng(seed)
+    x, z = rng.random(n) * 100.0, rng.random(n) * 60.0
+    x = np.where(rng.random(n) < 0.5, x / 2.0, x)
+    return np.column_stack([x, 2.0 * np.sin(x / 3.0) + 0.1 * rng.random(n), z]) + UTM
+
+
+def nodes(found: Arrangement) -> list[np.ndarray]:
+    return [found.rows[a:b] for a, b in zip(found.starts[:-1], found.starts[1:], strict=True)]
+
+
+@pytest.fixture(scope="module")
+def points() -> np.ndarray:
+    return face(700_000)
+
+
+@pytest.fixture(scope="module")
+def found(points: np.ndarray) -> Arrangement:
+    return arrange(points)
+
+
+def test_every_point_is_in_one_node(found: Arrangement, points: np.ndarray) -> None:
+    assert np.array_equal(np.sort(found.rows), np.arange(len(points)))
+    assert found.is_sound(len(points))
+    assert np.diff(found.starts).max() <= POINTS_PER_NODE
+
+
+def test_nodes_lie_in_their_boxes_and_below_their_parents(
+    found: Arrangement, points: np.ndarray
+) -> None:
+    for node, rows in enumerate(nodes(found)):
+        own = points[rows]
+        assert np.array_equal(found.bounds[node], [own.min(axis=0), own.max(axis=0)])
+        parent = int(found.parents[node])
+        assert parent < node
+        if parent >= 0:
+            assert found.spacing[node] < found.spacing[parent]
+            low, high = found.bounds[parent]
+            reach = 3.0 * found.spacing[parent]
+            assert ((own >= low - reach) & (own <= high + reach)).mean() > 0.99
+
+
+def test_every_beginning_covers_the_whole_evenly(found: Arrangement, points: np.ndarray) -> None:
+    own = nodes(found)
+    for spacing in np.unique(found.spacing)[1:]:
+        some = np.concatenate([own[k] for k in np.flatnonzero(found.spacing >= spacing)])
+        tree = cKDTree(points[some])
+        away, _ = tree.query(points[::50])
+        assert away.max() < 3.0 * spacing
+        # Not much denser where the cloud is: the far from even density does not show.
+        nearest, _ = tree.query(points[some[::20]], k=2)
+        assert 0.3 * spacing < np.median(nearest[:, 1]) < 1.2 * spacing
+
+
+def test_the_finest_spacing_is_that_of_the_cloud() -> None:
+    side = 900
+    x, z = np.meshgrid(np.arange(side), np.arange(side))
+    points = np.column_stack([x.ravel(), np.zeros(side**2), z.ravel()]) * 0.02 + UTM
+    assert arrange(points).spacing.min() == pytest.approx(0.02, rel=0.3)
+
+
+def test_points_of_one_level_are_not_drawn_up_in_a_lattice() -> None:
+    side = 2000
+    x, z = np.meshgrid(np.arange(side), np.arange(side))
+    points = np.column_stack([x.ravel(), np.zeros(side**2), z.ravel()]) * 0.02
+    found = arrange(points)
+    coarse = points[np.concatenate([rows for k, rows in enumerate(nodes(found))
+                                    if found.parents[k] < 0])]  # fmt: skip
+    columns = np.bincount(np.rint(coarse[:, 0] / 0.02).astype(int), minlength=side)
+    assert (columns > 0).mean() > 0.9
+
+
+def test_small_odd_and_unsound_clouds_have_an_order_too() -> None:
+    for n in (0, 1, 2, 3, 1000):
+        some = arrange(face(n))
+        assert np.array_equal(np.sort(some.rows), np.arange(n))
+        assert len(some) == (n > 0)
+        assert some.is_sound(n)
+    alike = arrange(np.repeat(UTM[None], 120_000, axis=0))
+    assert len(alike.rows) == 120_000
+    assert alike.is_sound(120_000)
+    holed = face(1000)
+    holed[17, 1], holed[400] = np.nan, np.inf
+    some = arrange(holed)
+    assert np.array_equal(np.sort(some.rows), np.delete(np.arange(1000), [17, 400]))
+    assert np.isfinite(some.bounds).all()
+
+
+def test_it_can_be_stopped() -> None:
+    class Enough(Exception):
+        pass
+
+    def check() -> None:
+        raise Enough
+
+    with pytest.raises(Enough):
+        arrange(face(1000), check)
+
+
+def test_an_order_of_other_points_is_not_sound(found: Arrangement) -> None:
+    n = len(found.rows)
+    assert not found.is_sound(n - 1)
+    assert not replace(found, starts=found.starts[:-1]).is_sound(n)
+    assert not replace(found, parents=found.parents[::-1]).is_sound(n)
+    assert not replace(found, rows=found.rows - 1).is_sound(n)
+    assert not replace(found, bounds=found.bounds * np.nan).is_sound(n)

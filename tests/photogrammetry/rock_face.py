@@ -1,0 +1,258 @@
+"""A rock face of known shape and colour, photographed by known cameras.
+
+The face stands upright and looks south: x East, y North (into the rock), z up. Its colour is a
+function of position, so that what a texture should show is known everywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geometry.cameras import Intrinsics, View
+from vomstudio.geometry.cloud import PointCloud
+
+Array = npt.NDArray[np.float64]
+SUN = np.array([-0.35, -0.75, 0.56]) / np.linalg.norm([-0.35, -0.75, 0.56])
+
+
+def _lattice(rng: np.random.Generator, size: int = 96) -> Array:
+    from scipy.ndimage import gaussian_filter
+
+    values = gaussian_filter(rng.standard_normal((size, size, size)), 0.6, mode="wrap")
+    return values / values.std()
+
+
+@dataclass(frozen=True, eq=False)
+class Face:
+    """vertices, faces : the true surface, fine. paint : colours (n, 3) in 0..255 of points (n, 3)"""
+
+    vertices: Array
+    faces: npt.NDArray[np.int32]
+    paint: Callable[[Array], Array]
+
+    def scene(self):  # type: ignore[no-untyped-def]
+        import open3d as o3d
+
+        scene = o3d.t.geometry.RaycastingScene()
+        scene.add_triangles(
+            o3d.core.Tensor(self.vertices.astype(np.float32)),
+            o3d.core.Tensor(self.faces.astype(np.uint32)),
+        )
+        return scene
+
+
+def rough_face(
+    width: float = 14.0, height: float = 9.0, step: float = 0.02, *, seed: int = 7, joints: bool = True
+) -> Face:
+    """Roughness over seven octaves, with ledges and joint steps."""
+    from scipy.ndimage import map_coordinates
+
+    rng = np.random.default_rng(seed)
+    nx, nz = int(width / step) + 1, int(height / step) + 1
+    x, z = np.linspace(0, width, nx), np.linspace(0, height, nz)
+
+    def noise(base: float, octaves: int, gain: float) -> Array:
+        total, amplitude, size = np.zeros((nz, nx)), 1.0, base
+        for _ in range(octaves):
+            grid = rng.standard_normal((int(height / size) + 4, int(width / size) + 4))
+            zz, xx = np.meshgrid(z / size + 1, x / size + 1, indexing="ij")
+            total += amplitude * map_coordinates(grid, [zz, xx], order=3, mode="nearest")
+            amplitude, size = amplitude * gain, size / 2
+        return total
+
+    depth = 0.28 * noise(3.0, 7, 0.47)
+    if joints:
+        steps = noise(2.2, 3, 0.45) + 0.35 * x - 0.2 * z[:, None]
+        depth += 0.16 * np.floor(1.3 * steps)
+    xx, zz = np.meshgrid(x - width / 2, z - height / 2)
+    vertices = np.stack([xx, depth - depth.mean(), zz], -1).reshape(-1, 3)
+    return Face(vertices, grid_faces(nz, nx), rock_paint(seed))
+
+
+def flat_face(width: float, height: float, paint: Callable[[Array], Array], n: int = 2) -> Face:
+    """A plane y = 0 about the origin."""
+    x, z = np.linspace(-width / 2, width / 2, n), np.linspace(-height / 2, height / 2, n)
+    xx, zz = np.meshgrid(x, z)
+    vertices = np.stack([xx, np.zeros_like(xx), zz], -1).reshape(-1, 3)
+    return Face(vertices, grid_faces(n, n), paint)
+
+
+def grid_faces(rows: int, columns: int) -> npt.NDArray[np.int32]:
+    """Facing -y where the grid's columns go along x and its rows along z."""
+    i = np.arange(rows * columns).reshape(rows, columns)
+    a, b, c, d = (k.ravel() for k in (i[:-1, :-1], i[:-1, 1:], i[1:, :-1], i[1:, 1:]))
+    both = np.concatenate([np.stack([a, b, c], 1), np.stack([b, d, c], 1)])
+    return both.astype(np.int32)
+
+
+def rock_paint(seed: int, finest: float = 0.02) -> Callable[[Array], Array]:
+    """Octaves of noise down to cells of `finest` metres."""
+    from scipy.ndimage import map_coordinates
+
+    rng = np.random.default_rng(seed + 1)
+    lattice = _lattice(rng)
+    cells = ((30 * finest, 0.55), (8.5 * finest, 0.5), (2.75 * finest, 0.45), (finest, 0.45))
+
+    def paint(points: Array) -> Array:
+        def at(cell: float, shift: float) -> Array:
+            return map_coordinates(lattice, (points / cell + shift).T, order=1, mode="grid-wrap")
+
+        tone = sum(weight * at(cell, 3.1 * k) for k, (cell, weight) in enumerate(cells))
+        hue = at(40 * finest, 9.3)
+        grey = 118 + 34 * tone
+        return np.stack([grey * 1.05 + 10 * hue, grey * 0.95, grey * 0.86 - 8 * hue], -1)
+
+    return paint
+
+
+def checker_paint(cell: float) -> Callable[[Array], Array]:
+    def paint(points: Array) -> Array:
+        dark = (np.floor(points[:, 0] / cell) + np.floor(points[:, 2] / cell)) % 2 > 0
+        return np.where(dark[:, None], [60.0, 70.0, 80.0], [200.0, 190.0, 180.0])
+
+    return paint
+
+
+def ring_of_views(
+    rows: int = 2,
+    columns: int = 6,
+    *,
+    spread: tuple[float, float] = (7.8, 2.0),
+    distance: float = 8.0,
+    size: tuple[int, int] = (1200, 864),
+    focal: float = 1100.0,
+    seed: int = 3,
+    toward: float = 0.72,
+    params: tuple[str, tuple[float, ...]] | None = None,
+) -> list[View]:
+    """Cameras in rows before the face, turned in somewhat. params : model and distortion after the
+    focal length and the centre"""
+    rng = np.random.default_rng(seed)
+    lens = Intrinsics.pinhole(*size, focal, size[0] / 2, size[1] / 2)
+    if params is not None:
+        lens = Intrinsics(params[0], *size, (focal, focal, size[0] / 2, size[1] / 2, *params[1]))
+    views = []
+    for row in range(rows):
+        for column in range(columns):
+            place = np.array(
+                [
+                    spread[0] * ((column + 0.5) / columns - 0.5) * columns / max(columns - 1, 1),
+                    -distance,
+                    spread[1] * ((row + 0.5) / rows - 0.5) * rows / max(rows - 1, 1),
+                ]
+            ) + rng.normal(0, 0.012 * distance, 3)
+            target = np.array([place[0] * toward, 0.0, place[2] * 0.45]) + rng.normal(0, 0.1, 3)
+            views.append(looking(f"{len(views):02d}.png", lens, place, target))
+    return views
+
+
+def looking(name: str, lens: Intrinsics, place: Array, target: Array) -> View:
+    forward = (target - place) / np.linalg.norm(target - place)
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    rotation = np.stack([right, np.cross(forward, right), forward])
+    return View(name, lens, rotation, -rotation @ place)
+
+
+def photograph(
+    face: Face,
+    view: View,
+    *,
+    gain: float | tuple[float, float, float] = 1.0,
+    noise: float = 1.5,
+    blur: float = 0.0,
+    samples: int = 2,
+    shaded: bool = True,
+    occluder: tuple[float, float, float, float] | None = None,
+    seed: int = 0,
+    scene: object = None,
+) -> npt.NDArray[np.uint8]:
+    """(h, w, 3) RGB. occluder : x, y, half width, half height in pixels of a green thing in front"""
+    import cv2
+    import open3d as o3d
+
+    scene = scene or face.scene()
+    width, height = view.intrinsics.width, view.intrinsics.height
+    x, y = np.meshgrid(
+        (np.arange(width * samples) + 0.5) / samples, (np.arange(height * samples) + 0.5) / samples
+    )
+    rays = view.rays(np.stack([x.ravel(), y.ravel()], 1))
+    packed = np.concatenate([np.broadcast_to(view.centre, rays.shape), rays], 1)
+    hits = scene.cast_rays(o3d.core.Tensor(packed.astype(np.float32)))  # type: ignore[attr-defined]
+    reach = hits["t_hit"].numpy()
+    hit = np.isfinite(reach)
+    colors = np.full((len(rays), 3), 205.0)
+    points = view.centre + rays[hit] * reach[hit][:, None]
+    colors[hit] = face.paint(points)
+    if shaded:
+        colors[hit] *= shade(hits["primitive_normals"].numpy()[hit])[:, None]
+    picture = colors.reshape(height, samples, width, samples, 3).mean((1, 3)) * np.asarray(gain)
+    if occluder is not None:
+        cx, cy, rx, ry = occluder
+        yy, xx = np.mgrid[:height, :width]
+        inside = ((xx - cx) / rx) ** 2 + ((yy - cy) / ry) ** 2 < 1
+        picture[inside] = [40, 150, 30]
+    if blur:
+        picture = cv2.GaussianBlur(picture, (0, 0), blur)
+    picture = picture + np.random.default_rng(seed).normal(0, noise, picture.shape)
+    return np.clip(np.rint(picture), 0, 255).astype(np.uint8)
+
+
+def shade(normals: Array) -> Array:
+    return 0.55 + 0.45 * np.clip(normals @ SUN, 0, 1)
+
+
+def encoded(picture: npt.NDArray[np.uint8], ending: str = ".png") -> bytes:
+    import cv2
+
+    return cv2.imencode(ending, picture[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 97])[1].tobytes()
+
+
+def taken(view: View, picture: npt.NDArray[np.uint8], mask: npt.NDArray[np.uint8] | None = None):  # type: ignore[no-untyped-def]
+    """A photo as the texture wants it."""
+    import cv2
+
+    data = None if mask is None else cv2.imencode(".png", mask)[1].tobytes()
+    return SimpleNamespace(photo=encoded(picture), mask=data, view=view)
+
+
+def cloud_of(
+    face: Face, views: list[View], *, spacing: float, noise: float = 0.0, seed: int = 1
+) -> PointCloud:
+    """What a dense matching would leave: points of the face that at least two views see."""
+    import open3d as o3d
+
+    rng = np.random.default_rng(seed)
+    scene = face.scene()
+    corners = face.vertices[face.faces]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.linalg.norm(cross, axis=1) / 2
+    count = int(area.sum() / spacing**2)
+    chosen = rng.choice(len(area), count, p=area / area.sum())
+    a, b = rng.random((2, count))
+    flip = a + b > 1
+    a[flip], b[flip] = 1 - a[flip], 1 - b[flip]
+    c = corners[chosen]
+    points = c[:, 0] + a[:, None] * (c[:, 1] - c[:, 0]) + b[:, None] * (c[:, 2] - c[:, 0])
+    normals = cross[chosen] / (2 * area[chosen, None])
+    seen = np.zeros(count, int)
+    for view in views:
+        pixels = view.project(points)
+        inside = view.contains(np.nan_to_num(pixels, nan=-1.0))
+        rays = points - view.centre
+        reach = np.linalg.norm(rays, axis=1)
+        packed = np.concatenate([np.broadcast_to(view.centre, rays.shape), rays / reach[:, None]], 1)
+        hit = scene.cast_rays(o3d.core.Tensor(packed.astype(np.float32)))["t_hit"].numpy()
+        seen += inside & (hit > reach - 0.2 * spacing) & ((rays * normals).sum(1) < -0.17 * reach)
+    keep = seen >= 2
+    points, normals = points[keep], normals[keep]
+    colors = np.clip(face.paint(points) * shade(normals)[:, None], 0, 255).astype(np.uint8)
+    points = points + rng.normal(0, noise, points.shape) if noise else points
+    turned = normals + rng.normal(0, 0.08, normals.shape) if noise else normals
+    turned = turned / np.linalg.norm(turned, axis=1, keepdims=True)
+    return PointCloud(points, colors, turned.astype(np.float32))

@@ -1,0 +1,115 @@
+"""`vomstudio reconstruct`: photos to a registered, textured model."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from vomstudio.cli.arguments import Subparsers, add_command, progress_of
+from vomstudio.cli.output import Output
+from vomstudio.errors import InputError, UsageError
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = add_command(
+        subparsers, "reconstruct", run, help_="Make a textured model of a folder of photos"
+    )
+    parser.add_argument("photos", metavar="PHOTOS", help="folder of JPEG, TIFF or PNG photos")
+    parser.add_argument(
+        "-o", "--output", metavar="DIR", required=True,
+        help="folder for the model; run again with the same one to go on where it stopped",
+    )  # fmt: skip
+    parser.add_argument(
+        "--quality",
+        choices=["preview", "low", "medium", "high"],
+        default="medium",
+        help="how much of the photos' resolution is used (default medium)",
+    )
+    parser.add_argument(
+        "--gcp", metavar="FILE", help="ground control: CSV label,x,y,z[,sigma][,use]"
+    )
+    parser.add_argument(
+        "--marks", metavar="FILE",
+        help="where the control is seen: CSV label,photo,x,y (default: marks.csv beside --gcp)",
+    )  # fmt: skip
+    parser.add_argument("--crs", metavar="EPSG", help="of the model, such as EPSG:32615")
+    parser.add_argument(
+        "--scheduler", metavar="ADDRESS", help="work on the Dask cluster of this scheduler"
+    )
+    parser.add_argument(
+        "--threads", type=int, metavar="N", help="of this machine (default: all processors)"
+    )
+    parser.add_argument(
+        "--seed", type=int, metavar="N", default=0,
+        help="of what is random; with --threads 1 the same seed gives the same model",
+    )  # fmt: skip
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.jobs.running import run_job
+
+    photos, folder = Path(args.photos), Path(args.output)
+    if not photos.is_dir():
+        raise InputError("is no folder of photos", file=photos)
+    if args.threads is not None and args.threads < 1:
+        raise UsageError("is 1 or more", field="--threads")
+    if folder.resolve() == photos.resolve():
+        raise UsageError("is the photos' own folder; name another", field="--output")
+    crs = None if args.crs is None else _crs(args.crs)
+    control, marks = _control(args)
+    result = run_job(
+        "reconstruct",
+        {
+            "photos": str(photos.resolve()),
+            "out": str(folder.resolve()),
+            "quality": args.quality,
+            "crs": crs,
+            "control": control,
+            "marks": marks,
+            "threads": args.threads,
+            "seed": args.seed,
+            "scheduler": args.scheduler,
+        },
+        progress_of(args),
+    )
+    out.result(result)
+    out.warn(result["warnings"])
+    out.text(_in_words(result))
+
+
+def _crs(text: str) -> str:
+    from vomstudio.io.crs import parse_crs
+
+    try:
+        crs, metres = parse_crs(text)
+    except InputError as error:
+        raise UsageError(error.message, field="--crs") from error
+    if metres != 1.0:
+        raise UsageError("is not in metres; choose one that is, such as a UTM zone", field="--crs")
+    return crs
+
+
+def _control(args: argparse.Namespace) -> tuple[str | None, str | None]:
+    if args.gcp is None:
+        if args.marks is not None:
+            raise UsageError("belongs to control points; name them with --gcp", field="--marks")
+        return None, None
+    control = Path(args.gcp).resolve()
+    marks = control.with_name("marks.csv") if args.marks is None else Path(args.marks).resolve()
+    for path, what in ((control, "--gcp"), (marks, "--marks")):
+        if not path.is_file():
+            raise InputError("there is no such file", file=path, field=what)
+    return str(control), str(marks)
+
+
+def _in_words(result: dict[str, Any]) -> str:
+    lines = [
+        f"{result['registered']} of {result['photos']} photos placed, reprojection error "
+        f"{result['reprojection_error_px']:.2f} px",
+        f"{result['dense_points']:,} points, {result['faces']:,} faces, frame {result['frame']}",
+        f"{result['mesh']} ({sum(result['seconds'].values()):.0f} s, "
+        f"{result['peak_memory_mb']:.0f} MB)",
+        f"report: {result['report']}",
+    ]
+    return "\n".join(lines)

@@ -1,0 +1,136 @@
+"""Similarity transforms between points known in two frames; never a mirror."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError
+
+Array = npt.NDArray[np.float64]
+
+# Of spreads: points whose second axis is shorter than this part of the first lie on a line.
+_COLLINEAR = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Similarity:
+    """x' = scale * rotation @ x + translation."""
+
+    scale: float
+    rotation: Array
+    translation: Array
+
+    def __call__(self, points: npt.ArrayLike) -> Array:
+        """(n, 3) of (n, 3)."""
+        p = np.asarray(points, np.float64).reshape(-1, 3)
+        return self.scale * (p @ self.rotation.T) + self.translation
+
+    @property
+    def inverse(self) -> Similarity:
+        back = self.rotation.T
+        return Similarity(1 / self.scale, back, -(back @ self.translation) / self.scale)
+
+    def shifted(self, by: npt.ArrayLike) -> Similarity:
+        """The same, then moved by (3,)."""
+        return Similarity(self.scale, self.rotation, self.translation + np.asarray(by, np.float64))
+
+
+def fit_similarity(
+    source: npt.ArrayLike, target: npt.ArrayLike, weights: npt.ArrayLike | None = None
+) -> Similarity:
+    """The similarity that takes `source` (n, 3) to `target` (n, 3) with least weighted squares.
+
+    Umeyama 1991 (IEEE PAMI 13, 376), with the sign that keeps it from being a mirror.
+    Raises GeometryError for fewer than three points, or points on a line in either frame.
+    """
+    a = np.asarray(source, np.float64).reshape(-1, 3)
+    b = np.asarray(target, np.float64).reshape(-1, 3)
+    w = np.ones(len(a)) if weights is None else np.asarray(weights, np.float64)
+    a, b, w = a[w > 0], b[w > 0], w[w > 0]
+    if len(a) < 3:
+        raise GeometryError(f"{len(a)} points do not place a model; at least 3 are needed")
+    w = w / w.sum()
+    ca, cb = w @ a, w @ b
+    da, db = a - ca, b - cb
+    for spread in (da, db):
+        axes = np.linalg.svd(spread * np.sqrt(w)[:, None], compute_uv=False)
+        if not axes[1] > _COLLINEAR * axes[0]:
+            raise GeometryError("the points lie on one line, about which the model could turn")
+    u, s, vt = np.linalg.svd((db * w[:, None]).T @ da)
+    sign = np.array([1.0, 1.0, np.sign(np.linalg.det(u) * np.linalg.det(vt))])
+    rotation = (u * sign) @ vt
+    scale = float((s * sign).sum() / (w @ (da**2).sum(1)))
+    return Similarity(scale, rotation, cb - scale * rotation @ ca)
+
+
+def fit_robustly(
+    source: npt.ArrayLike, target: npt.ArrayLike, *, floor: float = 0.0, seed: int = 0
+) -> tuple[Similarity, npt.NDArray[np.bool_]]:
+    """(similarity, which points it is made of (n,)) where up to a half of the points are wrong.
+
+    Least median of squares over triples (Rousseeuw 1984), then least squares over all within 2.5
+    robust standard deviations, or within `floor` in units of the target. Raises GeometryError.
+    """
+    a = np.asarray(source, np.float64).reshape(-1, 3)
+    b = np.asarray(target, np.float64).reshape(-1, 3)
+    n = len(a)
+    best = fit_similarity(a, b)
+    if n < 5:
+        return best, np.ones(n, np.bool_)
+    least = float(np.median(_squares(best, a, b)))
+    rng = np.random.default_rng(seed)
+    for _ in range(500):
+        triple = rng.choice(n, 3, replace=False)
+        try:
+            trial = fit_similarity(a[triple], b[triple])
+        except GeometryError:
+            continue
+        middle = float(np.median(_squares(trial, a, b)))
+        if middle < least:
+            best, least = trial, middle
+    good = np.ones(n, np.bool_)
+    # 5 / (n - 7/3): a triple fits few points too well (Rousseeuw & Leroy 1987, p. 44, for 7/3
+    # points' worth of parameters). 1.54 is the median of a Gaussian's length in space.
+    sigma = np.sqrt(least) / 1.54 * (1 + 5 / (n - 7 / 3))
+    for _ in range(10):
+        limit = max(2.5 * 1.73 * sigma, floor)
+        now = np.sqrt(_squares(best, a, b)) <= limit
+        if now.sum() < 4:
+            break
+        try:
+            best = fit_similarity(a[now], b[now])
+        except GeometryError:
+            break
+        if (now == good).all():
+            break
+        good = now
+        sigma = max(
+            sigma, float(np.sqrt(_squares(best, a[now], b[now]).sum() / (3 * now.sum() - 7)))
+        )
+    return best, good
+
+
+def _squares(transform: Similarity, a: Array, b: Array) -> Array:
+    return np.asarray(((transform(a) - b) ** 2).sum(1))
+
+
+def rotation_covariance(positions: npt.ArrayLike, sigma: float | Array) -> Array:
+    """(3, 3) covariance, in radians squared, of the rotation of a similarity fitted to `positions`
+    (n, 3) in the target frame, about its axes, where each is known to `sigma` (a number, or (3,)
+    along the axes). Linear: good for errors up to some 20 degrees. Infinite about a line on which
+    all lie."""
+    p = np.asarray(positions, np.float64).reshape(-1, 3)
+    p = p - p.mean(axis=0)
+    weight = np.diag(1 / np.broadcast_to(np.asarray(sigma, np.float64), 3) ** 2)
+    # A small turn w moves p by w x p; scale moves it by p.
+    information = np.zeros((4, 4))
+    for x, y, z in p:
+        jacobian = np.array([[0, z, -y, x], [-z, 0, x, y], [y, -x, 0, z]])
+        information += jacobian.T @ weight @ jacobian
+    values, axes = np.linalg.eigh(information)
+    with np.errstate(divide="ignore"):
+        inverse = np.where(values > values[-1] * 1e-12, 1 / values, 1e6)
+    return np.asarray((axes * inverse) @ axes.T)[:3, :3]

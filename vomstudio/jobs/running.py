@@ -1,0 +1,42 @@
+"""One job in a worker process, waited for."""
+
+from __future__ import annotations
+
+import queue
+from collections.abc import Mapping
+from typing import Any
+
+from vomstudio.errors import Cancelled, from_dict
+from vomstudio.jobs.events import Done, Event, Failed, Stage
+from vomstudio.jobs.supervisor import Worker
+from vomstudio.progress import Progress
+
+
+def run_job(task: str, args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+    """Do `task` in a process of its own and return its result.
+
+    A native crash ends that process only, and is a WorkerError here. Ctrl+C, or a progress that
+    raises Cancelled, stops the job and raises Cancelled. Raises what the job failed with.
+    """
+    events: queue.SimpleQueue[Event] = queue.SimpleQueue()
+    worker = Worker()
+    try:
+        number = worker.submit(task, args, events.put)
+        try:
+            while True:
+                event = events.get()
+                if isinstance(event, Done):
+                    return event.result
+                if isinstance(event, Failed):
+                    raise from_dict(event.error, event.exit_code)
+                if isinstance(event, Stage):
+                    progress.stage(event.name, event.total)
+                else:
+                    progress.step(event.done)
+        except (KeyboardInterrupt, Cancelled) as error:
+            worker.cancel(number)
+            while not isinstance(events.get(), Done | Failed):
+                pass
+            raise Cancelled() from error
+    finally:
+        worker.close()

@@ -1,0 +1,47 @@
+"""What happened when, for the log and the report."""
+
+from __future__ import annotations
+
+import time
+from datetime import datetime
+from pathlib import Path
+
+from vomstudio.progress import Progress
+
+
+class Diary:
+    """Writes `log.txt`, line by line, and passes progress on. `notes` are what the user is told at
+    the end."""
+
+    def __init__(self, path: Path, progress: Progress) -> None:
+        self._path, self._progress = path, progress
+        self._stage, self._begun = "", 0.0
+        self.notes: list[str] = []
+
+    def note(self, text: str) -> None:
+        if text not in self.notes:
+            self.notes.append(text)
+            self.log(text)
+
+    def log(self, text: str) -> None:
+        line = f"{datetime.now().isoformat(timespec='seconds')}  {text}\n"
+        try:
+            with self._path.open("a", encoding="utf-8") as stream:
+                stream.write(line)
+        except OSError:
+            # A full disk is told by whoever writes results.
+            pass
+
+    def stage(self, name: str, total: int | None = None) -> None:
+        self.end_stage()
+        self._stage, self._begun = name, time.monotonic()
+        self.log(name if total is None else f"{name} ({total})")
+        self._progress.stage(name, total)
+
+    def step(self, done: int) -> None:
+        self._progress.step(done)
+
+    def end_stage(self) -> None:
+        if self._stage:
+            self.log(f"{self._stage}: {time.monotonic() - self._begun:.1f} s")
+            self._stage = ""

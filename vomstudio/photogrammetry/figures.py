@@ -1,0 +1,155 @@
+"""What a reconstruction is told by: photo by photo, and as a drawing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.photogrammetry.scene import SparseScene
+
+if TYPE_CHECKING:
+    from vomstudio.geometry.mesh import Mesh
+    from vomstudio.io.photos import Photo
+    from vomstudio.photogrammetry.georeference import GpsReport
+    from vomstudio.photogrammetry.priors import Calibration
+
+_DRAWN = 4000
+
+
+def tie_points(scene: SparseScene) -> PointCloud:
+    """In World, with their mean reprojection error and the number of photos that see them."""
+    return PointCloud(
+        scene.points + scene.origin,
+        scene.colors,
+        fields={
+            "error_px": scene.errors_px.astype(np.float32),
+            "views": scene.track_lengths.astype(np.uint16),
+        },
+    )
+
+
+def photo_rows(
+    photos: Sequence[Photo], scene: SparseScene, registration: Mapping[str, Any]
+) -> list[dict[str, Any]]:
+    """For each photo: its tie points, their median reprojection error and ground sampling
+    distance, and by how much it misses its GPS position."""
+    numbers = {view.name: number for number, view in enumerate(scene.views)}
+    residuals = {row["name"]: row["error_m"] for row in registration.get("residuals", [])}
+    rows = []
+    for photo in photos:
+        row: dict[str, Any] = {
+            "name": photo.name,
+            "width": photo.width,
+            "height": photo.height,
+            "camera": photo.camera,
+            "placed": photo.name in numbers,
+            "tie_points": 0,
+            "error_px": None,
+            "gsd_m": None,
+            "residual_m": residuals.get(photo.name),
+        }
+        if photo.name in numbers:
+            row |= _of_view(scene, numbers[photo.name])
+        rows.append(row)
+    return rows
+
+
+def _of_view(scene: SparseScene, number: int) -> dict[str, Any]:
+    view = scene.views[number]
+    mine = scene.track_views == number
+    seen = scene.track_points[mine]
+    if not len(seen):
+        return {}
+    points = scene.points[seen]
+    misses = np.linalg.norm(view.project(points) - scene.track_pixels[mine], axis=1)
+    depth = float(np.median(view.depths(points)))
+    return {
+        "tie_points": len(seen),
+        "error_px": float(np.nanmedian(misses)),
+        "gsd_m": depth / float(np.mean(view.intrinsics.focal)),
+    }
+
+
+def gps_registration(report: GpsReport) -> dict[str, Any]:
+    """What a registration by camera positions says, as plain values."""
+    about_east, about_north, about_up = report.rotation_error_deg
+    residuals = [
+        {
+            "name": name,
+            "dx": float(miss[0]),
+            "dy": float(miss[1]),
+            "dz": float(miss[2]),
+            "error_m": float(np.linalg.norm(miss)),
+            "used": bool(used),
+        }
+        for name, miss, used in zip(report.names, report.residuals_m, report.used, strict=True)
+    ]
+    return {
+        "method": "camera positions (GPS)",
+        "crs": report.crs,
+        "heights": report.heights,
+        "positions": len(report.names),
+        "used": int(report.used.sum()),
+        "rms_m": report.rms_m,
+        "sigma_m": report.sigma_m,
+        "scale_error": report.scale_error,
+        "rotation_error_deg": {
+            "about_up": about_up,
+            "about_east": about_east,
+            "about_north": about_north,
+        },
+        "residuals": residuals,
+        "warnings": list(report.warnings),
+    }
+
+
+def calibration(cameras: Sequence[Calibration], photos: Sequence[Photo]) -> list[dict[str, Any]]:
+    """Each camera's parameters with their errors, and what was held."""
+    by_name = {photo.name: photo for photo in photos}
+    rows = []
+    for camera in cameras:
+        first = by_name[camera.photos[0]]
+        free = [i for i, value in enumerate(camera.sigma) if value != 0]
+        rows.append(
+            {
+                "camera": first.camera,
+                "model": camera.model,
+                "width": first.width,
+                "height": first.height,
+                "photos": len(camera.photos),
+                "names": list(camera.names),
+                "params": list(camera.values),
+                "sigma": [value if value == value else None for value in camera.sigma],
+                "free": [camera.names[i] for i in free],
+                "correlation": [[camera.correlation[i][j] for j in free] for i in free],
+                "focal": camera.focal,
+                "focal_exif_px": camera.exif_px,
+                "rule": f"Focal length {camera.focal}: {camera.reason}.",
+            }
+        )
+    return rows
+
+
+def model(cloud: PointCloud, mesh: Mesh, texture: Mapping[str, Any]) -> dict[str, Any]:
+    """Cloud, mesh and texture in numbers."""
+    return {
+        "points": len(cloud.points),
+        "faces": len(mesh.faces),
+        "texture_pages": ", ".join(f"{w} x {h}" for w, h in texture["pages"]),
+        "texel": texture["texel_m"],
+        "share_of_the_surface_that_no_photo_sees": texture["unseen_share"],
+        "exposure": {name: round(sum(gain) / 3, 3) for name, gain in texture["gains"].items()},
+    }
+
+
+def drawing(scene: SparseScene) -> dict[str, Any]:
+    """Some tie points, the cameras and their directions, less the origin."""
+    step = max(1, len(scene.points) // _DRAWN)
+    return {
+        "points": np.round(scene.points[::step], 3).tolist(),
+        "at": np.round(scene.centres, 3).tolist(),
+        "looks": [np.round(view.direction, 4).tolist() for view in scene.views],
+    }

@@ -1,0 +1,150 @@
+"""What is believed of a camera: its focal length and distortion held or freed, by a stated rule.
+
+Photos that all look the same way cannot tell a longer lens from rock farther away: the adjustment
+then finds a focal length that is 10 or 20 % off with a formal error of half a per cent, since what
+it really fits is the lens's deviation from its model. So the formal error alone decides nothing.
+The rule: a focal length known from EXIF is freed only where the photos of the camera look at the
+same rock from directions that differ enough (`CONVERGENT_DEG`, root mean square about their mean),
+there are enough of them, and the error of the freed value is small even when neighbouring tie
+points are counted as one. Otherwise it is held. An unknown one is always freed, and it is said
+where nothing determines it. Radial distortion is seen in the overlap of any two photos and is free
+where a camera has some photos.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+CONVERGENT_DEG = 8.0
+FEWEST_PHOTOS = 6
+# A camera with fewer photos keeps the distortion it has.
+_FEWEST_FOR_DISTORTION = 2
+LARGEST_SIGMA = 0.01
+# The misfit of the lens's model is shared by neighbouring points: so many regions of a photo speak
+# for themselves.
+_INDEPENDENT_PER_PHOTO = 50
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """A camera after the adjustment.
+
+    names, values : its parameters, COLMAP's order
+    sigma : (p,) one standard deviation, 0 where held; neighbouring points counted as one
+    correlation : (p, p), NaN where held
+    photos : names
+    focal : "held" or "freed"
+    reason : why, in words with numbers
+    exif_px : focal length that EXIF gives
+    convergence_deg : root mean square angle between the optical axes and their mean
+    """
+
+    model: str
+    names: tuple[str, ...]
+    values: tuple[float, ...]
+    sigma: tuple[float, ...]
+    correlation: tuple[tuple[float, ...], ...]
+    photos: tuple[str, ...]
+    focal: str
+    reason: str
+    exif_px: float | None
+    convergence_deg: float
+
+    @property
+    def strongest(self) -> tuple[str, str, float] | None:
+        """The two parameters that are hardest to tell apart."""
+        table = np.abs(np.array(self.correlation, np.float64))
+        table[~np.isfinite(table)] = 0
+        np.fill_diagonal(table, 0)
+        if not table.any():
+            return None
+        i, j = np.unravel_index(int(table.argmax()), table.shape)
+        return self.names[i], self.names[j], self.correlation[i][j]
+
+
+def convergence_deg(axes: npt.NDArray[np.float64]) -> float:
+    """Root mean square angle between unit vectors (n, 3) and their mean; 0 for one."""
+    if len(axes) < 2:
+        return 0.0
+    mean = axes.mean(axis=0)
+    length = float(np.linalg.norm(mean))
+    if length < 1e-9:
+        return 180.0
+    angles = np.degrees(np.arccos(np.clip(axes @ (mean / length), -1, 1)))
+    return float(np.sqrt((angles**2).mean()))
+
+
+@dataclass(frozen=True)
+class Freedom:
+    """Which parameters of one camera the adjustment may change."""
+
+    focal: bool
+    distortion: bool
+
+
+HELD = Freedom(False, False)
+
+
+def decide(
+    known: bool, photos: int, convergence: float, trusted: bool = True
+) -> tuple[Freedom, str]:
+    """What to free of a camera, and why, before its error is known.
+
+    known : EXIF gives the focal length; photos : placed photos of the camera; convergence : of all
+    photos of the part, degrees; trusted : the photos could be placed with that focal length
+    """
+    distortion = photos >= _FEWEST_FOR_DISTORTION
+    axes = f"the directions of view spread by {convergence:.1f}°"
+    weak = convergence < CONVERGENT_DEG
+    if not known:
+        if weak:
+            return Freedom(True, distortion), (
+                f"estimated, for want of EXIF; {axes} only, which hardly determines it: depths may "
+                "be wrong by a tenth and more"
+            )
+        return Freedom(True, distortion), f"estimated, for want of EXIF; {axes}"
+    if not trusted:
+        return Freedom(True, distortion), "estimated: with the value from EXIF photos were left out"
+    if weak:
+        return Freedom(False, distortion), (
+            f"held at the value from EXIF: {axes} only ({CONVERGENT_DEG:.0f}° wanted), which cannot "
+            "tell a longer lens from rock farther away"
+        )
+    if photos < FEWEST_PHOTOS:
+        return Freedom(False, distortion), (
+            f"held at the value from EXIF: {photos} photos of this camera ({FEWEST_PHOTOS} wanted)"
+        )
+    return Freedom(True, distortion), f"estimated: {axes}"
+
+
+def correlated_factor(observations: int, photos: int) -> float:
+    """By how much formal errors are too small where neighbouring points err together."""
+    return float(np.sqrt(max(1.0, observations / max(1, photos * _INDEPENDENT_PER_PHOTO))))
+
+
+def parameter_names(model: str) -> tuple[str, ...]:
+    from vomstudio.geometry.cameras import MODELS
+
+    return MODELS[model]
+
+
+def part_axes(reconstruction: Any) -> npt.NDArray[np.float64]:
+    """(n, 3) optical axes of the placed photos."""
+    return np.array(
+        [
+            reconstruction.image(i).viewing_direction()
+            for i in sorted(reconstruction.reg_image_ids())
+        ]
+    ).reshape(-1, 3)
+
+
+def set_focal(reconstruction: Any, camera_id: int, focal: float) -> None:
+    """Give a camera a focal length, in pixels."""
+    camera = reconstruction.camera(camera_id)
+    params = np.array(camera.params)
+    params[list(camera.focal_length_idxs())] = focal
+    camera.params = params

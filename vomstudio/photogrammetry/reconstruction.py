@@ -1,0 +1,526 @@
+"""From a folder of photos to a textured model: the stages, in their order, each one resumable."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from vomstudio import __version__
+from vomstudio.errors import GeometryError, InputError, TargetError
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.io.atomic import atomic_write
+from vomstudio.photogrammetry import figures
+from vomstudio.photogrammetry.checkpoints import Checkpoints, Stage, key_of, write_whole
+from vomstudio.photogrammetry.diary import Diary
+from vomstudio.photogrammetry.figures import tie_points
+from vomstudio.photogrammetry.kept import (
+    Kept,
+    load_cloud,
+    load_mesh,
+    load_straight,
+    save_cloud,
+    save_mesh,
+    save_straight,
+)
+from vomstudio.photogrammetry.memory import peak_bytes
+from vomstudio.photogrammetry.scene import SparseScene
+from vomstudio.photogrammetry.settings import Settings
+from vomstudio.progress import Ahead, Executor, Progress
+
+if TYPE_CHECKING:
+    from vomstudio.geometry.cameras import View
+    from vomstudio.geometry.mesh import Mesh
+    from vomstudio.io.photos import Photo, PhotoFolder
+    from vomstudio.photogrammetry.alignment import Alignment
+    from vomstudio.photogrammetry.depthmaps import DepthMap
+    from vomstudio.photogrammetry.pairs import Pairs
+    from vomstudio.photogrammetry.undistortion import Undistorted
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+_CLOUD, _MESH = "cloud.npz", "mesh.npz"
+RESULT = "reconstruction.json"
+WORK = "work"
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """The files of a reconstruction below `folder`."""
+
+    folder: Path
+
+    @property
+    def result(self) -> Path:
+        return self.folder / RESULT
+
+    @property
+    def request(self) -> Path:
+        return self.folder / "request.json"
+
+    @property
+    def log(self) -> Path:
+        return self.folder / "log.txt"
+
+    @property
+    def cameras(self) -> Path:
+        return self.folder / "cameras.csv"
+
+    @property
+    def poses(self) -> Path:
+        return self.folder / "cameras.json"
+
+    @property
+    def sparse(self) -> Path:
+        return self.folder / "sparse.ply"
+
+    @property
+    def dense(self) -> Path:
+        return self.folder / "dense.laz"
+
+    @property
+    def mesh(self) -> Path:
+        return self.folder / "model.obj"
+
+    @property
+    def others(self) -> tuple[Path, ...]:
+        return (self.folder / "model.glb", self.folder / "model.ply")
+
+    @property
+    def report(self) -> Path:
+        return self.folder / "report.html"
+
+
+def claim(out: Path) -> Outputs:
+    """The folder `out` for a reconstruction: a new one, an empty one, or one that was begun before.
+
+    Raises TargetError where something else is in it, or it cannot be made.
+    """
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        strangers = [p for p in out.iterdir() if not p.name.startswith(".")]
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise TargetError(f"no folder can be made there ({reason})", file=out) from error
+    if strangers and not (out / RESULT).exists() and not (out / WORK).is_dir():
+        raise TargetError(
+            "holds other files; name a new or empty folder, or one of an earlier reconstruction",
+            file=out,
+        )
+    try:
+        (out / WORK).mkdir(exist_ok=True)
+    except OSError as error:
+        raise TargetError(f"cannot be written ({error.strerror})", file=out) from error
+    return Outputs(out)
+
+
+def reconstruct(
+    folder: Path, out: Path, settings: Settings, executor: Executor, progress: Progress
+) -> dict[str, Any]:
+    """Make a model of the photos in `folder`; what an earlier run finished is not done again.
+
+    Returns the object that CLI.md promises for `reconstruct`, with more for the report; it is also
+    written to `reconstruction.json`. Raises InputError for photos of which nothing can be made,
+    TargetError for a disk that cannot hold it, and Cancelled.
+    """
+    outputs = claim(out)
+    run = _Run(folder, outputs, settings, executor, Diary(outputs.log, progress))
+    try:
+        return run.all()
+    finally:
+        run.pause()
+
+
+@dataclass(frozen=True)
+class _Placed:
+    scene: SparseScene
+    registration: dict[str, Any]
+    stage: Stage
+
+
+@dataclass(frozen=True)
+class _Source:
+    """A photo as it was taken, for the texture."""
+
+    photo: bytes
+    mask: bytes | None
+    view: View
+
+    @classmethod
+    def read(cls, photo: Photo, view: View) -> _Source:
+        mask = None if photo.mask is None else photo.mask.read_bytes()
+        return cls(photo.path.read_bytes(), mask, view)
+
+
+class _Run:
+    def __init__(
+        self,
+        folder: Path,
+        outputs: Outputs,
+        settings: Settings,
+        executor: Executor,
+        diary: Diary,
+    ) -> None:
+        self.folder, self.outputs = folder, outputs
+        self.settings, self.executor, self.diary = settings, executor, diary
+        self.checkpoints = Checkpoints(outputs.folder / WORK)
+        self.facts: dict[str, Any] = {}
+
+    def all(self) -> dict[str, Any]:
+        self.diary.log(f"VOM Studio {__version__}, {self.settings.as_dict()}")
+        self._remember()
+        photos = self._photos()
+        alignment, aligned = self._align(photos)
+        placed = self._place(alignment, photos, aligned)
+        self._write_cameras(alignment, placed)
+        straight, flat = self._undistort(placed, photos)
+        pairs, maps, deep = self._depths(placed.scene, straight, flat)
+        cloud, fused = self._fuse(placed.scene, pairs, straight, maps, deep)
+        mesh, surfaced = self._surface(cloud, placed, fused)
+        textured, dressed = self._texture(mesh, placed, photos, surfaced)
+        self._write_model(placed.scene, cloud, textured)
+        return self._finish(photos, alignment, placed, cloud, textured, dressed)
+
+    def pause(self) -> None:
+        self.diary.end_stage()
+        for stage in self.checkpoints.stages:
+            with contextlib.suppress(TargetError):
+                stage.pause()
+
+    # ------------------------------------------------------------------------------------------
+    def _photos(self) -> PhotoFolder:
+        from vomstudio.io.photos import read_photos
+
+        found = read_photos(self.folder, self.diary)
+        for name, reason in found.skipped:
+            self.diary.note(f"{name} was left out: {reason}")
+        for warning in found.warnings:
+            self.diary.note(warning)
+        if len(found.photos) < 2:
+            raise InputError(
+                "holds one photo only; a model needs at least two that overlap, better ten",
+                file=self.folder,
+            )
+        self.hashes: dict[str, str] = {}
+        self.diary.stage("Checking photos", len(found.photos))
+        for number, photo in enumerate(found.photos):
+            self.diary.step(number)
+            self.hashes[photo.name] = _hash(photo)
+        return found
+
+    def _align(self, photos: PhotoFolder) -> tuple[Alignment, Stage]:
+        from vomstudio.photogrammetry.alignment import Alignment, Options, align
+
+        size, seed = self.settings.steps.align_px, self.settings.seed
+        stage = self.checkpoints.stage(
+            "alignment", versions("pycolmap"), size, seed, self.hashes, _said(photos.photos)
+        )
+        if not stage.done:
+            options = Options(max_size=size, seed=seed, threads=self.settings.threads)
+            try:
+                align(photos.photos, stage.folder, options, self.executor, self.diary)
+            except InputError as error:
+                raise InputError(error.message, file=error.file or self.folder) from error
+            stage.finish()
+        return Alignment.load(stage.folder), stage
+
+    def _place(self, alignment: Alignment, photos: PhotoFolder, aligned: Stage) -> _Placed:
+        """The largest part in World where control or GPS allow it, else upright and local."""
+        from vomstudio.photogrammetry import georeference
+        from vomstudio.photogrammetry.local_frame import upright
+
+        settings = self.settings
+        marks = (settings.control, settings.marks)
+        stage = self.checkpoints.stage(
+            "frame", aligned.key, settings.crs, *(p and hash_file(p) for p in marks)
+        )
+        if not stage.done:
+            self.diary.stage("Registering")
+            part, facts = alignment.parts[0], {}
+            try:
+                if settings.control is not None:
+                    scene, report = georeference.by_control(
+                        part, settings.control, settings.marks, settings.crs
+                    )
+                else:
+                    scene, report = georeference.by_gps(part, photos.photos, settings.crs)
+                    facts = figures.gps_registration(report)
+            except GeometryError as error:
+                if settings.control is not None or settings.crs is not None:
+                    raise
+                scene = upright(part, photos.photos)
+                facts = {"refused": error.message}
+            scene.save(stage.folder)
+            stage.finish(registration=facts)
+        for warning in stage.facts["registration"].get("warnings", []):
+            self.diary.note(warning)
+        if refused := stage.facts["registration"].get("refused"):
+            self.diary.note(f"The model keeps a local frame without scale: {refused}")
+        return _Placed(SparseScene.load(stage.folder), stage.facts["registration"], stage)
+
+    def _undistort(self, placed: _Placed, photos: PhotoFolder) -> tuple[Kept[Undistorted], Stage]:
+        """Photos without distortion, of the size in which every pixel gets a depth."""
+        from vomstudio.photogrammetry import undistortion
+
+        size, views = self._dense_size(), placed.scene.views
+        stage = self.checkpoints.stage("straight", placed.stage.key, versions("cv2"), size)
+        by_name = {photo.name: photo for photo in photos.photos}
+
+        def task(number: int) -> undistortion.UndistortTask:
+            photo = by_name[views[number].name]
+            mask = None if photo.mask is None else photo.mask.read_bytes()
+            return undistortion.UndistortTask(photo.path.read_bytes(), mask, views[number], size)
+
+        kept = Kept(stage.folder, [view.name for view in views], save_straight, load_straight)
+        self._each("Straightening photos", stage, kept, undistortion.undistort, task)
+        return kept.at(stage.folder), stage
+
+    def _dense_size(self) -> int:
+        from vomstudio.photogrammetry.depthmaps import BYTES_PER_PIXEL
+        from vomstudio.photogrammetry.memory import fitting_size
+
+        wanted = self.settings.steps.dense_px
+        threads = self.settings.threads or os.cpu_count() or 1
+        size = fitting_size(wanted, BYTES_PER_PIXEL, 1.5, threads)
+        if size < wanted:
+            self.diary.note(
+                f"Depths are sought at {size} instead of {wanted} pixels along the long side, "
+                "since no more memory is free"
+            )
+        return size
+
+    def _depths(
+        self, scene: SparseScene, straight: Kept[Undistorted], flat: Stage
+    ) -> tuple[Pairs, Kept[DepthMap], Stage]:
+        from vomstudio.photogrammetry import depthmaps
+        from vomstudio.photogrammetry.pairs import choose_pairs
+
+        stage = self.checkpoints.stage("depths", flat.key, versions("cv2", "numba"))
+        pairs = choose_pairs(scene)
+        for text in pairs.left_out:
+            self.diary.note(f"No depths for {text}")
+
+        def task(number: int) -> depthmaps.DepthTask:
+            return depthmaps.make_task(pairs.plans[number], straight.__getitem__)
+
+        names = [scene.views[plan.view].name for plan in pairs.plans]
+        kept = Kept(stage.folder, names, _save_map, depthmaps.DepthMap.load)
+        self._each("Finding depths", stage, kept, depthmaps.depth_map, task)
+        return pairs, kept.at(stage.folder), stage
+
+    def _each(
+        self,
+        title: str,
+        stage: Stage,
+        kept: Kept[Result],
+        work: Callable[[Item], Result],
+        task: Callable[[int], Item],
+    ) -> None:
+        """Do what is not done yet of a stage whose results are one for each photo."""
+        if stage.done:
+            return
+        left = [number for number in range(len(kept)) if not kept.has(number)]
+        self.diary.stage(title, len(kept))
+        progress = Ahead(self.diary, len(kept) - len(left))
+        for done, result in self.executor.map(work, map(task, left), progress):
+            kept.put(left[done], result)
+        stage.finish()
+
+    def _fuse(
+        self,
+        scene: SparseScene,
+        pairs: Pairs,
+        straight: Kept[Undistorted],
+        maps: Kept[DepthMap],
+        deep: Stage,
+    ) -> tuple[PointCloud, Stage]:
+        from vomstudio.photogrammetry.fusion import fuse, neighbours_by_name
+
+        stage = self.checkpoints.stage("cloud", deep.key)
+        if not stage.done:
+            photos = straight.chosen([plan.view for plan in pairs.plans])
+            neighbours = neighbours_by_name(scene, pairs)
+            cloud = fuse(maps.names, maps, photos, neighbours, progress=self.diary)
+            write_whole(stage.folder / _CLOUD, lambda path: save_cloud(path, cloud))
+            stage.finish(points=len(cloud.points))
+        return load_cloud(stage.folder / _CLOUD), stage
+
+    def _surface(self, cloud: PointCloud, placed: _Placed, fused: Stage) -> tuple[Mesh, Stage]:
+        from vomstudio.photogrammetry.surface import SurfaceOptions, make_surface
+
+        faces = self.settings.steps.faces
+        stage = self.checkpoints.stage("surface", fused.key, versions("open3d"), faces)
+        if not stage.done:
+            threads = self.settings.threads or os.cpu_count() or 1
+            options = SurfaceOptions(faces=faces, threads=threads)
+            mesh = make_surface(cloud, options, self.diary, placed.scene.centres)
+            write_whole(stage.folder / _MESH, lambda path: save_mesh(path, mesh))
+            stage.finish(faces=len(mesh.faces))
+        return load_mesh(stage.folder / _MESH), stage
+
+    def _texture(
+        self, mesh: Mesh, placed: _Placed, photos: PhotoFolder, surfaced: Stage
+    ) -> tuple[Mesh, Stage]:
+        """From the photos as they were taken: nothing is resampled twice."""
+        from vomstudio.photogrammetry.atlas import AtlasOptions
+        from vomstudio.photogrammetry.texture import TextureOptions, jpeg, make_texture
+
+        steps = self.settings.steps
+        stage = self.checkpoints.stage("texture", surfaced.key, steps.page_px, steps.pages)
+        if not stage.done:
+            by_name = {photo.name: photo for photo in photos.photos}
+            sources = [_Source.read(by_name[view.name], view) for view in placed.scene.views]
+            options = TextureOptions(
+                atlas=AtlasOptions(page=steps.page_px, most_pages=steps.pages)
+            )
+            made = make_texture(mesh, sources, options, self.executor, self.diary)
+            for material, page in zip(made.mesh.materials, made.pages, strict=True):
+                picture = jpeg(page)
+                path = stage.folder / f"{material.name}.jpg"
+                write_whole(path, lambda p, picture=picture: p.write_bytes(picture))  # type: ignore[misc]
+            write_whole(stage.folder / _MESH, lambda path: save_mesh(path, made.mesh))
+            stage.finish(report=asdict(made.report))
+        for warning in stage.facts["report"]["warnings"]:
+            self.diary.note(warning)
+        return load_mesh(stage.folder / _MESH), stage
+
+    # ------------------------------------------------------------------------------------------
+    def _remember(self) -> None:
+        """What was asked for, so that an unfinished run can be offered again."""
+        request = {"photos": str(self.folder), **self.settings.as_dict()}
+        write_whole(self.outputs.request, lambda path: _write_json(path, request))
+
+    def _write_cameras(self, alignment: Alignment, placed: _Placed) -> None:
+        """Cameras and tie points are there before the hours of dense work."""
+        from vomstudio.io.cameras_file import Cameras, write_cameras, write_cameras_csv
+        from vomstudio.io.writing import write_model
+
+        scene = placed.scene
+        cameras = Cameras(scene.views, self.folder, scene.origin, scene.crs)
+        write_cameras_csv(self.outputs.cameras, cameras, force=True)
+        write_cameras(self.outputs.poses, cameras, force=True)
+        write_model(tie_points(scene), scene.crs, self.outputs.sparse, force=True)
+        for number, part in enumerate(alignment.parts[1:], start=2):
+            folder = self.outputs.folder / f"part{number}"
+            folder.mkdir(exist_ok=True)
+            cameras = Cameras(part.views, self.folder)
+            write_cameras(folder / self.outputs.poses.name, cameras, force=True)
+            write_model(tie_points(part), None, folder / self.outputs.sparse.name, force=True)
+
+    def _write_model(self, scene: SparseScene, cloud: PointCloud, textured: Mesh) -> None:
+        from vomstudio.io.writing import write_model
+
+        outputs = self.outputs
+        self.diary.stage("Writing", 2 + len(outputs.others))
+        world = replace(cloud, points=cloud.points + scene.origin)
+        write_model(world, scene.crs, outputs.dense, force=True)
+        mesh = replace(textured, vertices=textured.vertices + scene.origin)
+        for done, path in enumerate((outputs.mesh, *outputs.others), start=1):
+            self.diary.step(done)
+            write_model(mesh, scene.crs, path, force=True)
+        if scene.crs is not None:
+            from pyproj import CRS
+
+            with atomic_write(outputs.mesh.with_suffix(".prj"), True) as path:
+                path.write_text(CRS.from_user_input(scene.crs).to_wkt(), encoding="utf-8")
+
+    def _finish(
+        self,
+        photos: PhotoFolder,
+        alignment: Alignment,
+        placed: _Placed,
+        cloud: PointCloud,
+        textured: Mesh,
+        dressed: Stage,
+    ) -> dict[str, Any]:
+        self.diary.end_stage()
+        outputs, scene = self.outputs, placed.scene
+        for name, reason in alignment.unregistered:
+            self.diary.note(f"{name} {reason}")
+        for part in alignment.parts[1:]:
+            self.diary.note(
+                f"{len(part.views)} photos form a part of their own that no tie points join to the "
+                f"model: {', '.join(view.name for view in part.views[:5])}"
+                f"{' …' if len(part.views) > 5 else ''}"
+            )
+        placed_names = {view.name for view in scene.views}
+        lengths = scene.track_lengths
+        result = {
+            "photos": len(photos.photos),
+            "registered": len(scene.views),
+            "unregistered": [p.name for p in photos.photos if p.name not in placed_names],
+            "alignment_notes": list(alignment.notes),
+            "reprojection_error_px": float(alignment.reprojection_error_px),
+            "cameras": str(outputs.cameras),
+            "sparse": str(outputs.sparse),
+            "dense": str(outputs.dense),
+            "mesh": str(outputs.mesh),
+            "dense_points": len(cloud.points),
+            "faces": len(textured.faces),
+            "frame": scene.crs or "local",
+            "scaled": scene.scaled,
+            "seconds": {s.name: round(s.seconds, 2) for s in self.checkpoints.stages},
+            "peak_memory_mb": round(peak_bytes() / 1e6),
+            "report": str(outputs.report),
+            "poses": str(outputs.poses),
+            "folder": str(self.folder),
+            "warnings": self.diary.notes,
+            "tie_points": len(scene.points),
+            "tie_points_of_3": int((lengths >= 3).sum()),
+            "photo_rows": figures.photo_rows(photos.photos, scene, placed.registration),
+            "calibration": figures.calibration(alignment.cameras, photos.photos),
+            "registration": placed.registration,
+            "model": figures.model(cloud, textured, dressed.facts["report"]),
+            "settings": self.settings.as_dict(),
+            "versions": versions("pycolmap", "open3d", "cv2", "numba"),
+            "drawing": figures.drawing(scene),
+        }
+        write_whole(outputs.result, lambda path: _write_json(path, result))
+        self.checkpoints.sweep()
+        return result
+
+
+def _hash(photo: Photo) -> str:
+    """Of the file and its mask."""
+    return key_of(*(hash_file(path) for path in (photo.path, photo.mask) if path is not None))
+
+
+def hash_file(path: Path) -> str:
+    try:
+        with path.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror})", file=path) from error
+
+
+def versions(*packages: str) -> dict[str, str]:
+    """Of this program and of what its results rest on."""
+    import importlib
+
+    found = {"vomstudio": __version__}
+    for name in packages:
+        found[name] = str(importlib.import_module(name).__version__)
+    return found
+
+
+def _said(photos: Sequence[Photo]) -> list[Any]:
+    """What the alignment takes from the photos besides their pixels."""
+    return [[p.name, str(p.camera_key), p.latitude_deg, p.longitude_deg] for p in photos]
+
+
+def _save_map(path: Path, made: DepthMap) -> None:
+    made.save(path)
+
+
+def _write_json(path: Path, value: dict[str, Any]) -> None:
+    path.write_text(json.dumps(value, indent=1, default=_number), encoding="utf-8")
+
+
+def _number(value: Any) -> Any:
+    return value.tolist() if hasattr(value, "tolist") else str(value)

@@ -1,0 +1,62 @@
+"""What a reconstruction is asked for."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from vomstudio.errors import UsageError
+
+
+@dataclass(frozen=True)
+class Quality:
+    """align_px : long side of the photos in which features are sought
+    dense_px : long side of the photos whose pixels get a depth
+    faces : of the mesh at most
+    page_px : side of a texture page; pages : at most
+    """
+
+    align_px: int
+    dense_px: int
+    faces: int
+    page_px: int
+    pages: int
+
+
+QUALITIES = {
+    "preview": Quality(1200, 640, 60_000, 2048, 1),
+    "low": Quality(1600, 1000, 150_000, 4096, 1),
+    "medium": Quality(2000, 1600, 300_000, 4096, 4),
+    "high": Quality(3200, 3200, 1_500_000, 8192, 8),
+}
+
+
+@dataclass(frozen=True)
+class Settings:
+    """quality : one of QUALITIES
+    crs : "EPSG:n" of the model; None for the UTM zone of the cameras, where they have GPS
+    control, marks : tables of ground control points and where they are seen in the photos
+    threads : None for as many as there are processors; with 1, the same seed gives the same model
+    """
+
+    quality: str = "medium"
+    crs: str | None = None
+    control: Path | None = None
+    marks: Path | None = None
+    threads: int | None = None
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Raises UsageError for a quality that there is not."""
+        if self.quality not in QUALITIES:
+            raise UsageError(f"is one of {', '.join(QUALITIES)}", field="quality")
+        if self.threads is not None and self.threads < 1:
+            raise UsageError("is 1 or more", field="threads")
+
+    @property
+    def steps(self) -> Quality:
+        return QUALITIES[self.quality]
+
+    def as_dict(self) -> dict[str, Any]:
+        return {key: str(v) if isinstance(v, Path) else v for key, v in asdict(self).items()}

@@ -1,0 +1,128 @@
+"""Which triangles hang together, and making a soup of them sound. Plain arrays, no library."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+Faces = npt.NDArray[np.int32]
+
+
+def edge_keys(faces: Faces) -> npt.NDArray[np.int64]:
+    """(m, 3) one number per undirected edge: corner k to corner k + 1."""
+    start, end = faces.astype(np.int64), np.roll(faces, -1, axis=1).astype(np.int64)
+    return np.minimum(start, end) << 32 | np.maximum(start, end)
+
+
+def neighbours(faces: Faces) -> npt.NDArray[np.int32]:
+    """(m, 3) the face across each edge; -1 where there is none, or more than one."""
+    keys = edge_keys(faces).ravel()
+    order = np.argsort(keys, kind="stable")
+    ranked = keys[order]
+    first = np.flatnonzero(np.r_[True, ranked[1:] != ranked[:-1]])
+    count = np.diff(np.r_[first, len(ranked)])
+    pair = first[count == 2]
+    across = np.full(len(keys), -1, np.int32)
+    a, b = order[pair], order[pair + 1]
+    across[a], across[b] = b // 3, a // 3
+    return across.reshape(-1, 3)
+
+
+def components(faces: Faces, among: npt.NDArray[np.bool_] | None = None) -> npt.NDArray[np.int32]:
+    """(m,) number of the piece that each face belongs to, joined over edges; faces that are not
+    `among` get -1."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    across = neighbours(faces)
+    face, side = np.nonzero(across >= 0)
+    other = across[face, side]
+    if among is not None:
+        kept = among[face] & among[other]
+        face, other = face[kept], other[kept]
+    n = len(faces)
+    links = coo_matrix((np.ones(len(face), np.int8), (face, other)), shape=(n, n))
+    labels = connected_components(links, directed=False)[1].astype(np.int32)
+    if among is None:
+        return labels
+    labels[~among] = -1
+    used, packed = np.unique(labels[among], return_inverse=True)
+    del used
+    labels[among] = packed
+    return labels
+
+
+def compact(vertices: Array, faces: Faces) -> tuple[Array, Faces, npt.NDArray[np.int64]]:
+    """Without the vertices that no face uses; also the old rows of those that are left."""
+    used = np.zeros(len(vertices), bool)
+    used[faces] = True
+    rows = np.flatnonzero(used)
+    return vertices[rows], (np.cumsum(used) - 1)[faces].astype(np.int32), rows
+
+
+def cross_products(vertices: Array, faces: Faces) -> Array:
+    """(m, 3) normals of faces, as long as twice their area."""
+    corners = vertices[faces]
+    return np.asarray(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+
+
+def vertex_normals(vertices: Array, faces: Faces) -> Array:
+    """(n, 3) unit, weighted by area; zero for a vertex without faces."""
+    cross = cross_products(vertices, faces)
+    total = np.empty_like(vertices)
+    for axis in range(3):
+        total[:, axis] = np.bincount(
+            faces.ravel(), np.repeat(cross[:, axis], 3), minlength=len(vertices)
+        )
+    length = np.linalg.norm(total, axis=1, keepdims=True)
+    return np.divide(total, length, out=np.zeros_like(total), where=length > 0)
+
+
+def make_manifold(vertices: Array, faces: Faces) -> tuple[Array, Faces]:
+    """Without faces that have no area or stand twice; an edge keeps its two largest faces, and a
+    vertex where sheets only touch stands once for each sheet."""
+    faces = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2])]
+    faces = faces[faces[:, 2] != faces[:, 0]]
+    faces = faces[np.sort(np.unique(np.sort(faces, axis=1), axis=0, return_index=True)[1])]
+    while len(faces):
+        area = np.linalg.norm(cross_products(vertices, faces), axis=1)
+        keys = edge_keys(faces).ravel()
+        order = np.lexsort((-np.repeat(area, 3), keys))
+        ranked = keys[order]
+        first = np.flatnonzero(np.r_[True, ranked[1:] != ranked[:-1]])
+        place = np.arange(len(ranked)) - np.repeat(first, np.diff(np.r_[first, len(ranked)]))
+        surplus = np.unique(order[place >= 2] // 3)
+        if not len(surplus):
+            break
+        faces = np.delete(faces, surplus, axis=0)
+    return compact(*_split_vertices(vertices, faces))[:2]
+
+
+def _split_vertices(vertices: Array, faces: Faces) -> tuple[Array, Faces]:
+    """Corners of one vertex belong together where their faces share an edge at it."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    across = neighbours(faces)
+    face, side = np.nonzero(across >= 0)
+    other = across[face, side]
+    ends = []
+    for corner in (side, (side + 1) % 3):
+        vertex = faces[face, corner]
+        match = np.argmax(faces[other] == vertex[:, None], axis=1)
+        ends.append((face * 3 + corner, other.astype(np.int64) * 3 + match))
+    a = np.concatenate([e[0] for e in ends])
+    b = np.concatenate([e[1] for e in ends])
+    n = faces.size
+    links = coo_matrix((np.ones(len(a), np.int8), (a, b)), shape=(n, n))
+    count, fan = connected_components(links, directed=False)
+    owner = np.zeros(count, np.int64)
+    owner[fan] = faces.ravel()
+    return vertices[owner], fan.reshape(-1, 3).astype(np.int32)
+
+
+def is_manifold(faces: Faces) -> bool:
+    """Whether no edge has more than two faces."""
+    _, count = np.unique(edge_keys(faces), return_counts=True)
+    return bool(count.max(initial=0) <= 2)

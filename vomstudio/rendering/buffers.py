@@ -1,0 +1,64 @@
+"""Pictures with their depths, kept aside where the graphics card draws."""
+
+from __future__ import annotations
+
+from vtkmodules.vtkRenderingCore import vtkRenderWindow
+from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLFramebufferObject
+
+GL_READ_FRAMEBUFFER = 0x8CA8
+GL_DRAW_FRAMEBUFFER = 0x8CA9
+GL_COLOR_AND_DEPTH = 0x4000 | 0x0100
+GL_NEAREST = 0x2600
+
+
+class Buffers:
+    """Of one window, by name, each as large as the window was when it was saved."""
+
+    def __init__(self, window: vtkRenderWindow) -> None:
+        self._window = window
+        self._buffers: dict[str, vtkOpenGLFramebufferObject] = {}
+
+    def __getitem__(self, name: str) -> vtkOpenGLFramebufferObject:
+        return self._buffers[name]
+
+    def save(self, name: str) -> None:
+        """Keep what the window shows."""
+        buffer = self._buffers[name] = self._fitting(self._buffers.get(name))
+        self._copy(self._window.GetRenderFramebuffer(), buffer)
+
+    def restore(self, name: str) -> None:
+        """Show again what was kept."""
+        self._copy(self._buffers[name], self._window.GetRenderFramebuffer())
+
+    def release(self) -> None:
+        for buffer in self._buffers.values():
+            buffer.ReleaseGraphicsResources(self._window)
+        self._buffers.clear()
+
+    def _fitting(self, buffer: vtkOpenGLFramebufferObject | None) -> vtkOpenGLFramebufferObject:
+        width, height = self._window.GetSize()
+        if buffer is not None:
+            if list(buffer.GetLastSize()) == [width, height]:
+                return buffer
+            buffer.ReleaseGraphicsResources(self._window)
+        buffer = vtkOpenGLFramebufferObject()
+        buffer.SetContext(self._window)
+        state = self._window.GetState()
+        state.PushFramebufferBindings()
+        unsigned_char, depth_bits = 3, 32
+        buffer.PopulateFramebuffer(
+            width, height, True, 1, unsigned_char, True, depth_bits, 0, False
+        )
+        state.PopFramebufferBindings()
+        return buffer
+
+    def _copy(self, source: vtkOpenGLFramebufferObject, target: vtkOpenGLFramebufferObject) -> None:
+        self._window.MakeCurrent()
+        width, height = self._window.GetSize()
+        extent = [0, width - 1, 0, height - 1]
+        state = self._window.GetState()
+        state.PushFramebufferBindings()
+        source.Bind(GL_READ_FRAMEBUFFER)
+        target.Bind(GL_DRAW_FRAMEBUFFER)
+        vtkOpenGLFramebufferObject.Blit(extent, extent, GL_COLOR_AND_DEPTH, GL_NEAREST)
+        state.PopFramebufferBindings()

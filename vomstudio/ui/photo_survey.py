@@ -1,0 +1,241 @@
+"""The photos of a model that is to be made: listed, checked and reconstructed by workers."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import QObject, Signal
+
+from vomstudio.errors import VomError
+from vomstudio.io.cameras_file import read_cameras
+from vomstudio.jobs.events import Failed
+from vomstudio.ui.job_bridge import Job
+from vomstudio.ui.studio import Notice, Studio
+
+FOLDER = "reconstruction"
+
+
+@dataclass
+class PhotoRow:
+    """A photo as the panel shows it. place: (x, y) metres in plan; looks: unit (dx, dy) or None."""
+
+    name: str
+    path: str
+    width: int
+    height: int
+    camera: str
+    focal: str
+    taken: str
+    has_gps: bool
+    masked: bool
+    thumbnail: str | None = None
+    place: tuple[float, float] | None = None
+    looks: tuple[float, float] | None = None
+    gsd_m: float | None = None
+    blur: float | None = None
+    views: float | None = None
+    findings: list[str] = field(default_factory=list)
+
+
+class PhotoSurvey(QObject):
+    """changed: anything that is shown; rows_changed: the photos themselves."""
+
+    changed = Signal()
+    rows_changed = Signal()
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__()
+        self._studio = studio
+        self.folder: Path | None = None
+        self.rows: list[PhotoRow] = []
+        self.findings: list[dict[str, Any]] = []
+        self.verdict = ""
+        self.left_out: list[str] = []
+        self.problem = ""
+        self.result: dict[str, Any] | None = None
+        self._reading: Job | None = None
+        self._making: Job | None = None
+        self._quality = "medium"
+        studio.project_opened.connect(self._project_opened)
+        studio.jobs.changed.connect(self.changed)
+
+    # --- state -------------------------------------------------------------------------------
+    @property
+    def reading(self) -> bool:
+        return self._reading is not None
+
+    @property
+    def making(self) -> Job | None:
+        """The running reconstruction."""
+        return self._making
+
+    def why_not_make(self) -> str | None:
+        if self._making is not None:
+            return self.tr("a model is being made")
+        if self.folder is None:
+            return self.tr("choose a folder of photos first")
+        if self.reading:
+            return self.tr("the photos are being looked at")
+        if len(self.rows) < 2:
+            return self.tr("a model needs at least two photos that overlap")
+        return None
+
+    def out(self) -> Path | None:
+        """Where the model of these photos is made, or was begun."""
+        if self.folder is None:
+            return None
+        return self._studio.project.folder / FOLDER / self.folder.name
+
+    @property
+    def begun(self) -> bool:
+        """An earlier run has finished some stages and no more."""
+        out = self.out()
+        return out is not None and (out / "work").is_dir() and not (out / "report.html").exists()
+
+    # --- photos ------------------------------------------------------------------------------
+    def open(self, folder: Path) -> None:
+        """List the photos of a folder, then check them."""
+        self._stop_reading()
+        self.folder = folder
+        self.rows, self.findings, self.left_out = [], [], []
+        self.verdict, self.problem, self.result = "", "", None
+        self.rows_changed.emit()
+        self._read("list_photos", self.tr("Looking at photos"), self._listed)
+
+    def _read(self, task: str, title: str, then: Any) -> None:
+        def done(result: dict[str, Any]) -> None:
+            self._reading = None
+            then(result)
+            self.changed.emit()
+
+        def failed(event: Failed) -> None:
+            self._reading = None
+            if not event.cancelled:
+                self.problem = event.message
+            self.changed.emit()
+
+        self._reading = self._studio.jobs.submit(
+            "photos",
+            task,
+            {"photos": str(self.folder), "cache": str(self._studio.project.cache)},
+            title=title,
+            on_done=done,
+            on_failed=failed,
+        )
+        self.changed.emit()
+
+    def _listed(self, result: dict[str, Any]) -> None:
+        self.rows = [PhotoRow(**row) for row in result["rows"]]
+        self.left_out = list(result["left_out"])
+        self.rows_changed.emit()
+        self._read("check_photos", self.tr("Checking the survey"), self._checked)
+
+    def _checked(self, result: dict[str, Any]) -> None:
+        self.findings, self.verdict = result["findings"], result["verdict"]
+        by_name = {row.name: row for row in self.rows}
+        for facts in result["photos"]:
+            if row := by_name.get(facts["name"]):
+                row.gsd_m, row.blur, row.views = facts["gsd_m"], facts["blur"], facts["views"]
+        for finding in self.findings:
+            for name in finding["photos"] or ():
+                if row := by_name.get(name):
+                    row.findings.append(finding["text"])
+        self._show_cameras()
+        self.rows_changed.emit()
+
+    def _stop_reading(self) -> None:
+        if self._reading is not None:
+            self._studio.jobs.cancel(self._reading)
+            self._reading = None
+
+    # --- the model ---------------------------------------------------------------------------
+    def make(self, quality: str, control: Path | None = None, marks: Path | None = None) -> None:
+        """Reconstruct, or go on where an earlier run stopped."""
+        out = self.out()
+        if self.why_not_make() is not None or out is None:
+            return
+        request = {
+            "photos": str(self.folder),
+            "out": str(out),
+            "quality": quality,
+            "control": None if control is None else str(control),
+            "marks": None if marks is None else str(marks),
+        }
+        self.result = None
+
+        def done(result: dict[str, Any]) -> None:
+            self._making = None
+            self.result = result
+            self._show_cameras()
+            self.rows_changed.emit()
+            self._studio.notice.emit(
+                Notice(
+                    self.tr("The model of {0} is made: {1} of {2} photos, {3:,} faces.").format(
+                        Path(request["photos"] or "").name,
+                        result["registered"],
+                        result["photos"],
+                        result["faces"],
+                    )
+                    + "".join(f" {text}" for text in result["warnings"][:2])
+                )
+            )
+            self._studio.open_model(Path(result["mesh"]))
+
+        def failed(event: Failed) -> None:
+            self._making = None
+            if not event.cancelled:
+                self._studio.warn(event.message, "error")
+            self.changed.emit()
+
+        self._making = self._studio.jobs.submit(
+            "reconstruction",
+            "reconstruct",
+            request,
+            title=self.tr("Making a model of {0}").format(Path(request["photos"] or "").name),
+            on_done=done,
+            on_failed=failed,
+        )
+        self.changed.emit()
+
+    def pause(self) -> None:
+        """Stop the work; what is finished is kept, and `make` goes on behind it."""
+        if self._making is not None:
+            self._studio.jobs.cancel(self._making)
+
+    def _show_cameras(self) -> None:
+        """Places and directions as they were found, where a model has been made."""
+        out = self.out()
+        if out is None or not (out / "cameras.json").exists():
+            return
+        try:
+            cameras = read_cameras(out / "cameras.json")
+        except VomError:
+            return
+        rows = {row.name: row for row in self.rows}
+        for view in cameras.views:
+            if row := rows.get(view.name):
+                x, y, _ = view.centre
+                dx, dy, _ = view.direction
+                size = (dx * dx + dy * dy) ** 0.5
+                row.place = (float(x), float(y))
+                row.looks = (float(dx / size), float(dy / size)) if size > 0.2 else None
+        for row in self.rows:
+            if row.name not in {view.name for view in cameras.views}:
+                row.place = row.looks = None
+
+    def _project_opened(self) -> None:
+        self._stop_reading()
+        self.folder, self.rows, self.findings, self.result = None, [], [], None
+        self.verdict = self.problem = ""
+        self.rows_changed.emit()
+        unfinished = sorted((self._studio.project.folder / FOLDER).glob("*/request.json"))
+        for request in unfinished[:1]:
+            try:
+                folder = Path(json.loads(request.read_text(encoding="utf-8"))["photos"])
+            except (OSError, ValueError, KeyError):
+                continue
+            if folder.is_dir():
+                self.open(folder)

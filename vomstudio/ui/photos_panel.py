@@ -1,0 +1,255 @@
+"""The Photos panel: what a folder of photos is worth, and the button that makes a model of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import QSignalBlocker, QSize, Qt, QUrl
+from PySide6.QtGui import QAction, QDesktopServices, QIcon
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHBoxLayout,
+    QHeaderView,
+    QLabel,
+    QListWidget,
+    QListWidgetItem,
+    QProgressBar,
+    QSplitter,
+    QTableWidget,
+    QTableWidgetItem,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from vomstudio.ui import theme
+from vomstudio.ui.photo_survey import PhotoRow, PhotoSurvey
+from vomstudio.ui.plan_view import PlanView
+from vomstudio.ui.widgets import ComboBox, ElidedLabel
+
+_THUMBNAIL = QSize(72, 48)
+_COLUMNS = ("Photo", "GSD", "Sharpness", "Finding", "Camera", "Focal length", "Size", "GPS")
+_FINDING = _COLUMNS.index("Finding")
+_QUALITIES = (
+    ("Preview", "preview", "minutes; to see whether the photos suffice"),
+    ("Low", "low", "1000 pixels along the long side get a depth"),
+    ("Medium", "medium", "1600 pixels along the long side get a depth"),
+    ("High", "high", "3200 pixels along the long side get a depth; hours for many photos"),
+)
+_SEVERITIES = {
+    "info": "information-outline",
+    "warning": "alert-outline",
+    "error": "alert-octagon-outline",
+}
+
+
+class PhotosPanel(QWidget):
+    """`actions` holds choose_photos, make_model and pause_model."""
+
+    def __init__(self, survey: PhotoSurvey, actions: dict[str, QAction]) -> None:
+        super().__init__()
+        self._survey, self._actions = survey, actions
+        self.quality = ComboBox()
+        self.quality.setObjectName("quality")
+        for title, name, tip in _QUALITIES:
+            self.quality.addItem(self.tr(title), name)
+            self.quality.setItemData(
+                self.quality.count() - 1, self.tr(tip), Qt.ItemDataRole.ToolTipRole
+            )
+        self.quality.setCurrentIndex(2)
+        self._verdict = ElidedLabel()
+        self._verdict.setObjectName("survey_verdict")
+        self._report = QToolButton()
+        self._report.setText(self.tr("Report"))
+        self._report.setIcon(theme.icon("file-document-outline"))
+        self._report.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self._report.clicked.connect(self._open_report)
+        self._bar = QProgressBar()
+        self._bar.setMaximumWidth(180)
+        self._bar.setTextVisible(False)
+        self._doing = QLabel()
+        self.table = self._make_table()
+        self._findings = QListWidget()
+        self._findings.setObjectName("findings")
+        self._findings.setWordWrap(True)
+        self._findings.itemSelectionChanged.connect(self._finding_chosen)
+        self._plan = PlanView(self._choose)
+        middle = QSplitter(Qt.Orientation.Horizontal)
+        for widget, stretch in ((self.table, 5), (self._findings, 4), (self._plan, 3)):
+            middle.addWidget(widget)
+            middle.setStretchFactor(middle.count() - 1, stretch)
+        middle.setChildrenCollapsible(False)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(4, 4, 4, 4)
+        layout.setSpacing(4)
+        layout.addLayout(self._make_header())
+        layout.addWidget(middle, 1)
+        survey.rows_changed.connect(self._fill)
+        survey.changed.connect(self._refresh)
+        self._fill()
+
+    def _make_header(self) -> QHBoxLayout:
+        header = QHBoxLayout()
+        for name in ("choose_photos", "make_model", "pause_model"):
+            button = QToolButton()
+            button.setDefaultAction(self._actions[name])
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+            header.addWidget(button)
+            if name == "choose_photos":
+                header.addSpacing(8)
+                header.addWidget(QLabel(self.tr("Quality")))
+                header.addWidget(self.quality)
+        header.addWidget(self._report)
+        header.addSpacing(8)
+        header.addWidget(self._bar)
+        header.addWidget(self._doing)
+        header.addWidget(self._verdict, 1)
+        return header
+
+    def _make_table(self) -> QTableWidget:
+        table = QTableWidget(0, len(_COLUMNS))
+        table.setObjectName("photo_table")
+        table.setHorizontalHeaderLabels([self.tr(title) for title in _COLUMNS])
+        table.setIconSize(_THUMBNAIL)
+        table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        table.verticalHeader().hide()
+        table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        table.horizontalHeader().setStretchLastSection(True)
+        table.itemSelectionChanged.connect(self._chosen)
+        tips = {
+            "GSD": "Ground sampling distance: size of a pixel on the rock",
+            "Sharpness": "Width of the sharpest edges in pixels: 1 is as sharp as can be",
+        }
+        for column, title in enumerate(_COLUMNS):
+            if title in tips:
+                header = QTableWidgetItem(self.tr(title))
+                header.setToolTip(self.tr(tips[title]))
+                table.setHorizontalHeaderItem(column, header)
+        return table
+
+    # --- filling -----------------------------------------------------------------------------
+    def _fill(self) -> None:
+        survey, table = self._survey, self.table
+        with QSignalBlocker(table):
+            table.setRowCount(len(survey.rows))
+            for number, row in enumerate(survey.rows):
+                self._fill_row(number, row)
+        self._findings.clear()
+        if survey.verdict:
+            self._add_finding("info", survey.verdict, [])
+            verdict = self._findings.item(0)
+            font = verdict.font()
+            font.setBold(True)
+            verdict.setFont(font)
+            verdict.setIcon(QIcon())
+        for finding in survey.findings:
+            self._add_finding(finding["severity"], finding["text"], finding["photos"] or [])
+        for text in survey.left_out:
+            self._add_finding("warning", text, [])
+        self._chosen()
+        self._refresh()
+
+    def _fill_row(self, number: int, row: PhotoRow) -> None:
+        cells = (
+            row.name.rpartition("/")[2],
+            "–" if row.gsd_m is None else _gsd(row.gsd_m),
+            "–" if row.blur is None else f"{row.blur:.1f} px",
+            _cut(row.findings[0]) if row.findings else "",
+            row.camera,
+            row.focal,
+            f"{row.width} × {row.height}",
+            self.tr("yes") if row.has_gps else "–",
+        )
+        for column, text in enumerate(cells):
+            item = QTableWidgetItem(text)
+            if column == 0:
+                item.setToolTip(row.path)
+                if row.thumbnail:
+                    item.setIcon(QIcon(row.thumbnail))
+            elif column == _FINDING:
+                item.setToolTip("\n".join(row.findings))
+            self.table.setItem(number, column, item)
+        self.table.setRowHeight(number, _THUMBNAIL.height() + 4)
+
+    def _add_finding(self, severity: str, text: str, photos: list[str]) -> None:
+        item = QListWidgetItem(theme.icon(_SEVERITIES[severity]), text)
+        item.setData(Qt.ItemDataRole.UserRole, photos)
+        self._findings.addItem(item)
+
+    def _refresh(self) -> None:
+        survey = self._survey
+        job = survey.making
+        self._bar.setVisible(job is not None or survey.reading)
+        self._doing.setVisible(job is not None)
+        if job is not None:
+            self._bar.setRange(0, job.total or 0)
+            self._bar.setValue(job.done)
+            count = f" {job.done} / {job.total}" if job.total else ""
+            self._doing.setText(f"{job.stage}{count}" if job.stage else self.tr("Starting"))
+        elif survey.reading:
+            self._bar.setRange(0, 0)
+        self._verdict.setText(self._words())
+        make = self._actions["make_model"]
+        make.setText(
+            self.tr("&Continue the model") if survey.begun and job is None
+            else self.tr("&Make the model")
+        )  # fmt: skip
+        self._report.setVisible(self._report_path() is not None)
+
+    def _words(self) -> str:
+        survey = self._survey
+        if survey.folder is None:
+            return self.tr("Choose a folder of photos, or drop one onto the window.")
+        if survey.problem:
+            return survey.problem
+        if survey.reading:
+            return self.tr("Looking at the photos…")
+        graver = sum(finding["severity"] != "info" for finding in survey.findings)
+        return self.tr("{0} photos, {1} warnings").format(len(survey.rows), graver)
+
+    # --- choosing ----------------------------------------------------------------------------
+    def _chosen_names(self) -> set[str]:
+        rows = {index.row() for index in self.table.selectionModel().selectedRows()}
+        return {self._survey.rows[row].name for row in rows if row < len(self._survey.rows)}
+
+    def _chosen(self) -> None:
+        self._plan.show_rows(self._survey.rows, self._chosen_names())
+
+    def _choose(self, name: str) -> None:
+        for number, row in enumerate(self._survey.rows):
+            if row.name == name:
+                self.table.selectRow(number)
+                self.table.scrollTo(self.table.model().index(number, 0))
+
+    def _finding_chosen(self) -> None:
+        """The photos that a finding speaks of are selected."""
+        names: set[str] = set()
+        for item in self._findings.selectedItems():
+            names.update(item.data(Qt.ItemDataRole.UserRole) or ())
+        self.table.clearSelection()
+        mode = QAbstractItemView.SelectionMode
+        self.table.setSelectionMode(mode.MultiSelection)
+        for number, row in enumerate(self._survey.rows):
+            if row.name in names:
+                self.table.selectRow(number)
+        self.table.setSelectionMode(mode.ExtendedSelection)
+
+    def _report_path(self) -> Path | None:
+        out = self._survey.out()
+        report = None if out is None else out / "report.html"
+        return report if report is not None and report.exists() else None
+
+    def _open_report(self) -> None:
+        path = self._report_path()
+        if path is not None:
+            QDesktopServices.openUrl(QUrl.fromLocalFile(str(path)))
+
+
+def _cut(text: str) -> str:
+    """The beginning of a finding, for a column; the whole is in the tooltip and the list."""
+    return text if len(text) <= 48 else text[:46].rstrip() + " …"
+
+
+def _gsd(metres: float) -> str:
+    return f"{metres * 1000:.1f} mm" if metres < 0.01 else f"{metres * 100:.1f} cm"
