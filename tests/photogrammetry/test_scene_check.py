@@ -15,7 +15,7 @@ from vomstudio.photogrammetry.scene_check import (
     obliquity_deg,
     photo_pixel_sizes,
     places_seen,
-    shared_points,
+    shared_view,
 )
 
 SIZE, FOCAL = (800, 600), 800.0
@@ -85,8 +85,8 @@ def test_figures_are_those_of_the_cameras() -> None:
     made = scene(views)
     assert photo_pixel_sizes(made)[:3] == pytest.approx([0.01, 0.01, 0.02], rel=0.02)
     # 8 m are seen, moved by 2 m: three quarters; the farther one sees all of the nearer.
-    shares = shared_points(made)
-    assert shares[0, 1] == pytest.approx(0.75, abs=0.05)
+    shares = shared_view(made)
+    assert shares[0, 1] == pytest.approx(0.75, abs=0.01)
     assert shares[0, 2] == 1
     assert shares[0, 0] == 0
     normal = face_normal(made)
