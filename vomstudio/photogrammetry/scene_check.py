@@ -58,7 +58,7 @@ def check_scene(
         )
     gsd = photo_pixel_sizes(scene)
     views = mean_views(scene)
-    overlap = shared_points(scene)
+    overlap = shared_view(scene)
     normal = face_normal(scene)
     oblique = obliquity_deg(scene, normal)
     findings = [
@@ -117,26 +117,32 @@ def mean_views(scene: SparseScene) -> Array:
         return np.asarray(total / np.where(count > 0, count, np.nan))
 
 
-def shared_points(scene: SparseScene, grid: int = 8) -> Array:
-    """(v, v) share of photo i's tie points, evenly over the picture, that lie on photo j and in
-    front of it: the overlap of the two; the diagonal is 0.
+def shared_view(scene: SparseScene, grid: int = 8) -> Array:
+    """(v, v) share of photo i's picture that lies on photo j: the overlap of the two; the diagonal
+    is 0.
 
-    Where points are projected, rather than only matched, a photo of another exposure counts too.
+    Places all over the picture are taken to be as deep as the nearest tie point in it. (The tie
+    points themselves lie where photos overlap, and would flatter them.) Occlusion is not looked at.
     """
     count = len(scene.views)
     shares = np.zeros((count, count))
+    steps = (np.arange(grid) + 0.5) / grid
     for i, view in enumerate(scene.views):
-        rows = np.unique(scene.seen_by(i))
-        if not len(rows):
+        mine = scene.track_views == i
+        depths = view.depths(scene.points[scene.track_points[mine]])
+        at = scene.track_pixels[mine][depths > 0].astype(np.float64)
+        depths = depths[depths > 0]
+        if not len(depths):
             continue
-        pixels = view.project(scene.points[rows])
-        size = [view.intrinsics.width, view.intrinsics.height]
-        cell = np.clip(np.nan_to_num(pixels) / size * grid, 0, grid - 1).astype(int)
-        # One point for each cell of the picture: rich corners shall not count more.
-        _, first = np.unique(cell[:, 0] * grid + cell[:, 1], return_index=True)
-        places = scene.points[rows[first]]
+        x, y = np.meshgrid(steps * view.intrinsics.width, steps * view.intrinsics.height)
+        pixels = np.column_stack([x.ravel(), y.ravel()])
+        nearest = ((pixels[:, None] - at[None]) ** 2).sum(axis=2).argmin(axis=1)
+        rays = view.intrinsics.rays(pixels)
+        seen = np.isfinite(rays).all(axis=1)
+        camera = rays[seen] * depths[nearest[seen], None]
+        places = (camera - view.translation) @ view.rotation
         for j, other in enumerate(scene.views):
-            if i != j:
+            if i != j and len(places):
                 shares[i, j] = _lies_on(other, places).mean()
     return shares
 

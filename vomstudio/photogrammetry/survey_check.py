@@ -60,7 +60,7 @@ class Limits:
     gsd_ratio : an order of magnitude (3.2.1)
     rotation_deg : 95 % error of an orientation by GPS that the user should hear of
     straight : width over length of camera positions that counts as one line
-    resampled : see photo_quality.interpolation_period
+    resampled : see photo_quality.interpolation_period; enlarged_px : blur that confirms it
     """
 
     views: float = 4.0
@@ -79,7 +79,8 @@ class Limits:
     gsd_ratio: float = 10.0
     rotation_deg: float = 5.0
     straight: float = 0.05
-    resampled: float = 12.0
+    resampled: float = 25.0
+    enlarged_px: float = 1.25
     hours: float = 3.0
 
 
@@ -531,21 +532,20 @@ def _of_enlarging(seen: Looked, limits: Limits) -> list[Finding]:
                 len(enlarged),
             )
         )
-    resampled = tuple(
-        p.name
-        for p, look in zip(photos, seen.looks, strict=True)
-        if look.resampled is not None and look.resampled >= limits.resampled
-    )
-    if resampled:
+    looks = [look for look in seen.looks if look.blur_px is not None]
+    traced = [look for look in looks if (look.resampled or 0.0) >= limits.resampled]
+    middle = float(np.median([look.blur_px or 0.0 for look in looks])) if looks else 0.0
+    # A trace alone is left by straightening or by a smaller picture too, which do no harm.
+    if not enlarged and len(traced) > 0.6 * len(looks) and middle > limits.enlarged_px:
         found.append(
             Finding(
-                "resampled",
-                "info",
-                resampled,
-                f"{named(resampled)} bear the periodic trace of resampling: they were resized, "
-                "straightened or zoomed after the sensor. Use the camera's original files if there "
-                "are any.",
-                len(resampled),
+                "enlarged",
+                "warning",
+                (),
+                f"The pixels bear the periodic trace of interpolation and are soft (edges of "
+                f"{middle:.1f} pixels): digital zoom, or enlarged afterwards. They hold no more "
+                "detail for it; use the camera's original files.",
+                middle,
             )
         )
     return found

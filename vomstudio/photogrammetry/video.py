@@ -24,7 +24,7 @@ DEFAULT_FPS = 2.0
 _RECORD = "frames.json"
 # Of a second's frames only some are compared for sharpness.
 _CANDIDATES = 5
-_BLUR_PX, _BLUR_TIMES = 2.5, 1.8
+_BLUR_PX, _BLUR_TIMES, _MOST_BLUR_PX = 2.5, 1.8, 4.0
 # Share of the picture's long side by which it must have moved: 96 % overlap is "nearly 100 %".
 _LEAST_SHIFT = 0.04
 _MOST_SHIFT = 0.4
@@ -173,12 +173,13 @@ def _take(source: _Video, target: Path, part: Path, fps: float, progress: Progre
         progress.step(min(done, stated) if stated else done)
         number, frame = max(group, key=lambda item: _detail(item[1]))
         sigma = blur(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY).astype(np.uint8))
-        known = float(np.median(sigmas)) if len(sigmas) >= 5 else 0.0
+        # The sharp ones so far: most of a video may be blurred.
+        sharp = float(np.quantile(sigmas, 0.1)) if len(sigmas) >= 5 else 0.0
         if sigma is None:
             _count(report, "without any detail")
             continue
         sigmas.append(sigma)
-        if sigma > max(_BLUR_PX, _BLUR_TIMES * known):
+        if sigma > min(max(_BLUR_PX, _BLUR_TIMES * sharp), _MOST_BLUR_PX):
             _count(report, "blurred")
             continue
         small = _reduced(frame)
