@@ -55,10 +55,11 @@ class PhotoSurvey(QObject):
         self.verdict = ""
         self.left_out: list[str] = []
         self.problem = ""
+        self.has_north = True
         self.result: dict[str, Any] | None = None
         self._reading: Job | None = None
         self._making: Job | None = None
-        self._quality = "medium"
+        self.quality = "medium"
         studio.project_opened.connect(self._project_opened)
         studio.jobs.changed.connect(self.changed)
 
@@ -84,10 +85,15 @@ class PhotoSurvey(QObject):
         return None
 
     def out(self) -> Path | None:
-        """Where the model of these photos is made, or was begun."""
+        """Where the model of these photos in this quality is made, or was begun. One of another
+        quality, which may have been measured on, stays as it is."""
         if self.folder is None:
             return None
-        return self._studio.project.folder / FOLDER / self.folder.name
+        return self._studio.project.folder / FOLDER / f"{self.folder.name}-{self.quality}"
+
+    def choose_quality(self, quality: str) -> None:
+        self.quality = quality
+        self.changed.emit()
 
     @property
     def begun(self) -> bool:
@@ -102,6 +108,7 @@ class PhotoSurvey(QObject):
         self.folder = folder
         self.rows, self.findings, self.left_out = [], [], []
         self.verdict, self.problem, self.result = "", "", None
+        self.has_north = True
         self.rows_changed.emit()
         self._read("list_photos", self.tr("Looking at photos"), self._listed)
 
@@ -152,7 +159,7 @@ class PhotoSurvey(QObject):
             self._reading = None
 
     # --- the model ---------------------------------------------------------------------------
-    def make(self, quality: str, control: Path | None = None, marks: Path | None = None) -> None:
+    def make(self, control: Path | None = None, marks: Path | None = None) -> None:
         """Reconstruct, or go on where an earlier run stopped."""
         out = self.out()
         if self.why_not_make() is not None or out is None:
@@ -160,7 +167,7 @@ class PhotoSurvey(QObject):
         request = {
             "photos": str(self.folder),
             "out": str(out),
-            "quality": quality,
+            "quality": self.quality,
             "control": None if control is None else str(control),
             "marks": None if marks is None else str(marks),
         }
@@ -182,7 +189,8 @@ class PhotoSurvey(QObject):
                     + "".join(f" {text}" for text in result["warnings"][:2])
                 )
             )
-            self._studio.open_model(Path(result["mesh"]))
+            name = Path(request["photos"] or "").name
+            self._studio.open_model(Path(result["mesh"]), name)
 
         def failed(event: Failed) -> None:
             self._making = None
@@ -214,6 +222,7 @@ class PhotoSurvey(QObject):
             cameras = read_cameras(out / "cameras.json")
         except VomError:
             return
+        self.has_north = cameras.crs is not None
         rows = {row.name: row for row in self.rows}
         for view in cameras.views:
             if row := rows.get(view.name):
@@ -231,11 +240,14 @@ class PhotoSurvey(QObject):
         self.folder, self.rows, self.findings, self.result = None, [], [], None
         self.verdict = self.problem = ""
         self.rows_changed.emit()
-        unfinished = sorted((self._studio.project.folder / FOLDER).glob("*/request.json"))
-        for request in unfinished[:1]:
+        # The newest is the one that the user was at.
+        asked_for = (self._studio.project.folder / FOLDER).glob("*/request.json")
+        for request in sorted(asked_for, key=lambda path: -path.stat().st_mtime)[:1]:
             try:
-                folder = Path(json.loads(request.read_text(encoding="utf-8"))["photos"])
+                asked = json.loads(request.read_text(encoding="utf-8"))
+                folder, quality = Path(asked["photos"]), str(asked["quality"])
             except (OSError, ValueError, KeyError):
                 continue
             if folder.is_dir():
+                self.quality = quality
                 self.open(folder)

@@ -56,7 +56,10 @@ class PhotosPanel(QWidget):
             self.quality.setItemData(
                 self.quality.count() - 1, self.tr(tip), Qt.ItemDataRole.ToolTipRole
             )
-        self.quality.setCurrentIndex(2)
+        self.quality.setCurrentIndex(self.quality.findData(survey.quality))
+        self.quality.currentIndexChanged.connect(
+            lambda _: survey.choose_quality(self.quality.currentData())
+        )
         self._verdict = ElidedLabel()
         self._verdict.setObjectName("survey_verdict")
         self._report = QToolButton()
@@ -67,7 +70,7 @@ class PhotosPanel(QWidget):
         self._bar = QProgressBar()
         self._bar.setMaximumWidth(180)
         self._bar.setTextVisible(False)
-        self._doing = QLabel()
+        self._doing = ElidedLabel()
         self.table = self._make_table()
         self._findings = QListWidget()
         self._findings.setObjectName("findings")
@@ -102,7 +105,7 @@ class PhotosPanel(QWidget):
         header.addWidget(self._report)
         header.addSpacing(8)
         header.addWidget(self._bar)
-        header.addWidget(self._doing)
+        header.addWidget(self._doing, 2)
         header.addWidget(self._verdict, 1)
         return header
 
@@ -180,6 +183,9 @@ class PhotosPanel(QWidget):
     def _refresh(self) -> None:
         survey = self._survey
         job = survey.making
+        with QSignalBlocker(self.quality):
+            self.quality.setCurrentIndex(self.quality.findData(survey.quality))
+        self.quality.setEnabled(job is None)
         self._bar.setVisible(job is not None or survey.reading)
         self._doing.setVisible(job is not None)
         if job is not None:
@@ -214,7 +220,8 @@ class PhotosPanel(QWidget):
         return {self._survey.rows[row].name for row in rows if row < len(self._survey.rows)}
 
     def _chosen(self) -> None:
-        self._plan.show_rows(self._survey.rows, self._chosen_names())
+        survey = self._survey
+        self._plan.show_rows(survey.rows, self._chosen_names(), survey.has_north)
 
     def _choose(self, name: str) -> None:
         for number, row in enumerate(self._survey.rows):

@@ -23,6 +23,7 @@ class PlanView(QWidget):
         super().__init__()
         self._rows: list[PhotoRow] = []
         self._chosen: set[str] = set()
+        self._has_north = True
         self._clicked = clicked
         self.setMinimumSize(180, 120)
         self.setMouseTracking(True)
@@ -30,7 +31,9 @@ class PlanView(QWidget):
     def sizeHint(self) -> QSize:  # noqa: N802
         return QSize(260, 220)
 
-    def show_rows(self, rows: Sequence[PhotoRow], chosen: set[str]) -> None:
+    def show_rows(self, rows: Sequence[PhotoRow], chosen: set[str], has_north: bool) -> None:
+        """has_north: places are metres, with north upwards; else of a local frame without scale."""
+        self._has_north = has_north
         self._rows = [row for row in rows if row.place is not None]
         self._chosen = chosen
         self.update()
@@ -68,6 +71,10 @@ class PlanView(QWidget):
         for row in self._rows:
             self._draw(painter, row, self._at(row, scale, cx, cy))
         painter.setPen(QPen(text, 1.5))
+        if not self._has_north:
+            words = self.tr("local frame: no scale, no north")
+            painter.drawText(QPointF(8, self.height() - 6), words)
+            return
         length = _round_length(70 / scale)
         y = self.height() - 9.0
         painter.drawLine(QPointF(8, y), QPointF(8 + length * scale, y))

@@ -345,10 +345,14 @@ class Studio(QObject):
         else:
             self.open_model(path)
 
-    def open_model(self, path: Path) -> None:
+    def open_model(self, path: Path, name: str | None = None) -> None:
+        """name: of its record; None for that of the file."""
         path = path.resolve()
         self.loader.load(
-            str(path), path, self.project.cache, lambda opened: self._add_opened(path, opened)
+            str(path),
+            path,
+            self.project.cache,
+            lambda opened: self._add_opened(path, opened, name or path.stem),
         )
 
     def _load(self, model: Model) -> None:
@@ -409,7 +413,7 @@ class Studio(QObject):
             on_failed=lambda event: self.warn(event.message, "error"),
         )
 
-    def _add_opened(self, path: Path, opened: OpenModel) -> None:
+    def _add_opened(self, path: Path, opened: OpenModel, name: str) -> None:
         same = [m for m in self.session.of(Model) if m.content_hash == opened.content_hash]
         if same:
             if same[0].id not in self.models:
@@ -419,7 +423,7 @@ class Studio(QObject):
         frame = Frame("crs", opened.crs) if opened.crs else Frame()
         model = Model(
             id=edits.new_id("model"),
-            name=path.stem,
+            name=name,
             path=self.project.model_path(path),
             kind=opened.kind,
             content_hash=opened.content_hash,

@@ -23,7 +23,7 @@ def commands(w: MainWindow) -> list[Command]:
         Command("choose_photos", "New model from &photos…", lambda: _choose(w),
                 "image-multiple-outline", "Ctrl+Shift+I",
                 "A folder of photos: what they are worth, and the model they make"),
-        Command("make_model", "&Make the model", lambda: _make(w), "cube-scan", (),
+        Command("make_model", "&Make the model", lambda: w.survey.make(), "cube-scan", (),
                 "Align the photos and make a dense, textured model, in the background",
                 lambda: w.survey.why_not_make()),
         Command("pause_model", "Pause", lambda: w.survey.pause(), "pause", (),
@@ -51,7 +51,3 @@ def _choose(w: MainWindow) -> None:
     )
     if name:
         open_photos(w, Path(name))
-
-
-def _make(w: MainWindow) -> None:
-    w.survey.make(w.photos_panel.quality.currentData())
