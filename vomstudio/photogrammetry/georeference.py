@@ -25,6 +25,7 @@ Array = npt.NDArray[np.float64]
 _WORST_DEG = 40.0
 _WARN_DEG = 2.0
 _SAME_SPOT_M = 0.5
+# Radius of 68 % of an ordinary receiver's positions.
 _DEFAULT_ACCURACY_M = 3.0
 
 
@@ -90,7 +91,8 @@ def by_gps(
     _require_width(centres, spread)
     origin = integer_origin(world)
     local = world - origin
-    fit, used = fit_robustly(centres, local, floor=stated or 0.0)
+    # A receiver that states nothing is one that wanders: nothing within its reach is called wrong.
+    fit, used = fit_robustly(centres, local, floor=2.5 * (stated or _DEFAULT_ACCURACY_M / 2))
     residuals = fit(centres) - local
     freedom = 3 * int(used.sum()) - 7
     sigma = math.sqrt(float((residuals[used] ** 2).sum()) / freedom)
