@@ -147,7 +147,8 @@ def align(
     if not found:
         raise InputError(
             "the photos have points in common, but no two of them can be placed: step aside "
-            "between photos instead of turning on the spot, and let neighbours overlap by 60 % or more"
+            "between photos instead of turning on the spot, and let neighbours overlap by "
+            "60 % or more"
         )
     progress.stage("Adjusting", len(found))
     parts, cameras = [], []

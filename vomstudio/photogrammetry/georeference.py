@@ -154,8 +154,8 @@ def crs_of(photos: Sequence[PhotoLike], crs: str | None) -> str:
         if unit != 1.0:
             raise UsageError("is not in metres; choose one that is", field="CRS")
         return code
-    longitude = float(np.median([p.longitude_deg for p in photos]))  # type: ignore[arg-type]
-    latitude = float(np.median([p.latitude_deg for p in photos]))  # type: ignore[arg-type]
+    longitude = float(np.median([p.longitude_deg for p in photos]))
+    latitude = float(np.median([p.latitude_deg for p in photos]))
     zone = min(int((longitude + 180) // 6) + 1, 60)
     return f"EPSG:{(32600 if latitude >= 0 else 32700) + zone}"
 
