@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +19,10 @@ from vomstudio.geometry.similarity import (
 )
 from vomstudio.photogrammetry.matching import PhotoLike
 from vomstudio.photogrammetry.scene import SparseScene
+
+if TYPE_CHECKING:
+    from vomstudio.photogrammetry.control import ControlReport
+    from vomstudio.progress import Progress
 
 Array = npt.NDArray[np.float64]
 
@@ -129,6 +134,36 @@ def by_gps(
     )
     report = replace(report, warnings=tuple(_warnings(report, scene, placed)))
     return moved(scene, fit, origin, crs), report
+
+
+def by_control(
+    scene: SparseScene,
+    control: Path,
+    marks: Path | None,
+    crs: str | None = None,
+    progress: Progress | None = None,
+) -> tuple[SparseScene, ControlReport]:
+    """Place the scene by the tables of control points and of their marks (see `io.control`).
+
+    crs : of the points; None for a local frame in metres
+    Raises InputError for tables that cannot be read, GeometryError where they cannot place it.
+    """
+    from vomstudio.io.control import read_control, read_marks
+    from vomstudio.io.crs import parse_crs
+    from vomstudio.photogrammetry.control import place_by_control
+
+    points = read_control(control)
+    if marks is None:
+        raise UsageError(
+            "control points need a table of their marks in the photos: label, photo, x, y",
+            field="--marks",
+        )
+    code = None
+    if crs is not None:
+        code, unit = parse_crs(crs)
+        if unit != 1.0:
+            raise UsageError("is not in metres; choose one that is", field="CRS")
+    return place_by_control(scene, points, read_marks(marks), code, progress=progress)
 
 
 def moved(

@@ -1,0 +1,128 @@
+"""Ground control: points with surveyed coordinates, and where they are seen in the photos.
+
+Control points are a table `label, x, y, z` with, where wanted, `sigma` (metres) and `use` (control
+or check); marks are a table `label, photo, x, y`, in pixels of the photo as stored, from the outer
+corner of its top left pixel, x to the right and y down.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vomstudio.errors import InputError, UsageError
+from vomstudio.io.text_tables import TextTable, read_table
+
+_CONTROL = {"", "control", "yes", "true", "1", "gcp"}
+_CHECK = {"check", "no", "false", "0"}
+
+
+@dataclass(frozen=True)
+class ControlPoint:
+    """position : east, north, up in the CRS of the project, metres
+    sigma_m : of each coordinate; None where the table does not say
+    check : it judges the model and does not place it
+    """
+
+    label: str
+    position: tuple[float, float, float]
+    sigma_m: float | None = None
+    check: bool = False
+
+
+@dataclass(frozen=True)
+class Mark:
+    """photo : its name, as in the folder, or the last part of it
+    x, y : pixels; (0.5, 0.5) is the centre of the top left pixel
+    """
+
+    label: str
+    photo: str
+    x: float
+    y: float
+
+
+def read_control(path: str | Path) -> list[ControlPoint]:
+    """The points of a table. Raises InputError with file, line and column."""
+    table = read_table(path)
+    label, x, y, z = _columns(table, "label", "x", "y", "z")
+    positions = table.numbers([x, y, z])
+    _require_finite(table, positions, (x, y, z))
+    sigmas = [np.nan] * len(table)
+    if table.has("sigma"):
+        column = table.find("sigma")
+        sigmas = list(table.numbers([column])[:, 0])
+        for row, sigma in enumerate(sigmas):
+            if sigma <= 0:
+                raise _at(table, row, column, "is the error of a point and must be positive")
+    uses = [""] * len(table)
+    if table.has("use"):
+        column = table.find("use")
+        uses = [cell.casefold() for cell in table.cells(column)]
+        for row, use in enumerate(uses):
+            if use not in _CONTROL | _CHECK:
+                raise _at(table, row, column, f"'{use}' is neither control nor check")
+    points = []
+    seen: dict[str, int] = {}
+    for row, name in enumerate(table.labels(label)):
+        if not name:
+            raise _at(table, row, label, "is empty; every point needs a label")
+        if name in seen:
+            first = int(table.line_numbers[seen[name]])
+            raise _at(table, row, label, f"'{name}' is in line {first} too; give each its own")
+        seen[name] = row
+        place = (float(positions[row, 0]), float(positions[row, 1]), float(positions[row, 2]))
+        sigma = None if np.isnan(sigmas[row]) else float(sigmas[row])
+        points.append(ControlPoint(name, place, sigma, uses[row] in _CHECK))
+    if not points:
+        raise InputError("has no points", file=path)
+    return points
+
+
+def read_marks(path: str | Path) -> list[Mark]:
+    """The marks of a table. Raises InputError with file, line and column."""
+    table = read_table(path)
+    label, photo, x, y = _columns(table, "label", "photo", "x", "y")
+    pixels = table.numbers([x, y])
+    _require_finite(table, pixels, (x, y))
+    names = [name.replace("\\", "/") for name in table.cells(photo)]
+    marks = [
+        Mark(text, name, float(place[0]), float(place[1]))
+        for text, name, place in zip(table.labels(label), names, pixels, strict=True)
+    ]
+    if not marks:
+        raise InputError("has no marks", file=path)
+    seen: dict[tuple[str, str], int] = {}
+    for row, mark in enumerate(marks):
+        first = seen.setdefault((mark.label, mark.photo), row)
+        if first != row:
+            line = int(table.line_numbers[first])
+            raise _at(table, row, label, f"is marked in {mark.photo} in line {line} already")
+    return marks
+
+
+def _columns(table: TextTable, *names: str) -> list[int]:
+    if table.names is None:
+        raise InputError(
+            f"has no header; its first line must name the columns {', '.join(names)}",
+            file=table.path,
+        )
+    try:
+        return [table.find(name) for name in names]
+    except UsageError as error:
+        raise InputError(
+            error.message, file=table.path, line=table.header_line, field=error.field
+        ) from error
+
+
+def _require_finite(table: TextTable, values: np.ndarray, columns: tuple[int, ...]) -> None:
+    bad = np.argwhere(~np.isfinite(values))
+    if len(bad):
+        raise _at(table, int(bad[0, 0]), columns[int(bad[0, 1])], "is missing or not a number")
+
+
+def _at(table: TextTable, row: int, column: int, message: str) -> InputError:
+    line = int(table.line_numbers[row])
+    return InputError(message, file=table.path, line=line, field=table.label(column))
