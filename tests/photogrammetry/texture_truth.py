@@ -43,7 +43,7 @@ class Comparison:
         return float(np.corrcoef(a.ravel(), b.ravel())[0, 1])
 
     def low_error(self, sigma: float = 12.0) -> float:
-        """Standard deviation of the smoothed residual: exposures and stains, in values of 0..255."""
+        """Standard deviation of the smoothed residual, 0..255: exposures and stains."""
         import cv2
 
         weight = cv2.GaussianBlur(self.covered.astype(float), (0, 0), sigma)
@@ -68,8 +68,8 @@ class Comparison:
 def sample_pages(
     mesh: Mesh, pages: tuple[npt.NDArray[np.uint8], ...], face: Array, weights: Array
 ) -> Array:
-    """Bilinear colours (n, 3) of the pages at points of faces (n,), weights (n, 2) of the second and
-    third corner."""
+    """Bilinear colours (n, 3) of the pages at points of faces (n,); weights (n, 2) of the second
+    and third corner."""
     assert mesh.uv is not None
     uv = mesh.uv[mesh.faces[face]].astype(float)
     w = np.column_stack([1 - weights.sum(1), weights])

@@ -119,15 +119,16 @@ def fill_outward(starts, links, known, values, queue):  # type: ignore[no-untype
             count += 1
 
 
-@kernel("void(i4[::1], f4[:,::1], f8, f4[::1])")
-def from_median(starts, colors, floor, distance):  # type: ignore[no-untyped-def]
-    """How far the colour of each entry lies from the median of its vertex's entries, in the worst
-    channel, over the spread of the others and at least `floor`; 0 with fewer than three entries."""
+@kernel("void(i4[::1], f4[:,::1], f4[::1], f4[::1])")
+def from_median(starts, colors, distance, spread):  # type: ignore[no-untyped-def]
+    """How far the colour of each entry lies from the median of its vertex's entries, and how far
+    the nearer half of them does, each in the worst channel; 0 with fewer than three entries."""
     for v in range(len(starts) - 1):
         first, last = starts[v], starts[v + 1]
         n = last - first
         for e in range(first, last):
             distance[e] = 0.0
+            spread[e] = 0.0
         if n < 3:
             continue
         for c in range(3):
@@ -138,11 +139,10 @@ def from_median(starts, colors, floor, distance):  # type: ignore[no-untyped-def
                 values[k] = abs(values[k] - middle)
             values.sort()
             # Of the nearer half: an outlier must not widen what it is measured by.
-            spread = max(floor, 2.5 * values[(n - 1) // 2])
+            usual = values[(n - 1) // 2]
             for e in range(first, last):
-                off = abs(colors[e, c] - middle) / spread
-                if off > distance[e]:
-                    distance[e] = off
+                distance[e] = max(distance[e], abs(colors[e, c] - middle))
+                spread[e] = max(spread[e], usual)
 
 
 @kernel("void(f8[:,:,::1], f8, f8, i4[:,::1])")

@@ -240,7 +240,8 @@ def _directions(normals: Array, weights: Array) -> Array:
     step = max(1, len(normals) // 50_000)
     some, weight = normals[::step], weights[::step].copy()
     facing = some @ candidates.T > _REACH
-    whole, chosen = weight.sum(), []
+    whole = weight.sum()
+    chosen: list[Array] = []
     for _ in range(_MOST_DIRECTIONS):
         if weight.sum() <= 0.002 * whole and chosen:
             break
@@ -283,13 +284,11 @@ def _project(
     """Draw faces along their mean normal into the narrowest upright box; which of them look away
     from it. Texels keep their area on average."""
     normal = cross[rows].sum(axis=0)
-    length = np.linalg.norm(normal)
-    if not length > 0:
-        normal, length = cross[rows[np.linalg.norm(cross[rows], axis=1).argmax()]], 0.0
-        length = np.linalg.norm(normal)
-    if not length > 0:
-        normal, length = np.array([0.0, 0.0, 1.0]), 1.0
-    normal = normal / length
+    if not np.linalg.norm(normal) > 0:
+        normal = cross[rows[np.linalg.norm(cross[rows], axis=1).argmax()]]
+    if not np.linalg.norm(normal) > 0:
+        normal = np.array([0.0, 0.0, 1.0])
+    normal = normal / np.linalg.norm(normal)
     helper = np.eye(3)[np.abs(normal).argmin()]
     right = np.cross(helper, normal)
     right /= np.linalg.norm(right)

@@ -1,9 +1,9 @@
 """From what each photo sees to one colouring of a mesh: exposures, odd views, seams.
 
-Two bands, both on the mesh. The low one is each photo's colours at the vertices, smoothed over the
-surface; it is averaged over all photos that agree. The high one is the photo itself less its own
-low band, from the one photo that sees a face best. So a texel is the best photo's pixel, times the
-photo's gain, plus a smooth correction that makes neighbouring photos agree.
+Two bands (Burt and Adelson 1983), parted on the mesh and not in the photos, where a blur would mix
+the rock with what stands before it. The low band is averaged over all photos that agree; the high
+one comes from the photo that sees a face best. Both at once: a texel is the best photo's pixel,
+times the photo's gain, plus how far the photo lies off the mean of all, smoothed over the surface.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _JOINING = 0.12
 _SAMPLE = 40_000
 _FEWEST_IN_COMMON = 40
 # Values of 0..255 by which photos may differ before one is thought to show something else.
-_LEAST_ODD = 16.0
+_LEAST_ODD = 20.0
 _RINGS_ABOUT_ODD = 3
 _LOW_BAND_TEXELS = 40.0
 _MOST_ROUNDS = 80
@@ -132,7 +132,18 @@ def blend(
     choose_views(at_faces.starts, at_faces.views, quality, across, _JOINING, 40, views)
     progress.stage("Averaging the low band", count)
     offsets = _offsets(
-        vertices, faces, at_vertices, at_faces, colors, quality, odd, links, texel, count, progress
+        vertices,
+        faces,
+        at_vertices,
+        at_faces,
+        colors,
+        quality,
+        well & ~doubtful,
+        odd,
+        links,
+        texel,
+        count,
+        progress,
     )
     draws = _draws(faces, views, at_vertices, at_faces, quality, offsets, count)
     shown, known = _vertex_colors(faces, views, at_vertices, colors + offsets, links, n, count)
@@ -198,12 +209,14 @@ def _balance(
             both = there[i] & there[j]
             above = np.median(table[i, both] - table[j, both], axis=0)
             weight = float(common[i, j])
-            normal[[i, j], [i, j]] += weight
-            normal[[i, j], [j, i]] -= weight
+            normal[i, i] += weight
+            normal[j, j] += weight
+            normal[i, j] -= weight
+            normal[j, i] -= weight
             right[i] += weight * above
             right[j] -= weight * above
     normal += np.eye(count) * max(1e-4 * np.trace(normal) / count, 1e-9)
-    return np.linalg.solve(normal, right)
+    return np.asarray(np.linalg.solve(normal, right), np.float64)
 
 
 def _odd(
@@ -218,12 +231,11 @@ def _odd(
         progress.step(view)
         _on_view(rows, view, smoothed, links, 3)
     distance = np.zeros(len(colors), np.float32)
+    spread = np.zeros(len(colors), np.float32)
+    from_median(rows.starts, smoothed, distance, spread)
     # Photos of one place differ by misplacement and by the light: learn by how much.
-    from_median(rows.starts, smoothed, 1.0, distance)
     usual = float(np.median(distance[distance > 0])) if (distance > 0).any() else 0.0
-    floor = max(_LEAST_ODD, 5.0 * usual)
-    from_median(rows.starts, smoothed, floor, distance)
-    odd = distance > 1.0
+    odd = distance > np.maximum(max(_LEAST_ODD, 6.0 * usual), 2.5 * spread)
     for view in range(count):
         mine = rows.views == view
         if not odd[mine].any():
@@ -252,11 +264,12 @@ def _on_view(rows: _Rows, view: int, values: Floats, links: _Links, rounds: int)
     values[mine] = dense[rows.owner[mine]]
 
 
-def _corner_rows(at_vertices: _Rows, faces: Faces, face: Ints, view: Ints, count: int) -> Array:
+def _corner_rows(
+    at_vertices: _Rows, faces: Faces, face: Ints, view: Ints, count: int
+) -> npt.NDArray[np.int64]:
     """(e, 3) entries of the corners of faces in views."""
     keys = faces[face].astype(np.int64) * count + view[:, None]
-    found: Array = at_vertices.find(keys)
-    return found
+    return at_vertices.find(keys)
 
 
 def _faces_at(
@@ -274,47 +287,56 @@ def _offsets(
     at_faces: _Rows,
     colors: Floats,
     quality: Floats,
+    well: npt.NDArray[np.bool_],
     odd: npt.NDArray[np.bool_],
     links: _Links,
     texel: float,
     count: int,
     progress: Progress,
 ) -> Floats:
-    """(e, 3) low band of all photos less that of the entry's own."""
+    """(e, 3) low band of all photos less that of the entry's own; what is odd or hardly seen in a
+    photo takes what is found beside it."""
     n = len(rows.starts) - 1
     edges = vertices[faces] - vertices[np.roll(faces, -1, axis=1)]
     edge = float(np.median(np.linalg.norm(edges[:: max(1, len(edges) // 20_000)], axis=2)))
     rounds = int(np.clip((_LOW_BAND_TEXELS * texel / max(edge, 1e-12)) ** 2, 2, _MOST_ROUNDS))
     total = np.zeros(len(rows.owner), np.float32)
+    sound = np.zeros(len(rows.owner), bool)
     corner = _corner_rows(rows, faces, at_faces.owner, at_faces.views, count)
     for k in range(3):
-        sound = corner[:, k] >= 0
-        total += np.bincount(corner[sound, k], quality[sound], minlength=len(total)).astype(
-            np.float32
-        )
-    low = colors.copy()
+        total += np.bincount(corner[:, k], quality, minlength=len(total)).astype(np.float32)
+        sound[corner[well, k]] = True
+    sound &= ~odd
     weight = np.zeros(len(colors), np.float32)
     everywhere = np.ones(n, bool)
     for view in range(count):
         progress.step(view)
         mine = np.flatnonzero(rows.views == view)
-        good = mine[~odd[mine]]
-        free = np.zeros(n, bool)
-        free[rows.owner[good]] = True
-        dense = np.zeros((n, 3), np.float32)
-        dense[rows.owner[mine]] = colors[mine]
-        links.spread(free, dense, rounds)
-        low[mine] = dense[rows.owner[mine]]
         # Towards the end of what a photo sees it fades out, so that no step is left there.
-        ramp = free[:, None].astype(np.float32)
+        ramp = np.zeros((n, 1), np.float32)
+        ramp[rows.owner[mine], 0] = sound[mine]
         links.spread(everywhere, ramp, min(rounds, 30))
-        weight[good] = total[good] * np.clip(2 * ramp[rows.owner[good], 0] - 1, 1e-4, 1)
+        fade = np.clip(2 * ramp[rows.owner[mine], 0] - 1, 1e-4, 1)
+        weight[mine] = np.where(sound[mine], total[mine] * fade, 0)
     weight = np.maximum(weight, np.where(odd, 1e-12, 1e-9)).astype(np.float32)
-    mean = np.empty((n, 3))
+    mean = np.empty((n, 3), np.float32)
     sums = np.maximum(np.bincount(rows.owner, weight, minlength=n), 1e-30)
     for c in range(3):
-        mean[:, c] = np.bincount(rows.owner, weight * low[:, c], minlength=n) / sums
-    return (mean[rows.owner] - low).astype(np.float32)
+        mean[:, c] = np.bincount(rows.owner, weight * colors[:, c], minlength=n) / sums
+    # Smoothed is the difference: photos that see different parts of a step agree on either side.
+    offsets = (mean[rows.owner] - colors).astype(np.float32)
+    for view in range(count):
+        progress.step(view)
+        mine = np.flatnonzero(rows.views == view)
+        owner = rows.owner[mine]
+        free = np.zeros(n, bool)
+        free[owner] = True
+        dense = np.zeros((n, 4), np.float32)
+        dense[owner, :3] = offsets[mine] * sound[mine, None]
+        dense[owner, 3] = sound[mine]
+        links.spread(free, dense, rounds)
+        offsets[mine] = dense[owner, :3] / np.maximum(dense[owner, 3:], 1e-3)
+    return offsets
 
 
 def _draws(

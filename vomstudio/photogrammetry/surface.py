@@ -306,8 +306,10 @@ def _pull(
 
 def _simplify(vertices: Array, faces: Faces, wanted: int) -> tuple[Array, Faces]:
     """Quadric error metrics. Each library fails at times without a word, hence the count."""
-    import open3d as o3d
+    import open3d
 
+    # Its stubs know none of its own arguments.
+    o3d: Any = open3d
     mesh = o3d.t.geometry.TriangleMesh(o3d.core.Tensor(vertices), o3d.core.Tensor(faces))
     share = 1 - wanted / len(faces)
     with o3d.utility.VerbosityContextManager(o3d.utility.VerbosityLevel.Error):

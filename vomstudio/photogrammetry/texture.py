@@ -267,7 +267,7 @@ def _report(
         atlas.texel,
         tuple((int(w), int(h)) for w, h in atlas.sizes),
         int(atlas.facts["charts"]),
-        {n: tuple(g) for n, g in zip(names, made.gains.tolist(), strict=True)},  # type: ignore[misc]
+        {n: tuple(g) for n, g in zip(names, made.gains.tolist(), strict=True)},
         dict(zip(names, made.sharpness.tolist(), strict=True)),
         dict(zip(names, (drawn / whole).tolist(), strict=True)),
         dict(zip(names, (float(share) for share in out), strict=True)),

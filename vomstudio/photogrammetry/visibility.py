@@ -225,4 +225,4 @@ def _detail(picture: Any, pixels: Array) -> npt.NDArray[np.float32]:
     values = np.zeros((len(pixels), 1), np.float32)
     scale = np.array([half.shape[1] / picture.shape[1], half.shape[0] / picture.shape[0]])
     look_up(np.ascontiguousarray(steps), np.ascontiguousarray(pixels * scale), values)
-    return (values[:, 0] - 200) / 50
+    return ((values[:, 0] - 200) / 50).astype(np.float32)
