@@ -9,7 +9,7 @@ import numpy.typing as npt
 from PIL import Image
 from pyproj import CRS
 
-from . import cover, geology, picks, pictures, triangles
+from . import cover, geology, photos, picks, pictures, triangles
 from .geology import EPSG, ORIGIN, Array
 from .relief import (
     BED_LENGTH,
@@ -27,6 +27,7 @@ TILE = 512  # cells of the finest grid
 TILES_ACROSS, TILES_UP = 4, 2
 CELL = WIDTH / (TILE * TILES_ACROSS)
 IMAGE = 896  # pixels along each side of a tile
+FINER, BANDS = 2, 8
 JPEG_QUALITY = 68
 # How far the mesh may be off, m.
 ON_ROCK, ON_COVER = 0.055, 0.22
@@ -46,29 +47,51 @@ def write_sample(folder: Path, seed: int = SEED) -> None:
     image = pictures.picture(
         cliff, face, np.random.default_rng([seed, 3]), IMAGE * TILES_UP, IMAGE * TILES_ACROSS
     )
-    write_model(folder, face, drawn, image, np.random.default_rng([seed, 4]))
+    kept, rest = cut(face, drawn, np.random.default_rng([seed, 4]))
+    write_model(folder, face, kept, image)
+    # The photos see it finer than the model's textures show it. In bands: memory.
+    rows, columns = FINER * IMAGE * TILES_UP, FINER * IMAGE * TILES_ACROSS
+    bands = [
+        pictures.picture(
+            cliff, face, np.random.default_rng([seed, 3]), rows, columns, (i, i + rows // BANDS)
+        )
+        for i in range(0, rows, rows // BANDS)
+    ]
+    points = (face.points().reshape(-1, 3) + ORIGIN).round(3) - ORIGIN
+    own, beyond = np.concatenate(kept), np.concatenate(rest)
+    photos.write_photos(folder, face, free, np.concatenate(bands), points, own, beyond, seed)
+
+
+def cut(
+    face: cover.Face, drawn: list[picks.Pick], rng: np.random.Generator
+) -> tuple[list[triangles.Ints], list[triangles.Ints]]:
+    """Triangles (m, 3) of every tile, rows of the face's points: the model's, and what was cut
+    off."""
+    points = face.points()
+    allowed = np.where(face.what == cover.ROCK, ON_ROCK, ON_COVER)
+    tiles = triangles.triangulate(points, allowed, _picked(face, drawn), TILE, SPARE)
+    inside = _ragged(face, rng)
+    whole = [inside[t].all(axis=1) for t in tiles]
+    return (
+        [t[w] for t, w in zip(tiles, whole, strict=True)],
+        [t[~w] for t, w in zip(tiles, whole, strict=True)],
+    )
 
 
 def write_model(
     folder: Path,
     face: cover.Face,
-    drawn: list[picks.Pick],
+    kept: list[triangles.Ints],
     image: npt.NDArray[np.uint8],
-    rng: np.random.Generator,
 ) -> None:
     """OBJ in absolute coordinates to the millimetre, a material and picture for every tile."""
-    points = face.points()
-    allowed = np.where(face.what == cover.ROCK, ON_ROCK, ON_COVER)
-    tiles = triangles.triangulate(points, allowed, _picked(face, drawn), TILE, SPARE)
-    inside = _ragged(face, rng)
     (folder / "sample.prj").write_text(CRS.from_epsg(EPSG).to_wkt("WKT1_ESRI") + "\n")
     lines = [
         f"# Generated outcrop. EPSG:{EPSG}: x east, y north, z up, metres",
         "mtllib sample.mtl",
     ]
-    flat = points.reshape(-1, 3) + ORIGIN
+    flat = face.points().reshape(-1, 3) + ORIGIN
     number = np.zeros(len(flat), np.int64)
-    kept = [t[inside[t].all(axis=1)] for t in tiles]
     used = np.unique(np.concatenate(kept))
     number[used] = np.arange(1, len(used) + 1)
     lines += ["v {:.3f} {:.3f} {:.3f}".format(*row) for row in flat[used].tolist()]

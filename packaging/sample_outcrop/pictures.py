@@ -45,11 +45,17 @@ class Solid:
 
 
 def picture(
-    cliff: Cliff, face: Face, rng: np.random.Generator, rows: int, columns: int
+    cliff: Cliff,
+    face: Face,
+    rng: np.random.Generator,
+    rows: int,
+    columns: int,
+    band: tuple[int, int] | None = None,
 ) -> npt.NDArray[np.uint8]:
-    """RGB (rows, columns, 3) of the whole face, row 0 on top."""
+    """RGB (rows, columns, 3) of the whole face, row 0 on top; of rows band[0] to band[1] only."""
+    first, last = band or (0, rows)
     v, u = np.meshgrid(
-        (face.s.shape[0] - 1) * (1 - (np.arange(rows) + 0.5) / rows),
+        (face.s.shape[0] - 1) * (1 - (np.arange(first, last) + 0.5) / rows),
         (face.s.shape[1] - 1) * (np.arange(columns) + 0.5) / columns,
         indexing="ij",
     )

@@ -1,0 +1,89 @@
+"""Single rays against a model."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.raytree import RayTree
+
+CORNER = np.array([364_520.0, 4_721_864.0, 846.0])
+
+
+def rough_sheet(n: int = 40, seed: int = 1, at: np.ndarray = CORNER) -> Mesh:
+    """A height field over a unit grid, seen from above."""
+    rng = np.random.default_rng(seed)
+    x, y = np.meshgrid(np.arange(n, dtype=float), np.arange(n, dtype=float))
+    points = np.column_stack([x.ravel(), y.ravel(), rng.normal(0, 0.8, n * n)]) + at
+    row = np.arange(n * n).reshape(n, n)
+    a, b, c, d = row[:-1, :-1], row[:-1, 1:], row[1:, 1:], row[1:, :-1]
+    faces = np.concatenate([np.stack(t, axis=-1).reshape(-1, 3) for t in ((a, b, c), (a, c, d))])
+    return Mesh(points, faces.astype(np.int32))
+
+
+def first_of_all(mesh: Mesh, start: np.ndarray, way: np.ndarray) -> tuple[int, float]:
+    """Every face is asked (Moeller & Trumbore 1997)."""
+    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+    p = np.cross(way, c - a)
+    det = ((b - a) * p).sum(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u = ((start - a) * p).sum(axis=1) / det
+        q = np.cross(start - a, b - a)
+        v, t = (q @ way) / det, ((c - a) * q).sum(axis=1) / det
+    t = np.where((u >= 0) & (v >= 0) & (u + v <= 1) & (t > 0), t, np.inf)
+    return (int(t.argmin()) if np.isfinite(t.min()) else -1), float(t.min())
+
+
+def test_the_tree_meets_the_same_faces_as_asking_every_face() -> None:
+    mesh = rough_sheet()
+    tree = RayTree(mesh)
+    rng = np.random.default_rng(2)
+    starts = CORNER + rng.uniform([-10, -10, 2], [50, 50, 30], (300, 3))
+    ways = CORNER + rng.uniform([0, 0, -1], [39, 39, 1], (300, 3)) - starts
+    hits = tree.cast(starts, ways)
+    assert (hits.index >= 0).sum() > 250
+    for i in range(300):
+        face, t = first_of_all(mesh, starts[i], ways[i])
+        assert hits.index[i] == face
+        if face >= 0:
+            assert hits.distance[i] == pytest.approx(t, abs=1e-9)
+            there = tree.position(face, hits.weights[i])
+            assert np.abs(there - (starts[i] + t * ways[i])).max() < 1e-7
+
+
+def test_a_ray_ends_where_it_is_told() -> None:
+    mesh = Mesh(
+        np.array([[0.0, -1, -1], [0, 3, -1], [0, -1, 3]]), np.array([[0, 1, 2]], np.int32)
+    )
+    tree = RayTree(mesh)
+    start, way = np.array([-2.0, 0, 0]), np.array([[1.0, 0, 0]])
+    assert tree.cast(start, way).distance[0] == pytest.approx(2.0)
+    assert tree.cast(start, way, 1.999).index[0] == -1
+    assert tree.cast(start, -way).index[0] == -1
+
+
+def test_a_hole_of_numbers_meets_nothing_and_harms_nothing() -> None:
+    mesh = rough_sheet(8)
+    mesh.vertices[9] = np.nan
+    hits = RayTree(mesh).cast(CORNER + [3.3, 4.4, 9.0], [[0, 0, -1.0], [np.nan, 0, -1]])
+    assert hits.index[0] >= 0
+    assert hits.index[1] == -1
+
+
+def test_a_model_without_faces_is_never_met() -> None:
+    empty = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
+    assert RayTree(empty).cast(np.zeros(3), [[1.0, 0, 0]]).index[0] == -1
+
+
+def test_of_a_cloud_the_point_nearest_to_the_ray_on_the_first_surface_is_met() -> None:
+    x, y = np.meshgrid(np.arange(20) * 0.1, np.arange(20) * 0.1)
+    front = np.column_stack([x.ravel(), y.ravel(), np.full(400, 1.0)])
+    back = front - [0, 0, 1.0]
+    tree = RayTree(PointCloud(np.concatenate([back, front]) + CORNER), reach=0.08)
+    hits = tree.cast(CORNER + [0.52, 0.71, 5.0], [[0.0, 0.0, -2.0]])
+    expected = 400 + np.hypot(x.ravel() - 0.52, y.ravel() - 0.71).argmin()
+    assert hits.index[0] == expected
+    assert hits.distance[0] == pytest.approx(2.0, abs=1e-9)
+    assert np.isnan(hits.weights[0]).all()
