@@ -249,13 +249,21 @@ def _of_the_folder(folder: PhotoFolder, seen: Looked, limits: Limits) -> list[Fi
             + (f", f = {g[0].focal_px:.0f} px)" if g[0].focal_px else ")")
             for g in list(settings.values())[:4]
         )
+        sides = {(g[0].camera, g[0].width, g[0].height) for g in settings.values()}
+        turned = any((c, h, w) in sides for c, w, h in sides if w != h)
         found.append(
             Finding(
                 "several-cameras",
                 "info",
                 (),
                 f"There are {len(settings)} cameras or settings, each calibrated by itself: "
-                f"{sizes}{' ...' if len(settings) > 4 else ''}.",
+                f"{sizes}{' ...' if len(settings) > 4 else ''}."
+                + (
+                    " Some were turned by a program; photos as the camera stored them hang "
+                    "together better."
+                    if turned
+                    else ""
+                ),
                 len(settings),
             )
         )
