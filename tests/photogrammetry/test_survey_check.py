@@ -210,6 +210,13 @@ def test_blurred_dark_and_strange_photos_are_named(tmp_path: Path) -> None:
     assert any("hold still" in advice for advice in report.next_time)
 
 
+def test_black_photos_are_not_the_measure_of_the_others(tmp_path: Path) -> None:
+    dark = {i: (lambda p: np.zeros_like(p) + 3) for i in (1, 2, 3)}
+    report = check_photos(read_photos(wall.write_set(tmp_path, few(5), change=dark)))
+    assert finding(report, "exposure").photos == ("w01.jpg", "w02.jpg", "w03.jpg")
+    assert "brightness-jump" not in codes(report)
+
+
 def test_photos_of_two_places_are_two_parts(tmp_path: Path) -> None:
     stations = few(4)
     change = {i: (lambda p, s=s: wall.render(*s, seed=5)) for i, s in enumerate(stations)}
