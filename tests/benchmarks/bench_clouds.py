@@ -133,6 +133,14 @@ class Gaps:
         return f"longest gap {longest * 1e3:.0f} ms, {over} over 100 ms ({', '.join(late)})"
 
 
+def own_memory() -> float:
+    """MB that are the process's own, without files that are mapped."""
+    for line in Path("/proc/self/status").read_text().splitlines():
+        if line.startswith("RssAnon"):
+            return float(line.split()[1]) / 1024.0
+    return float("nan")
+
+
 def pump(app: QApplication, seconds: float, until=lambda: False) -> float:  # type: ignore[no-untyped-def]
     started = time.perf_counter()
     while time.perf_counter() - started < seconds and not until():
@@ -178,7 +186,7 @@ def run(app: QApplication, path: Path) -> None:
         drawn = sum(p.elements for p in model.parts if p.row in model.shown_rows)
         nodes = len(model.shown_rows)
         print(f"{what:13s} {seconds:.2f} s, {drawn:,} points of {nodes} nodes, {held:,} held, "
-              f"{heart.report()}")  # fmt: skip
+              f"{own_memory():.0f} MB, {heart.report()}")  # fmt: skip
 
     say("whole view", pump(app, 60.0, settled))
     before = view.camera_state()

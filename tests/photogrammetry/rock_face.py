@@ -29,7 +29,7 @@ def _lattice(rng: np.random.Generator, size: int = 96) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Face:
-    """vertices, faces : the true surface, fine. paint : colours (n, 3) in 0..255 of points (n, 3)"""
+    """vertices, faces : the true surface, fine. paint : colours (n, 3), 0..255, of points (n, 3)"""
 
     vertices: Array
     faces: npt.NDArray[np.int32]
@@ -47,7 +47,12 @@ class Face:
 
 
 def rough_face(
-    width: float = 14.0, height: float = 9.0, step: float = 0.02, *, seed: int = 7, joints: bool = True
+    width: float = 14.0,
+    height: float = 9.0,
+    step: float = 0.02,
+    *,
+    seed: int = 7,
+    joints: bool = True,
 ) -> Face:
     """Roughness over seven octaves, with ledges and joint steps."""
     from scipy.ndimage import map_coordinates
@@ -172,7 +177,7 @@ def photograph(
     seed: int = 0,
     scene: object = None,
 ) -> npt.NDArray[np.uint8]:
-    """(h, w, 3) RGB. occluder : x, y, half width, half height in pixels of a green thing in front"""
+    """(h, w, 3) RGB. occluder : x, y, half width, half height, pixels, of a green thing in front"""
     import cv2
     import open3d as o3d
 
@@ -246,7 +251,9 @@ def cloud_of(
         inside = view.contains(np.nan_to_num(pixels, nan=-1.0))
         rays = points - view.centre
         reach = np.linalg.norm(rays, axis=1)
-        packed = np.concatenate([np.broadcast_to(view.centre, rays.shape), rays / reach[:, None]], 1)
+        packed = np.concatenate(
+            [np.broadcast_to(view.centre, rays.shape), rays / reach[:, None]], 1
+        )
         hit = scene.cast_rays(o3d.core.Tensor(packed.astype(np.float32)))["t_hit"].numpy()
         seen += inside & (hit > reach - 0.2 * spacing) & ((rays * normals).sum(1) < -0.17 * reach)
     keep = seen >= 2

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -367,6 +367,37 @@ def test_a_view_draws_as_many_points_of_a_cloud_as_it_has_pixels_for(scene: Scen
     scene.camera.restore(state)
     scene.draw(moving=True)
     assert drawn() == far
+
+
+def test_until_finer_nodes_are_there_the_coarse_ones_close_the_surface(scene: Scene) -> None:
+    cloud = cliff(400_000)
+    origin = np.round(cloud.bounds.mean(axis=0))
+    scene.add_model("c", cloud, np.eye(4), cloud.bounds, origin)
+    later: list[Callable[[], None]] = []
+    preparation.prepare_cloud(
+        cloud, origin, threading.Event(), lambda event: scene.take("c", event), later.append
+    )
+    scene.camera.fit(scene.corners(), SIZE)
+    model = scene.models["c"]
+    coarse = {part.row for part in model.parts}
+    scene.draw(moving=False)
+    assert not scene.settled
+    assert scene.waits
+    before = {row: model.shown_rows[row] for row in coarse}
+    sizes = [part.actor.GetProperty().GetPointSize() for part in model.parts]
+    assert len(later) == 1
+    later[0]()
+    assert scene.settled
+    assert not scene.complete
+    rest(scene)
+    assert scene.complete
+    assert {part.row for part in model.parts} >= set(model.shown_rows)
+    assert all(model.shown_rows[row] < spacing for row, spacing in before.items())
+    assert [p.actor.GetProperty().GetPointSize() for p in model.parts if p.row in coarse] < sizes
+    # A view at rest asks for nothing more.
+    rest(scene)
+    scene.draw(moving=False)
+    assert len(later) == 1
 
 
 def test_bounds_pass_over_what_is_not_finite() -> None:

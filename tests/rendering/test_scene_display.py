@@ -101,6 +101,21 @@ def test_own_colours_come_back_and_the_fields_take_no_more_memory(scene: Scene) 
         assert data.GetPointData().GetNumberOfArrays() == 1
 
 
+def test_points_in_the_colours_of_a_field_close_the_surface_as_before(scene: Scene) -> None:
+    cloud = sheet(depth=np.linspace(0.0, 50.0, 3600))
+    show(scene, "c", cloud)
+    face(scene, cloud.points)
+    rest(scene)
+    (part,) = scene.models["c"].parts
+    size = part.actor.GetProperty().GetPointSize()
+    assert size > 3.0
+    scene.set_mode("field")
+    give_field(scene, "c", FieldStyle("depth"))
+    rest(scene)
+    assert part.tinted
+    assert part.actor.GetProperty().GetPointSize() == size
+
+
 def test_a_mesh_and_what_stands_for_it_show_elevation(scene: Scene) -> None:
     n = 300
     mesh = wall(n)

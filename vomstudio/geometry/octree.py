@@ -29,6 +29,9 @@ Ints = npt.NDArray[np.int64]
 
 POINT_BUDGET = 5_000_000
 """Points of a cloud that may be there at a time, unless told otherwise."""
+FETCHED_AT_ONCE = 50_000
+"""Points of a file that are unpacked together: several nodes use several processors, but whoever
+unpacks them keeps every other thread waiting meanwhile."""
 FINE_PIXELS = 1.5
 """Nodes are asked for until neighbouring points of the node above are no further apart."""
 _FACE_POINTS = 20_000
@@ -157,8 +160,7 @@ class NodeStore(CloudNodes):
     read : reads the points of nodes, one after the other; raises InputError
     """
 
-    # Two processors unpack two nodes as quickly as one, and hold the interpreter up as long.
-    at_once = 100_000
+    at_once = FETCHED_AT_ONCE
 
     def __init__(
         self,

@@ -107,9 +107,8 @@ def fit_robustly(
         if (now == good).all():
             break
         good = now
-        sigma = max(
-            sigma, float(np.sqrt(_squares(best, a[now], b[now]).sum() / (3 * now.sum() - 7)))
-        )
+        squares = float(_squares(best, a[now], b[now]).sum())
+        sigma = max(sigma, (squares / (3 * int(now.sum()) - 7)) ** 0.5)
     return best, good
 
 

@@ -22,7 +22,13 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.octree import NodeStore, StreamedCloud, parents_of, parts_of
+from vomstudio.geometry.octree import (
+    FETCHED_AT_ONCE,
+    NodeStore,
+    StreamedCloud,
+    parents_of,
+    parts_of,
+)
 from vomstudio.io.crs import parse_crs, sidecar_crs
 from vomstudio.io.formats._las_records import Choice, Layout, choose, cloud_of, layout_of
 from vomstudio.io.formats._las_top import MAX_CHUNK_POINTS, Top, is_sound_chunk, read_top, unpack
@@ -196,7 +202,7 @@ class CopcFile:
             if len(chunk) != size or not is_sound_chunk(chunk, int(points), self.top):
                 raise self._damaged("a node of it is not what its table says")
             chunks.append(chunk)
-        found = unpack(chunks, nodes.points.tolist(), self.top)
+        found = unpack(chunks, nodes.points.tolist(), self.top, FETCHED_AT_ONCE)
         if found is None:
             raise self._damaged("a node of it cannot be unpacked")
         return found.reshape(-1).view(self._layout.kind)

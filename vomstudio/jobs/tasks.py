@@ -15,6 +15,11 @@ Task = Callable[[Mapping[str, Any], Progress], dict[str, Any]]
 
 def warm(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """Import what reading a model needs, so that the first model opens at once."""
+    import laspy  # noqa: F401
+    import lazrs  # noqa: F401
+    import pyproj  # noqa: F401
+    import scipy.spatial  # noqa: F401
+
     from vomstudio.io.formats.obj import warm_up
 
     warm_up()

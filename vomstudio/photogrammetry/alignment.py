@@ -146,8 +146,9 @@ def align(
     found, notes = mapping.map_photos(database, photos, work, settings, progress)
     if not found:
         raise InputError(
-            "the photos have points in common, but no two of them can be placed: step aside between "
-            "photos instead of turning on the spot, and let neighbours overlap by 60 % or more"
+            "the photos have points in common, but no two of them can be placed: step aside "
+            "between photos instead of turning on the spot, and let neighbours overlap by "
+            "60 % or more"
         )
     progress.stage("Adjusting", len(found))
     parts, cameras = [], []

@@ -9,6 +9,7 @@ surfaces takes many times longer and leaves more and smaller charts.
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -32,6 +33,10 @@ _LEAST_FACING = 0.26
 _REACH = 0.72
 _MOST_DIRECTIONS = 24
 _JOINING = 0.35
+# A chart that fills less than this share of its box and is wider than so many texels is divided;
+# none with fewer faces is.
+_RAGGED = 0.45
+_WIDE = 192
 _SMALL = 24
 # A chart is packed in squares of so many texels.
 _CELL = 8
@@ -179,10 +184,10 @@ def _flatten(
         order = np.argsort(groups, kind="stable")
         bounds = np.flatnonzero(np.r_[True, np.diff(groups[order]) != 0, True])
         out = []
-        for start, stop in zip(bounds[:-1], bounds[1:], strict=True):
+        for start, stop in itertools.pairwise(bounds):
             rows = left[order[start:stop]]
             poor = _project(vertices, faces, rows, cross, exact, flat)
-            for part in _cut(flat, rows[~poor], longest):
+            for part in _cut(flat, rows[~poor], longest, texel):
                 clash = _overlapping(flat, part, texel)
                 sound = part[~clash]
                 if len(sound):
@@ -312,24 +317,34 @@ def _turn(points: Array) -> float:
     return float(angles[(np.ptp(x, axis=0) * np.ptp(y, axis=0)).argmin()])
 
 
-def _cut(flat: Array, rows: npt.NDArray[np.int64], longest: float) -> list[npt.NDArray[np.int64]]:
-    """Parts of a chart that fit a page, by the middles of their faces."""
+def _cut(
+    flat: Array, rows: npt.NDArray[np.int64], longest: float, texel: float
+) -> list[npt.NDArray[np.int64]]:
+    """Parts of a chart that fit a page and fill their boxes, by the middles of their faces."""
     if not len(rows):
         return []
     low = flat[rows].reshape(-1, 2).min(axis=0)
     extent = flat[rows].reshape(-1, 2).max(axis=0) - low
-    if (extent <= longest).all():
-        return [rows]
-    middle = flat[rows].mean(axis=1) - low
-    axis = int(extent.argmax())
+    large = (extent > longest).any()
+    if not large:
+        drawn = np.abs(_doubled_areas(flat[rows])).sum() / 2
+        # A ring or a winding ledge keeps more of a page free than its parts do.
+        ragged = drawn < _RAGGED * extent.prod() and extent.max() > _WIDE * texel
+        if not ragged or len(rows) < _SMALL:
+            return [rows]
     if len(rows) == 1:
         raise GeometryError(
             "a single triangle is larger than a page; choose larger pages or texels.", field="page"
         )
+    middle = flat[rows].mean(axis=1) - low
+    axis = int(extent.argmax())
     far = middle[:, axis] > extent[axis] / 2
     if far.all() or not far.any():
         far = np.arange(len(rows)) >= len(rows) // 2
-    return [*_cut(flat, rows[~far], longest), *_cut(flat, rows[far], longest)]
+    return [
+        *_cut(flat, rows[~far], longest, texel),
+        *_cut(flat, rows[far], longest, texel),
+    ]
 
 
 def _overlapping(flat: Array, rows: npt.NDArray[np.int64], texel: float) -> npt.NDArray[np.bool_]:

@@ -25,6 +25,7 @@ Array = npt.NDArray[np.float64]
 _WORST_DEG = 40.0
 _WARN_DEG = 2.0
 _SAME_SPOT_M = 0.5
+# Radius of 68 % of an ordinary receiver's positions.
 _DEFAULT_ACCURACY_M = 3.0
 
 
@@ -90,7 +91,8 @@ def by_gps(
     _require_width(centres, spread)
     origin = integer_origin(world)
     local = world - origin
-    fit, used = fit_robustly(centres, local, floor=stated or 0.0)
+    # A receiver that states nothing is one that wanders: nothing within its reach is called wrong.
+    fit, used = fit_robustly(centres, local, floor=2.5 * (stated or _DEFAULT_ACCURACY_M / 2))
     residuals = fit(centres) - local
     freedom = 3 * int(used.sum()) - 7
     sigma = math.sqrt(float((residuals[used] ** 2).sum()) / freedom)
@@ -152,8 +154,8 @@ def crs_of(photos: Sequence[PhotoLike], crs: str | None) -> str:
         if unit != 1.0:
             raise UsageError("is not in metres; choose one that is", field="CRS")
         return code
-    longitude = float(np.median([p.longitude_deg for p in photos]))  # type: ignore[arg-type]
-    latitude = float(np.median([p.latitude_deg for p in photos]))  # type: ignore[arg-type]
+    longitude = float(np.median([p.longitude_deg for p in photos]))
+    latitude = float(np.median([p.latitude_deg for p in photos]))
     zone = min(int((longitude + 180) // 6) + 1, 60)
     return f"EPSG:{(32600 if latitude >= 0 else 32700) + zone}"
 

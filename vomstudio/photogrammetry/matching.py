@@ -320,28 +320,38 @@ def match_pairs(
     verification.ransac.random_seed = seed
     pairing = pycolmap.ImportedPairingOptions()
     pairing.block_size = _BLOCK
-    with tempfile.TemporaryDirectory(prefix="vom-pairs-") as folder:
-        listed = Path(folder, "pairs.txt")
-        pairing.match_list_path = listed
-        for first in range(0, len(left), _BLOCK):
-            block = left[first : first + _BLOCK]
-            listed.write_text(
-                "".join(f"{image_name(i)} {image_name(j)}\n" for i, j in block), encoding="utf-8"
-            )
-            at = finished + first
-
-            def run(token: Any) -> None:
-                pycolmap.match_image_pairs(
+    # One call for all: it keeps the search trees of the photos from block to block.
+    with (
+        tempfile.TemporaryDirectory(prefix="vom-pairs-") as folder,
+        closing(_reading(path)) as watching,
+    ):
+        pairing.match_list_path = Path(folder, "pairs.txt")
+        pairing.match_list_path.write_text(
+            "".join(f"{image_name(i)} {image_name(j)}\n" for i, j in left), encoding="utf-8"
+        )
+        if left:
+            cancellable(
+                lambda token: pycolmap.match_image_pairs(
                     path,
                     matching_options=matching,
                     pairing_options=pairing,
                     verification_options=verification,
                     device=pycolmap.Device.cpu,
                     cancellation_token=token,
-                )
+                ),
+                progress,
+                lambda: max(finished, _count(watching, len(done), finished)),
+            )
+    progress.step(len(pairs))
 
-            cancellable(run, progress, lambda at=at: at)  # type: ignore[misc]
-            progress.step(at + len(block))
+
+def _count(watching: sqlite3.Connection, other: int, finished: int) -> int:
+    """Pairs of this run in the database; it may be read while COLMAP writes (write-ahead log)."""
+    try:
+        row = watching.execute("SELECT count(*) FROM two_view_geometries").fetchone()
+    except sqlite3.OperationalError:
+        return finished
+    return finished + int(row[0]) - other
 
 
 def pair_counts(path: Path) -> dict[Pair, int]:

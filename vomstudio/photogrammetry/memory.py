@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-# What the system and other programs are left.
+from collections.abc import Callable
+
+# The rest is left to the system and to other programs.
 SHARE = 0.7
+_SMALLEST_PX = 320
 
 
 def available_bytes() -> int:
@@ -27,12 +30,16 @@ def peak_bytes() -> int:
     return int(most) if sys.platform == "darwin" else int(most) * 1024
 
 
-def fitting_size(wanted_px: int, bytes_per_pixel: float, aspect: float, at_once: int) -> int:
+def fitting_size(
+    wanted_px: int, needed: Callable[[int, int], int], aspect: float, at_once: int
+) -> int:
     """The long side, at most `wanted_px`, with which `at_once` photos can be worked on.
 
-    bytes_per_pixel : that the work on one photo needs for each of its pixels
+    needed : bytes for one photo of (width, height)
     aspect : long side over short side
     """
-    pixels = SHARE * available_bytes() / (bytes_per_pixel * at_once)
-    fits = int((pixels * aspect) ** 0.5)
-    return min(wanted_px, max(fits, 320))
+    free = SHARE * available_bytes()
+    size = wanted_px
+    while size > _SMALLEST_PX and at_once * needed(size, round(size / aspect)) > free:
+        size = max(_SMALLEST_PX, int(size * 0.9))
+    return size

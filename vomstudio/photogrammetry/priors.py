@@ -111,8 +111,8 @@ def decide(
         return Freedom(True, distortion), "estimated: with the value from EXIF photos were left out"
     if weak:
         return Freedom(False, distortion), (
-            f"held at the value from EXIF: {axes} only ({CONVERGENT_DEG:.0f}° wanted), which cannot "
-            "tell a longer lens from rock farther away"
+            f"held at the value from EXIF: {axes} only ({CONVERGENT_DEG:.0f}° wanted), which "
+            "cannot tell a longer lens from rock farther away"
         )
     if photos < FEWEST_PHOTOS:
         return Freedom(False, distortion), (

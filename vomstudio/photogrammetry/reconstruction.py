@@ -282,12 +282,12 @@ class _Run:
         return kept.at(stage.folder), stage
 
     def _dense_size(self) -> int:
-        from vomstudio.photogrammetry.depthmaps import BYTES_PER_PIXEL
+        from vomstudio.photogrammetry.depthmaps import memory_needed
         from vomstudio.photogrammetry.memory import fitting_size
 
         wanted = self.settings.steps.dense_px
         threads = self.settings.threads or os.cpu_count() or 1
-        size = fitting_size(wanted, BYTES_PER_PIXEL, 1.5, threads)
+        size = fitting_size(wanted, memory_needed, 4 / 3, threads)
         if size < wanted:
             self.diary.note(
                 f"Depths are sought at {size} instead of {wanted} pixels along the long side, "

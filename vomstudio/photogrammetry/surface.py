@@ -20,6 +20,7 @@ from vomstudio.photogrammetry.topology import (
     cross_products,
     is_manifold,
     make_manifold,
+    neighbours,
     vertex_normals,
 )
 from vomstudio.progress import Progress, Silent
@@ -27,6 +28,8 @@ from vomstudio.progress import Progress, Silent
 _FEWEST = 100
 _DEPTHS = (5, 12)
 _NEAR = 16
+# At its rim a surface ends at this share of the distance up to which it is borne out.
+_RIM_SHARE = 0.45
 
 
 @dataclass(frozen=True)
@@ -115,7 +118,7 @@ def build_surface(
     distance = tree.query(vertices, workers=1)[0]
     reach = options.trim * spacing
     hole = 30 * spacing if options.largest_hole_m is None else options.largest_hole_m
-    keep, closed = _trim(vertices, faces, distance <= reach, hole)
+    keep, closed = _trim(vertices, faces, distance, reach, hole)
     if not keep.any():
         raise GeometryError(
             "no surface stays near the points; are their normals right, and is the cloud dense?"
@@ -234,11 +237,16 @@ def _poisson(
 
 
 def _trim(
-    vertices: Array, faces: Faces, near: npt.NDArray[np.bool_], hole: float
+    vertices: Array, faces: Faces, distance: Array, reach: float, hole: float
 ) -> tuple[npt.NDArray[np.bool_], int]:
-    """Which faces stay, and how many holes were closed by letting Poisson's surface stay there."""
-    keep = near[faces].all(axis=1)
-    if keep.all() or not keep.any() or hole <= 0:
+    """Which faces stay, and how many holes were closed by letting Poisson's surface stay there.
+
+    Within `reach` of the points the surface stays where it goes on behind; at its rim, where it
+    would lap over into the air, it ends sooner.
+    """
+    farthest = distance[faces].max(axis=1)
+    keep = farthest <= _RIM_SHARE * reach
+    if keep.all() or not keep.any():
         return keep, 0
     piece = components(faces, ~keep)
     count = int(piece.max()) + 1
@@ -248,16 +256,15 @@ def _trim(
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(low, labels, corners.min(axis=1))
     np.maximum.at(high, labels, corners.max(axis=1))
-    small = np.linalg.norm(high - low, axis=1) <= 1.2 * hole
-    from vomstudio.photogrammetry.topology import neighbours
-
+    far = np.zeros(count)
+    np.maximum.at(far, labels, farthest[rows])
     # Where Poisson's surface itself ends there is no hole but a rim.
     rim = np.zeros(count, bool)
     rim[labels[(neighbours(faces)[rows] < 0).any(axis=1)]] = True
-    filled = small & ~rim
-    keep = keep.copy()
-    keep[rows[filled[labels]]] = True
-    return keep, int(filled.sum())
+    sparse = (far <= reach) & ~rim
+    closed = ~sparse & ~rim & (np.linalg.norm(high - low, axis=1) <= 1.2 * hole)
+    keep[rows[(sparse | closed)[labels]]] = True
+    return keep, int(closed.sum())
 
 
 def _pull(

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import GeometryError, InputError, UsageError
+from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.photogrammetry.atlas import Atlas, AtlasOptions, make_atlas, uv_mesh
 from vomstudio.photogrammetry.blending import Blend, blend
@@ -23,7 +23,6 @@ from vomstudio.photogrammetry.visibility import (
     Photo,
     decode,
     look,
-    on_level,
     project,
     pyramid,
 )
@@ -80,11 +79,14 @@ class TextureReport:
 @dataclass(frozen=True, eq=False)
 class Textured:
     """mesh : with uv and vertex colours; its materials have no files yet, see `write`.
-    pages : RGB, (h, w, 3) uint8, one for each material"""
+    pages : RGB, (h, w, 3) uint8, one for each material
+    drawn_from : (m,) number of the photo that each face of `mesh` is drawn from, -1 where none sees
+    it"""
 
     mesh: Mesh
     pages: tuple[npt.NDArray[np.uint8], ...]
     report: TextureReport
+    drawn_from: npt.NDArray[np.int32]
 
     def write(
         self,
@@ -188,8 +190,8 @@ def make_texture(
         uv,
         np.clip(np.rint(colors), 0, 255).astype(np.uint8)[old],
     )
-    del order
-    return Textured(finished, tuple(pages), _report(vertices, faces, looks, atlas, made))
+    report = _report(vertices, faces, looks, atlas, made)
+    return Textured(finished, tuple(pages), report, made.views[order])
 
 
 @dataclass(frozen=True)
@@ -492,13 +494,3 @@ def fill_between(page: npt.NDArray[np.uint8], filled: npt.NDArray[np.bool_]) -> 
         below = color + (1 - weight)[..., None] * grown
     free = ~filled
     page[free] = np.clip(np.rint(below[free]), 0, 255).astype(np.uint8)
-
-
-__all__ = [
-    "InputError",
-    "TextureOptions",
-    "TextureReport",
-    "Textured",
-    "make_texture",
-    "on_level",
-]

@@ -143,7 +143,7 @@ def draw_stereonet(figure: Figure, net: NetContents, style: NetStyle = PRINT) ->
     return NetArtists(
         ax, net, style, page.radius * page.px, (page.cx * page.px, page.cy * page.px),
         positions, arcs, rows, poles, emphasis,
-        [tuple(v * page.px for v in box) for box in page.text_boxes],  # type: ignore[misc]
+        [tuple(v * page.px for v in box) for box in page.text_boxes],
     )  # fmt: skip
 
 

@@ -76,7 +76,8 @@ class Appearance:
         part.own = values.GetScalars()
         values.SetScalars(vtkdata.color_array(ready.scale.colors(read(part.piece.rows))))
         part.uploaded, part.tinted = False, True
-        self.dress(model, part)
+        # The size of its points stays that of the view.
+        part.actor.GetMapper().SetScalarVisibility(True)
         return True
 
     def dress(self, model: ModelScene, part: Part) -> None:

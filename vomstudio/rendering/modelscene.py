@@ -71,7 +71,9 @@ class ModelScene:
     locators: list[vtkStaticCellLocator] = field(default_factory=list)
     streamer: Streamer | None = None
     shown_rows: dict[int, float] = field(default_factory=dict)
-    """Nodes of a cloud that the view needs, and the spacing that their points close."""
+    """Nodes of a cloud that the view needs, and the spacing that their points close now."""
+    needed: dict[int, float] = field(default_factory=dict)
+    """The same once all of them are there, for the last view that they were fetched for."""
     settled: bool = True
     """All of these are there."""
     chunks_done: bool = False

@@ -448,18 +448,17 @@ class Scene:
             if streamer is None or not model.visible:
                 continue
             view = view_of(self.eye, self.camera, self.size, model.to_world, model.from_world)
-            shown = streamer.look(view) if fetch else streamer.needed(view)
+            needed = streamer.look(view) if fetch else streamer.needed(view)
             there = {part.row for part in model.parts}
-            if shown is None:
-                if model.settled:
-                    continue
-                shown = model.shown_rows
+            if needed is None:
+                needed = model.needed
             elif fetch:
+                model.needed = needed
+                model.settled = there.issuperset(needed)
                 self._asked = time.perf_counter()
-                model.settled = there.issuperset(shown)
-            if not there.issuperset(shown):
-                shown = shown | streamer.closing([row for row in shown if row in there])
-            model.shown_rows = shown
+            model.shown_rows = needed
+            if not there.issuperset(needed):
+                model.shown_rows = needed | streamer.closing([r for r in needed if r in there])
 
     @property
     def settled(self) -> bool:

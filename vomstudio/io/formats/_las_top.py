@@ -231,11 +231,11 @@ UNPACKED_AT_ONCE = 100_000
 
 
 def unpack(
-    chunks: Sequence[bytes], points: Sequence[int], top: Top
+    chunks: Sequence[bytes], points: Sequence[int], top: Top, at_once: int = UNPACKED_AT_ONCE
 ) -> npt.NDArray[np.uint8] | None:
     """(points, record_bytes) of the first `points` of each chunk; None where they cannot be
-    unpacked. lazrs keeps the interpreter for itself meanwhile, so it is called for a few chunks at
-    a time: other threads get their turn in between."""
+    unpacked. lazrs keeps the interpreter for itself meanwhile, so it is called for a few chunks,
+    of so many points, at a time: other threads get their turn in between."""
     import lazrs
 
     found = np.zeros((sum(points), top.record_bytes), np.uint8)
@@ -243,7 +243,7 @@ def unpack(
     first = row = 0
     while first < len(chunks):
         stop, n = first + 1, points[first]
-        while stop < len(chunks) and n + points[stop] <= UNPACKED_AT_ONCE:
+        while stop < len(chunks) and n + points[stop] <= at_once:
             n += points[stop]
             stop += 1
         table = [(k, len(chunk)) for k, chunk in zip(points[first:stop], chunks[first:stop],

@@ -1,0 +1,222 @@
+"""The depth map of one photo from all the pairs that serve it."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError, InputError
+from vomstudio.geometry.cameras import View
+from vomstudio.geometry.jit import for_kernels
+from vomstudio.io.cameras_file import view_from_dict, view_to_dict
+from vomstudio.photogrammetry.pairs import SGBM, Plan
+from vomstudio.photogrammetry.undistortion import Undistorted
+
+
+@dataclass(frozen=True)
+class DepthOptions:
+    """agreement_px : sources agree when their disparities differ by no more
+    fewest_sources : that must agree on a depth
+    """
+
+    agreement_px: float = 1.0
+    fewest_sources: int = 1
+
+
+@dataclass(frozen=True, eq=False)
+class DepthTask:
+    """reference : the photo whose depths are wanted
+    sources, methods : the photos that measure them, and "sgbm" or "patchmatch" for each
+    near, far : between which depths
+    points : (n, 3) tie points that the reference sees
+    """
+
+    reference: Undistorted
+    sources: tuple[Undistorted, ...]
+    methods: tuple[str, ...]
+    near: float
+    far: float
+    points: npt.NDArray[np.float64]
+    options: DepthOptions = field(default_factory=DepthOptions)
+
+
+@dataclass(frozen=True, eq=False)
+class DepthMap:
+    """name : of the photo
+    view : the pinhole view that the map belongs to
+    depth : (h, w) float32 along the optical axis at the pixels' centres, 0 = none
+    normals : (h, w, 3) float32 unit vectors towards the camera, in its frame; 0 = none
+    confidence : (h, w) uint8; every source that agrees halves the distance to 255
+    """
+
+    name: str
+    view: View
+    depth: npt.NDArray[np.float32]
+    normals: npt.NDArray[np.float32]
+    confidence: npt.NDArray[np.uint8]
+
+    @property
+    def filled(self) -> float:
+        """The part of the pixels that have a depth."""
+        return float(np.mean(self.depth > 0))
+
+    def save(self, path: str | Path) -> None:
+        """Write one npz file, normals in half precision (0.03 degrees)."""
+        import json
+
+        with open(path, "wb") as file:
+            np.savez(
+                file,
+                view=np.array(json.dumps(view_to_dict(self.view))),
+                depth=self.depth,
+                normals=self.normals.astype(np.float16),
+                confidence=self.confidence,
+            )
+
+    @classmethod
+    def load(cls, path: str | Path) -> DepthMap:
+        """Raises InputError where the file is no whole depth map."""
+        import json
+
+        try:
+            with np.load(path) as arrays:
+                view = view_from_dict(json.loads(str(arrays["view"])))
+                return cls(
+                    view.name,
+                    view,
+                    arrays["depth"],
+                    arrays["normals"].astype(np.float32),
+                    arrays["confidence"],
+                )
+        except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+            raise InputError(
+                f"is no whole depth map ({type(error).__name__}); make it again", file=path
+            ) from error
+
+
+def make_task(
+    plan: Plan, photo: Callable[[int], Undistorted], options: DepthOptions | None = None
+) -> DepthTask:
+    """The work of one plan; `photo` gives the undistorted photo of a row of the scene's views."""
+    return DepthTask(
+        photo(plan.view),
+        tuple(photo(source.view) for source in plan.sources),
+        tuple(source.method for source in plan.sources),
+        plan.near,
+        plan.far,
+        plan.points,
+        options or DepthOptions(),
+    )
+
+
+def depth_map(task: DepthTask) -> DepthMap:
+    """Depths, normals and confidence of one photo.
+
+    Raises GeometryError where the task makes no sense (no sources, no depth range, a lens that
+    still distorts), InputError where a photo cannot be read. A photo that is masked altogether, or
+    that nothing matches, has an empty map.
+    """
+    from vomstudio.photogrammetry._depth_kernels import merge
+
+    _check(task)
+    view, valid = task.reference.view, task.reference.valid
+    shape = valid.shape
+    inverse, steps = [], []
+    if valid.any():
+        first = (view, task.reference.gray(), valid)
+        for source, method in zip(task.sources, task.methods, strict=True):
+            if method != SGBM:
+                continue
+            second = (source.view, source.gray(), source.valid)
+            made = _pair(first, second, task)
+            if made is not None:
+                inverse.append(made[0])
+                steps.append(made[1])
+    if not inverse:
+        return _empty(view, shape)
+    merged, agreeing = np.empty(shape, np.float32), np.empty(shape, np.uint8)
+    merge(
+        np.stack(inverse),
+        np.array(steps, np.float32),
+        np.float32(task.options.agreement_px),
+        np.float32(1.0 / task.far),
+        np.float32(1.0 / task.near),
+        min(task.options.fewest_sources, len(inverse)),
+        merged,
+        agreeing,
+    )
+    return _finish(view, merged, agreeing)
+
+
+def memory_needed(width: int, height: int, sources: int = 4) -> int:
+    """Bytes that `depth_map` takes at most for photos of this size, with its inputs."""
+    pixels = width * height
+    inputs = (sources + 1) * pixels * 5
+    return int(inputs + pixels * (4 * sources + 110) + 60_000_000)
+
+
+def _pair(first, second, task: DepthTask):  # type: ignore[no-untyped-def]
+    from vomstudio.photogrammetry.sgbm import pair_inverse_depth
+
+    return pair_inverse_depth(first, second, task.points, task.near, task.far)
+
+
+def _check(task: DepthTask) -> None:
+    name = task.reference.view.name
+    if not task.sources:
+        raise GeometryError("the photo has no other to measure its depth with", file=name)
+    if len(task.sources) != len(task.methods):
+        raise GeometryError("each source of the photo needs a method", file=name)
+    if not 0 < task.near < task.far < np.inf:
+        raise GeometryError(
+            f"depths from {task.near:g} to {task.far:g} are no range; align the photos again",
+            file=name,
+        )
+    for photo in (task.reference, *task.sources):
+        if photo.view.intrinsics.distorts:
+            raise GeometryError("the photo must be undistorted first", file=photo.view.name)
+        if not np.linalg.norm(photo.view.centre - task.reference.view.centre) > 0 and (
+            photo is not task.reference
+        ):
+            raise GeometryError(f"{photo.view.name} was taken from the same place", file=name)
+
+
+def _finish(
+    view: View, inverse: npt.NDArray[np.float32], agreeing: npt.NDArray[np.uint8]
+) -> DepthMap:
+    from vomstudio.photogrammetry._depth_kernels import plane_normals
+
+    lens = view.intrinsics
+    normals = np.empty((*inverse.shape, 3), np.float32)
+    (fx, fy), (cx, cy) = lens.focal, lens.centre
+    plane_normals(
+        for_kernels(inverse, np.float32),
+        np.float32(4.0 / min(fx, fy)),
+        4,
+        2,
+        fx,
+        fy,
+        cx - 0.5,
+        cy - 0.5,
+        normals,
+    )
+    good = (inverse > 0) & normals.any(axis=2)
+    depth = np.zeros_like(inverse)
+    np.divide(1.0, inverse, out=depth, where=good)
+    confidence = np.where(good, 255.0 * (1.0 - 0.5 ** agreeing.astype(np.float32)), 0.0)
+    return DepthMap(view.name, view, depth, normals, np.round(confidence).astype(np.uint8))
+
+
+def _empty(view: View, shape: tuple[int, ...]) -> DepthMap:
+    return DepthMap(
+        view.name,
+        view,
+        np.zeros(shape, np.float32),
+        np.zeros((*shape, 3), np.float32),
+        np.zeros(shape, np.uint8),
+    )

@@ -1,0 +1,249 @@
+"""Photos as a pinhole camera would have taken them, for every stage after the alignment."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError, InputError
+from vomstudio.geometry.cameras import Intrinsics, View
+
+# A straight picture of a very wide lens grows without bound: pixels are kept up to 63 degrees from
+# the axis, and up to one and a half times the photo's own size.
+_WIDEST_TAN = 2.0
+_LARGEST_GROWTH = 1.5
+# OpenCV's remap counts pixels in 16 bits.
+_LARGEST_SIDE = 32_000
+_ROWS_AT_ONCE = 256
+_JPEG_QUALITY = 97
+
+
+@dataclass(frozen=True, eq=False)
+class UndistortTask:
+    """photo : the file's bytes, JPEG, TIFF or PNG
+    mask : an image file's bytes, black where the photo is not to be used, or None
+    view : of the photo as stored, with its lens
+    max_size : longest side of the result in pixels, None for the photo's own resolution
+    lossless : PNG in place of JPEG
+    """
+
+    photo: bytes
+    mask: bytes | None
+    view: View
+    max_size: int | None = None
+    lossless: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Undistorted:
+    """photo, mask : image files' bytes; the mask (black: not to be used) is None where all counts
+    view : the photo's, with PINHOLE intrinsics of the new size
+    """
+
+    photo: bytes
+    mask: bytes | None
+    view: View
+
+    @cached_property
+    def valid(self) -> npt.NDArray[np.bool_]:
+        """(h, w) which pixels may be used."""
+        lens = self.view.intrinsics
+        if self.mask is None:
+            return np.ones((lens.height, lens.width), bool)
+        return decode_mask(self.mask, lens.width, lens.height, self.view.name)
+
+    def pixels(self) -> npt.NDArray[np.uint8]:
+        """(h, w, 3) red, green, blue."""
+        return decode_photo(self.photo, self.view.name)
+
+    def gray(self) -> npt.NDArray[np.uint8]:
+        """(h, w)"""
+        import cv2
+
+        return np.asarray(cv2.cvtColor(self.pixels(), cv2.COLOR_RGB2GRAY))
+
+
+def undistort(task: UndistortTask) -> Undistorted:
+    """The photo without its lens's distortion.
+
+    The focal length stays that of the photo's centre (times the reduction), so the middle keeps its
+    sharpness; the corners of a barrel distortion are kept, and pixels that the photo does not show
+    are masked.
+
+    Raises InputError where photo or mask cannot be read or have another size than the view says.
+    """
+    import cv2
+
+    view, lens = task.view, task.view.intrinsics
+    image = decode_photo(task.photo, view.name)
+    if image.shape[:2] != (lens.height, lens.width):
+        raise InputError(
+            f"is {image.shape[1]} x {image.shape[0]} pixels, but was aligned with "
+            f"{lens.width} x {lens.height}; align the photos again",
+            file=view.name,
+        )
+    mask = None
+    if task.mask is not None:
+        mask = decode_mask(task.mask, lens.width, lens.height, view.name)
+
+    whole = _straight(lens) if lens.distorts else _as_pinhole(lens)
+    limit = min(task.max_size or _LARGEST_SIDE, _LARGEST_SIDE)
+    reduction = min(1.0, limit / max(whole.width, whole.height))
+    width = max(1, round(whole.width * reduction))
+    height = max(1, round(whole.height * reduction))
+    ideal = whole.scaled(width, height)
+
+    # Downsampled by area first, so that nothing aliases; then each pixel is moved.
+    small = (
+        max(1, round(lens.width * reduction)),
+        max(1, round(lens.height * reduction)),
+    )
+    if small != (lens.width, lens.height):
+        image = np.asarray(cv2.resize(image, small, interpolation=cv2.INTER_AREA))
+    fully: npt.NDArray[np.uint8] | None = None
+    if mask is not None:
+        fully = mask.astype(np.uint8) * np.uint8(255)
+        if small != (lens.width, lens.height):
+            fully = np.asarray(cv2.resize(fully, small, interpolation=cv2.INTER_AREA))
+    if lens.distorts:
+        x, y, shown = _where(ideal, lens, small)
+        image = np.asarray(cv2.remap(image, x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE))
+        image[~shown] = 0
+        if fully is not None:
+            fully = np.asarray(
+                cv2.remap(fully, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+            )
+            shown &= fully >= 250
+    elif fully is not None:
+        shown = fully >= 250
+    else:
+        shown = np.ones((height, width), bool)
+
+    return Undistorted(
+        _encode_photo(image, task.lossless),
+        None if shown.all() else _encode_mask(shown),
+        View(view.name, ideal, view.rotation, view.translation),
+    )
+
+
+def decode_photo(photo: bytes, name: str) -> npt.NDArray[np.uint8]:
+    """(h, w, 3) red, green, blue, as stored: an orientation tag turns nothing.
+
+    Raises InputError.
+    """
+    import cv2
+
+    image = None
+    if photo:
+        try:
+            image = cv2.imdecode(
+                np.frombuffer(photo, np.uint8),
+                cv2.IMREAD_COLOR_RGB | cv2.IMREAD_IGNORE_ORIENTATION,
+            )
+        except cv2.error:
+            image = None
+    if image is None:
+        raise InputError("cannot be read as a picture; copy it from the camera again", file=name)
+    return np.asarray(image)
+
+
+def decode_mask(mask: bytes, width: int, height: int, name: str) -> npt.NDArray[np.bool_]:
+    """(h, w) True where the photo may be used. A mask of another size but the same proportions is
+    stretched.
+
+    Raises InputError.
+    """
+    import cv2
+
+    image = None
+    if mask:
+        try:
+            image = cv2.imdecode(
+                np.frombuffer(mask, np.uint8),
+                cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION,
+            )
+        except cv2.error:
+            image = None
+    if image is None:
+        raise InputError("the photo's mask cannot be read as a picture", file=name)
+    image = np.asarray(image)
+    if image.shape != (height, width):
+        if abs(image.shape[1] * height - image.shape[0] * width) > 2 * max(width, height):
+            raise InputError(
+                f"the photo's mask has {image.shape[1]} x {image.shape[0]} pixels, "
+                f"the photo {width} x {height}; draw the mask on this photo",
+                file=name,
+            )
+        image = np.asarray(cv2.resize(image, (width, height), interpolation=cv2.INTER_NEAREST))
+    return image > 127
+
+
+def _as_pinhole(lens: Intrinsics) -> Intrinsics:
+    return Intrinsics("PINHOLE", lens.width, lens.height, (*lens.focal, *lens.centre))
+
+
+def _straight(lens: Intrinsics) -> Intrinsics:
+    """The pinhole camera of the same focal length that shows what the lens shows."""
+    across = np.linspace(0.0, lens.width, 65)
+    down = np.linspace(0.0, lens.height, 65)
+    pixels = np.stack(np.meshgrid(across, down), axis=-1).reshape(-1, 2)
+    seen = lens.rays(pixels)[:, :2]
+    seen = seen[np.isfinite(seen).all(axis=1)]
+    if not len(seen):
+        raise GeometryError("the lens as calibrated shows nothing; align the photos again")
+    focal, centre = np.array(lens.focal), np.array(lens.centre)
+    size = np.array([lens.width, lens.height], float)
+    low = np.maximum(seen.min(axis=0), -_WIDEST_TAN) * focal
+    high = np.minimum(seen.max(axis=0), _WIDEST_TAN) * focal
+    middle = size / 2 - centre
+    low = np.floor(np.maximum(low, middle - _LARGEST_GROWTH * size / 2))
+    high = np.ceil(np.minimum(high, middle + _LARGEST_GROWTH * size / 2))
+    width, height = (max(1, int(n)) for n in high - low)
+    return Intrinsics("PINHOLE", width, height, (*focal.tolist(), *(-low).tolist()))
+
+
+def _where(
+    ideal: Intrinsics, lens: Intrinsics, size: tuple[int, int]
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], npt.NDArray[np.bool_]]:
+    """For each pixel of the ideal photo: where it lies, in OpenCV's coordinates, in the real one
+    once resampled to `size`; and whether it lies there."""
+    shape = (ideal.height, ideal.width)
+    x, y = np.full(shape, -1.0, np.float32), np.full(shape, -1.0, np.float32)
+    shown = np.zeros(shape, bool)
+    columns = np.arange(ideal.width) + 0.5
+    for top in range(0, ideal.height, _ROWS_AT_ONCE):
+        rows = np.arange(top, min(top + _ROWS_AT_ONCE, ideal.height)) + 0.5
+        pixels = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
+        u, v = lens.project(ideal.rays(pixels)).T
+        with np.errstate(invalid="ignore"):
+            on = (u >= 0) & (u <= lens.width) & (v >= 0) & (v <= lens.height)
+        part = slice(top, top + len(rows))
+        # OpenCV counts from the centre of the first pixel.
+        x[part] = np.where(on, u * (size[0] / lens.width) - 0.5, -1.0).reshape(len(rows), -1)
+        y[part] = np.where(on, v * (size[1] / lens.height) - 0.5, -1.0).reshape(len(rows), -1)
+        shown[part] = on.reshape(len(rows), -1)
+    return x, y, shown
+
+
+def _encode_photo(image: npt.NDArray[np.uint8], lossless: bool) -> bytes:
+    import cv2
+
+    bgr = cv2.cvtColor(image, cv2.COLOR_RGB2BGR)
+    if lossless:
+        return cv2.imencode(".png", bgr, [cv2.IMWRITE_PNG_COMPRESSION, 1])[1].tobytes()
+    options = [
+        cv2.IMWRITE_JPEG_QUALITY,
+        _JPEG_QUALITY,
+        cv2.IMWRITE_JPEG_SAMPLING_FACTOR,
+        cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444,
+    ]
+    return cv2.imencode(".jpg", bgr, options)[1].tobytes()
+
+
+def _encode_mask(valid: npt.NDArray[np.bool_]) -> bytes:
+    import cv2
+
+    return cv2.imencode(".png", valid.astype(np.uint8) * np.uint8(255))[1].tobytes()
