@@ -509,6 +509,13 @@ def test_sixteen_bits_are_shown_by_their_upper_eight(tmp_path: Path) -> None:
     assert np.array_equal(grey(one(tmp_path)), values >> 8)
 
 
+def test_a_tiff_of_sixteen_bit_colours_is_a_photo_too(tmp_path: Path) -> None:
+    cv2 = pytest.importorskip("cv2")
+    values = np.full((20, 30, 3), 200 << 8, np.uint16)
+    cv2.imwrite(str(tmp_path / "a.tif"), values)
+    assert np.array_equal(thumbnail(one(tmp_path), 64), np.full((20, 30, 3), 200, np.uint8))
+
+
 def test_damaged_pixels_are_an_error_that_names_the_file(tmp_path: Path) -> None:
     path = maker.write_photo(tmp_path / "a.png", (300, 300))
     data = path.read_bytes()

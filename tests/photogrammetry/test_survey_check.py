@@ -173,6 +173,18 @@ def test_large_sets_are_compared_with_their_neighbours_only() -> None:
     assert (10, 260) in choose_pairs(500, places)
 
 
+def test_parts_of_a_large_set_are_joined_by_a_second_look(monkeypatch, tmp_path: Path) -> None:
+    from vomstudio.photogrammetry import overlap
+
+    # As if eight photos were many: only neighbours in order are compared at first.
+    monkeypatch.setattr(overlap, "_ALL_PAIRS_UP_TO", 2)
+    monkeypatch.setattr(overlap, "_NEIGHBOURS", 1)
+    there = [((x, 3, 8), (x, 3, 0)) for x in (-6.0, 6.0, -5.0, 5.0, -2.0, 2.0)]
+    wall.write_set(tmp_path, there, gps=False)
+    look = look_at_set([features_of(photo) for photo in read_photos(tmp_path).photos])
+    assert len(look.parts(6)) == 1
+
+
 # -- whole sets ----------------------------------------------------------------------------------
 def test_a_good_set_is_left_in_peace(tmp_path: Path) -> None:
     report = check_photos(read_photos(wall.write_set(tmp_path, wall.good_stations()[:12])))
@@ -196,6 +208,13 @@ def test_blurred_dark_and_strange_photos_are_named(tmp_path: Path) -> None:
     assert finding(report, "unmatched").photos == ("w07.jpg",)
     assert "with reservations" in report.verdict
     assert any("hold still" in advice for advice in report.next_time)
+
+
+def test_black_photos_are_not_the_measure_of_the_others(tmp_path: Path) -> None:
+    dark = {i: (lambda p: np.zeros_like(p) + 3) for i in (1, 2, 3)}
+    report = check_photos(read_photos(wall.write_set(tmp_path, few(5), change=dark)))
+    assert finding(report, "exposure").photos == ("w01.jpg", "w02.jpg", "w03.jpg")
+    assert "brightness-jump" not in codes(report)
 
 
 def test_photos_of_two_places_are_two_parts(tmp_path: Path) -> None:
@@ -278,6 +297,14 @@ def test_one_photo_and_photos_of_nothing_are_answered(tmp_path: Path) -> None:
     assert "one-photo" in codes(check_photos(read_photos(tmp_path)))
     photo_maker.write_photo(tmp_path / "b.jpg", pixels=np.full((8, 8), 91, np.uint8))
     assert "unmatched" in codes(check_photos(read_photos(tmp_path)))
+
+
+def test_photos_that_a_program_turned_are_told_apart(tmp_path: Path) -> None:
+    wall.write_set(tmp_path, few(3), change={1: lambda p: np.rot90(p)})
+    report = check_photos(read_photos(tmp_path))
+    assert "turned by a program" in finding(report, "several-cameras").text
+    # They still match: the direction of view is not that of the paper.
+    assert "unmatched" not in codes(report)
 
 
 def test_a_photo_that_cannot_be_decoded_is_a_finding(tmp_path: Path) -> None:

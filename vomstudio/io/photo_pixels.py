@@ -38,7 +38,13 @@ def opened(path: str | Path) -> Iterator[Image.Image]:
     except FileNotFoundError as error:
         raise InputError("there is no such file.", file=path) from error
     except UnidentifiedImageError as error:
-        raise InputError("this is not a picture, or a damaged one.", file=path) from error
+        said = "this is not a picture, or a damaged one."
+        if Path(path).suffix.lower() in (".tif", ".tiff"):
+            said = (
+                "this TIFF is damaged, or of a kind that is not read (16 bits for each colour); "
+                "save it with 8 bits for each colour."
+            )
+        raise InputError(said, file=path) from error
     except MemoryError as error:
         raise InputError("there is not enough memory for this picture.", file=path) from error
     except (OSError, ValueError, SyntaxError, EOFError, IndexError, TypeError, KeyError) as error:

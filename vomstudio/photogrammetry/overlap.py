@@ -33,6 +33,8 @@ _RATIO = 0.8
 # Of the pairs of a large set only neighbours are looked at.
 _ALL_PAIRS_UP_TO = 40
 _NEIGHBOURS = 6
+# Where a large set falls into parts, pairs between them are tried after all, up to this many.
+_SECOND_LOOK = 1200
 # Share of a pair's matches that a homography must explain to speak for the pair.
 _PLANE_SHARE = 0.6
 _GRID = 8
@@ -245,7 +247,26 @@ def look_at_set(
     count = len(features)
     tried = choose_pairs(count, positions)
     progress.stage("comparing photos", len(tried))
-    pairs = []
+    pairs: list[PairLook] = []
+    _look_at_pairs(features, tried, pairs, progress)
+    more = _between_parts(count, tried, pairs)
+    if more:
+        progress.stage("comparing parts", len(more))
+        _look_at_pairs(features, more, pairs, progress)
+        tried = tried + more
+    seen = np.ones((count, _GRID * _GRID))
+    for pair in pairs:
+        seen[pair.first] += pair.inside
+        seen[pair.second] += pair.inside_back
+    return SetLook(tuple(pairs), np.median(seen, axis=1), (seen < 3).mean(axis=1), len(tried))
+
+
+def _look_at_pairs(
+    features: Sequence[Features | None],
+    tried: Sequence[tuple[int, int]],
+    pairs: list[PairLook],
+    progress: Progress,
+) -> None:
     for done, (i, j) in enumerate(tried):
         progress.step(done)
         a, b = features[i], features[j]
@@ -254,11 +275,27 @@ def look_at_set(
             if found is not None:
                 pairs.append(found)
     progress.step(len(tried))
-    seen = np.ones((count, _GRID * _GRID))
-    for pair in pairs:
-        seen[pair.first] += pair.inside
-        seen[pair.second] += pair.inside_back
-    return SetLook(tuple(pairs), np.median(seen, axis=1), (seen < 3).mean(axis=1), len(tried))
+
+
+def _between_parts(
+    count: int, tried: Sequence[tuple[int, int]], pairs: Sequence[PairLook]
+) -> list[tuple[int, int]]:
+    """Pairs that were left out and could join what seems to fall apart: the neighbours in order
+    need not be neighbours on the rock."""
+    if count <= _ALL_PAIRS_UP_TO:
+        return []
+    parts = SetLook(tuple(pairs), np.empty(0), np.empty(0), 0).parts(count)
+    done = set(tried)
+    found = [
+        (min(i, j), max(i, j))
+        for p, part in enumerate(parts[1:], 1)
+        for i in part
+        for other in parts[:p]
+        for j in other
+        if (min(i, j), max(i, j)) not in done
+    ]
+    step = max(1, -(-len(found) // _SECOND_LOOK))
+    return found[::step]
 
 
 def optical_axes(look: SetLook, count: int) -> tuple[Array, npt.NDArray[np.bool_]]:

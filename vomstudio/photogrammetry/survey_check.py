@@ -56,6 +56,7 @@ class Limits:
         to 30 degrees from the perpendicular (3.2.1)
     same_place : baseline over distance; turn_deg and zoom : what makes it another photo
     blur_px : sigma; and blur_times the median of the set
+    darkest : mean linear light, and burnt : share of pixels, beyond which nothing is seen
     stops : of brightness in the pictures; light_stops : of the exposure that the light asked for
     gsd_ratio : an order of magnitude (3.2.1)
     rotation_deg : 95 % error of an orientation by GPS that the user should hear of
@@ -76,6 +77,8 @@ class Limits:
     soft_px: float = 2.5
     stops: float = 1.0
     light_stops: float = 2.0
+    darkest: float = 0.005
+    burnt: float = 0.6
     gsd_ratio: float = 10.0
     rotation_deg: float = 5.0
     straight: float = 0.05
@@ -249,13 +252,21 @@ def _of_the_folder(folder: PhotoFolder, seen: Looked, limits: Limits) -> list[Fi
             + (f", f = {g[0].focal_px:.0f} px)" if g[0].focal_px else ")")
             for g in list(settings.values())[:4]
         )
+        sides = {(g[0].camera, g[0].width, g[0].height) for g in settings.values()}
+        turned = any((c, h, w) in sides for c, w, h in sides if w != h)
         found.append(
             Finding(
                 "several-cameras",
                 "info",
                 (),
                 f"There are {len(settings)} cameras or settings, each calibrated by itself: "
-                f"{sizes}{' ...' if len(settings) > 4 else ''}.",
+                f"{sizes}{' ...' if len(settings) > 4 else ''}."
+                + (
+                    " Some were turned by a program; photos as the camera stored them hang "
+                    "together better."
+                    if turned
+                    else ""
+                ),
                 len(settings),
             )
         )
@@ -554,10 +565,28 @@ def _of_enlarging(seen: Looked, limits: Limits) -> list[Finding]:
 def _of_light(seen: Looked, limits: Limits) -> list[Finding]:
     found = []
     photos = seen.photos
+    shut = {
+        i
+        for i, look in enumerate(seen.looks)
+        if look.brightness is not None
+        and (look.brightness < limits.darkest or (look.burnt or 0.0) > limits.burnt)
+    }
+    if shut:
+        names = tuple(photos[i].name for i in sorted(shut))
+        found.append(
+            Finding(
+                "exposure",
+                "warning",
+                names,
+                f"{named(names)}: nearly black, or mostly burnt out; nothing can be recognised in "
+                "them.",
+                len(names),
+            )
+        )
     bright = {
         i: math.log2(look.brightness)
         for i, look in enumerate(seen.looks)
-        if look.brightness is not None and look.brightness > 0
+        if look.brightness is not None and look.brightness > 0 and i not in shut
     }
     if len(bright) >= 3:
         middle = float(np.median(list(bright.values())))
