@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from vomstudio.photogrammetry.scene import SparseScene
 if TYPE_CHECKING:
     from vomstudio.geometry.mesh import Mesh
     from vomstudio.io.photos import Photo
+    from vomstudio.photogrammetry.control import ControlReport
     from vomstudio.photogrammetry.georeference import GpsReport
     from vomstudio.photogrammetry.priors import Calibration
 
@@ -102,6 +104,26 @@ def gps_registration(report: GpsReport) -> dict[str, Any]:
             "about_north": about_north,
         },
         "residuals": residuals,
+        "warnings": list(report.warnings),
+    }
+
+
+def control_registration(report: ControlReport) -> dict[str, Any]:
+    """What a registration by ground control says, as plain values."""
+    about_east, about_north, about_up = report.rotation_error_deg
+    return {
+        "method": "ground control points",
+        "crs": report.crs or "local, in metres",
+        "rms_control_m": report.control_rms_m,
+        "rms_check_m": report.check_rms_m,
+        "sigma_m": report.sigma_m,
+        "adjusted_together_with_the_cameras": report.adjusted,
+        "rotation_error_deg": {
+            "about_up": about_up,
+            "about_east": about_east,
+            "about_north": about_north,
+        },
+        "points": [asdict(point) for point in report.points],
         "warnings": list(report.warnings),
     }
 

@@ -245,9 +245,10 @@ class _Run:
             part, facts = alignment.parts[0], {}
             try:
                 if settings.control is not None:
-                    scene, report = georeference.by_control(
-                        part, settings.control, settings.marks, settings.crs
+                    scene, fitted = georeference.by_control(
+                        part, settings.control, settings.marks, settings.crs, self.diary
                     )
+                    facts = figures.control_registration(fitted)
                 else:
                     scene, report = georeference.by_gps(part, photos.photos, settings.crs)
                     facts = figures.gps_registration(report)
