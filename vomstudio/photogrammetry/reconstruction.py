@@ -30,6 +30,7 @@ from vomstudio.photogrammetry.kept import (
 )
 from vomstudio.photogrammetry.memory import peak_bytes
 from vomstudio.photogrammetry.scene import SparseScene
+from vomstudio.photogrammetry.scene_check import check_scene
 from vomstudio.photogrammetry.settings import Settings
 from vomstudio.progress import Ahead, Executor, Progress
 
@@ -377,9 +378,7 @@ class _Run:
         if not stage.done:
             by_name = {photo.name: photo for photo in photos.photos}
             sources = [_Source.read(by_name[view.name], view) for view in placed.scene.views]
-            options = TextureOptions(
-                atlas=AtlasOptions(page=steps.page_px, most_pages=steps.pages)
-            )
+            options = TextureOptions(atlas=AtlasOptions(page=steps.page_px, most_pages=steps.pages))
             made = make_texture(mesh, sources, options, self.executor, self.diary)
             for material, page in zip(made.mesh.materials, made.pages, strict=True):
                 picture = jpeg(page)
@@ -451,11 +450,14 @@ class _Run:
                 f"{' …' if len(part.views) > 5 else ''}"
             )
         placed_names = {view.name for view in scene.views}
+        missing = [p.name for p in photos.photos if p.name not in placed_names]
+        survey = check_scene(scene, unregistered=missing, other_parts=alignment.parts[1:])
         lengths = scene.track_lengths
         result = {
             "photos": len(photos.photos),
             "registered": len(scene.views),
-            "unregistered": [p.name for p in photos.photos if p.name not in placed_names],
+            "unregistered": missing,
+            "survey": survey.as_dict(),
             "alignment_notes": list(alignment.notes),
             "reprojection_error_px": float(alignment.reprojection_error_px),
             "cameras": str(outputs.cameras),
