@@ -260,8 +260,9 @@ def _warnings(report: ControlReport, adjust: bool) -> Iterator[str]:
     if max(report.tilt_error_deg, report.rotation_error_deg[2]) > _WARN_DEG:
         yield (
             "the control points leave the model turned by about "
-            f"{report.rotation_error_deg[2]:.1f}° and tilted by about {report.tilt_error_deg:.1f}°: dips and dip directions can be "
-            "wrong by as much; spread the points wider"
+            f"{report.rotation_error_deg[2]:.1f}° and tilted by about "
+            f"{report.tilt_error_deg:.1f}°: dips and dip directions can be wrong by as much; "
+            "spread the points wider"
         )
     if adjust and not report.adjusted:
         yield "the photos contradict the control points; the model was placed without bending it"
