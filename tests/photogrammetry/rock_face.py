@@ -215,7 +215,9 @@ def shade(normals: Array) -> Array:
 def encoded(picture: npt.NDArray[np.uint8], ending: str = ".png") -> bytes:
     import cv2
 
-    return cv2.imencode(ending, picture[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 97])[1].tobytes()
+    return cv2.imencode(
+        ending, picture[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 97] if ending == ".jpg" else []
+    )[1].tobytes()
 
 
 def taken(view: View, picture: npt.NDArray[np.uint8], mask: npt.NDArray[np.uint8] | None = None):  # type: ignore[no-untyped-def]
