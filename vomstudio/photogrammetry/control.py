@@ -12,6 +12,7 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.similarity import fit_robustly, fit_similarity, rotation_covariance
 from vomstudio.io.control import ControlPoint, Mark
+from vomstudio.photogrammetry.mapping import point_errors
 from vomstudio.photogrammetry.scene import SparseScene
 from vomstudio.photogrammetry.tied import KnownPoint, adjust_tied, triangulate
 from vomstudio.progress import Progress
@@ -210,7 +211,8 @@ def _require_width(local: Array) -> None:
 
 
 def _mean_error(scene: SparseScene) -> float:
-    return float(np.nanmean(scene.errors_px)) if len(scene.errors_px) else 0.0
+    errors = point_errors(scene)
+    return float(np.nanmean(errors)) if len(errors) else 0.0
 
 
 def _fit_of(
