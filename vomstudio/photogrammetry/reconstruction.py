@@ -271,6 +271,7 @@ class _Run:
         from vomstudio.photogrammetry import undistortion
 
         size, views = self._dense_size(), placed.scene.views
+        self.dense_px = size
         stage = self.checkpoints.stage("straight", placed.stage.key, versions("cv2"), size)
         by_name = {photo.name: photo for photo in photos.photos}
 
@@ -453,6 +454,7 @@ class _Run:
         missing = [p.name for p in photos.photos if p.name not in placed_names]
         survey = check_scene(scene, unregistered=missing, other_parts=alignment.parts[1:])
         lengths = scene.track_lengths
+        rows = figures.photo_rows(photos.photos, scene, placed.registration)
         result = {
             "photos": len(photos.photos),
             "registered": len(scene.views),
@@ -476,7 +478,8 @@ class _Run:
             "warnings": self.diary.notes,
             "tie_points": len(scene.points),
             "tie_points_of_3": int((lengths >= 3).sum()),
-            "photo_rows": figures.photo_rows(photos.photos, scene, placed.registration),
+            "photo_rows": rows,
+            "dense_gsd_m": figures.dense_gsd(rows, self.dense_px),
             "calibration": figures.calibration(alignment.cameras, photos.photos),
             "registration": placed.registration,
             "model": figures.model(cloud, textured, dressed.facts["report"]),
