@@ -48,7 +48,7 @@ def cuda_depth_maps(
         with tempfile.TemporaryDirectory() as temporary:
             return cuda_depth_maps(scene, pairs, photos, Path(temporary))
     # COLMAP counts pixels as we do: no shift here.
-    files = write_workspace(folder, photos, shift=0.0)
+    files = write_workspace(folder, scene, photos, shift=0.0)
     lines = []
     for plan in pairs.plans:
         lines.append(files[plan.view])
@@ -70,9 +70,13 @@ def cuda_depth_maps(
     return maps
 
 
-def write_workspace(folder: Path, photos: Sequence[Undistorted], *, shift: float) -> list[str]:
-    """Images and cameras, pinhole; gives the names of the image files, in order.
+def write_workspace(
+    folder: Path, scene: SparseScene, photos: Sequence[Undistorted], *, shift: float
+) -> list[str]:
+    """Images, pinhole cameras and tie points, from which COLMAP learns who overlaps whom; gives the
+    names of the image files, in order.
 
+    photos : one for each of the scene's views
     shift : added to the principal points
     """
     import cv2
@@ -81,6 +85,7 @@ def write_workspace(folder: Path, photos: Sequence[Undistorted], *, shift: float
     for part in ("images", "sparse", "stereo/depth_maps", "stereo/normal_maps"):
         (folder / part).mkdir(parents=True)
     model = pycolmap.Reconstruction()
+    place = np.zeros(len(scene.track_views), np.int64)
     files = [f"{number:06d}.png" for number in range(len(photos))]
     for number, (photo, file) in enumerate(zip(photos, files, strict=True), 1):
         lens = photo.view.intrinsics
@@ -98,11 +103,20 @@ def write_workspace(folder: Path, photos: Sequence[Undistorted], *, shift: float
         model.add_camera_with_trivial_rig(camera)
         image = pycolmap.Image()
         image.name, image.camera_id, image.image_id = file, number, number
+        mine = scene.track_views == number - 1
+        seen = scene.track_points[mine]
+        place[mine] = np.arange(len(seen))
+        image.points2D = [pycolmap.Point2D(xy) for xy in photo.view.project(scene.points[seen])]
         pose = pycolmap.Rigid3d(
             pycolmap.Rotation3d(np.asarray(photo.view.rotation, np.float64)),
             np.asarray(photo.view.translation, np.float64),
         )
         model.add_image_with_trivial_frame(image, pose)
+    for point, xyz in enumerate(scene.points):
+        track = pycolmap.Track()
+        for at in range(scene.track_offsets[point], scene.track_offsets[point + 1]):
+            track.add_element(int(scene.track_views[at]) + 1, int(place[at]))
+        model.add_point3D(xyz, track, np.asarray(scene.colors[point], np.uint8))
     model.write(folder / "sparse")
     (folder / "stereo" / "fusion.cfg").write_text("\n".join(files) + "\n", encoding="utf-8")
     return files
@@ -110,6 +124,7 @@ def write_workspace(folder: Path, photos: Sequence[Undistorted], *, shift: float
 
 def fuse_with_colmap(
     folder: Path,
+    scene: SparseScene,
     maps: Sequence[DepthMap],
     photos: Sequence[Undistorted],
     *,
@@ -120,7 +135,7 @@ def fuse_with_colmap(
     import pycolmap
 
     # Its fusion takes the corner of a pixel for the centre.
-    files = write_workspace(folder, photos, shift=-0.5)
+    files = write_workspace(folder, scene, photos, shift=-0.5)
     for file, one in zip(files, maps, strict=True):
         has = one.depth[one.depth > 0]
         low, high = (float(has.min()), float(has.max())) if has.size else (0.1, 1.0)
