@@ -104,7 +104,7 @@ def main() -> None:
             for fewest in (2, 3):
                 with tempfile.TemporaryDirectory() as folder:
                     start = time.perf_counter()
-                    cloud = fuse_with_colmap(Path(folder), maps, photos, fewest_views=fewest)
+                    cloud = fuse_with_colmap(Path(folder), scene, maps, photos, fewest_views=fewest)
                     wall = time.perf_counter() - start
                 report(f"  COLMAP, {fewest} views, {wall:.1f} s", face, cloud.points, truth)
 

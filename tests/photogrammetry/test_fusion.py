@@ -89,7 +89,11 @@ def test_the_order_of_the_photos_does_not_move_the_surface():
     maps = [exact(view) for view in some_views()]
     one = fuse(names(maps), maps, None)
     other = fuse(names(maps)[::-1], maps[::-1], None)
-    assert len(other.points) == pytest.approx(len(one.points), rel=0.02)
+    from scipy.spatial import cKDTree
+
+    for a, b in ((one, other), (other, one)):
+        away = cKDTree(a.points).query(b.points)[0]
+        assert np.mean(away < 1.5 * 4 / 200) > 0.99
 
 
 def test_maps_in_files_and_a_small_cache_give_the_same(tmp_path):

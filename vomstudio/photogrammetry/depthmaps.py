@@ -215,7 +215,9 @@ def _fill(
         seed=task.options.seed,
         threads=task.options.threads,
     )
-    inverse[missing] = found.inverse[missing]
+    # Each pixel was fitted on its own: the plane through its neighbours is more exact.
+    smooth = _planes(first[0], found.inverse, 2.0, 3, 1)[1]
+    inverse[missing] = smooth[missing]
     agreeing[missing] = found.agreeing[missing]
 
 
@@ -242,27 +244,36 @@ def _check(task: DepthTask) -> None:
 def _finish(
     view: View, inverse: npt.NDArray[np.float32], agreeing: npt.NDArray[np.uint8]
 ) -> DepthMap:
-    from vomstudio.photogrammetry._depth_kernels import plane_normals
-
-    lens = view.intrinsics
-    normals = np.empty((*inverse.shape, 3), np.float32)
-    (fx, fy), (cx, cy) = lens.focal, lens.centre
-    plane_normals(
-        for_kernels(inverse, np.float32),
-        np.float32(4.0 / min(fx, fy)),
-        4,
-        2,
-        fx,
-        fy,
-        cx - 0.5,
-        cy - 0.5,
-        normals,
-    )
+    normals = _planes(view, inverse, 4.0, 4, 2)[0]
     good = (inverse > 0) & normals.any(axis=2)
     depth = np.zeros_like(inverse)
     np.divide(1.0, inverse, out=depth, where=good)
     confidence = np.where(good, 255.0 * (1.0 - 0.5 ** agreeing.astype(np.float32)), 0.0)
     return DepthMap(view.name, view, depth, normals, np.round(confidence).astype(np.uint8))
+
+
+def _planes(
+    view: View, inverse: npt.NDArray[np.float32], steepness: float, radius: int, stride: int
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
+    """Normals (h, w, 3) of the planes through each pixel's neighbours, and their inverse depths."""
+    from vomstudio.photogrammetry._depth_kernels import plane_normals
+
+    (fx, fy), (cx, cy) = view.intrinsics.focal, view.intrinsics.centre
+    normals = np.empty((*inverse.shape, 3), np.float32)
+    fitted = np.empty(inverse.shape, np.float32)
+    plane_normals(
+        for_kernels(inverse, np.float32),
+        np.float32(steepness / min(fx, fy)),
+        radius,
+        stride,
+        fx,
+        fy,
+        cx - 0.5,
+        cy - 0.5,
+        normals,
+        fitted,
+    )
+    return normals, fitted
 
 
 def _empty(view: View, shape: tuple[int, ...]) -> DepthMap:
