@@ -42,9 +42,13 @@ def off_step(vertices: np.ndarray) -> np.ndarray:
 OPTIONS = SurfaceOptions(faces=4000, smallest_island_faces=20)
 
 
-def test_a_surface_has_the_wanted_faces_and_is_sound():
-    made = build_surface(patch(), OPTIONS)
-    mesh = made.mesh
+@pytest.fixture(scope="module")
+def base():
+    return build_surface(patch(), OPTIONS)
+
+
+def test_a_surface_has_the_wanted_faces_and_is_sound(base):
+    made, mesh = base, base.mesh
     assert 0.9 * 4000 <= len(mesh.faces) <= 4000
     assert np.isfinite(mesh.vertices).all()
     assert is_manifold(mesh.faces)
@@ -54,8 +58,8 @@ def test_a_surface_has_the_wanted_faces_and_is_sound():
     assert made.facts["area_m2"] == pytest.approx(12.9, rel=0.03)
 
 
-def test_faces_are_counter_clockwise_from_the_air():
-    mesh = make_surface(patch(), OPTIONS)
+def test_faces_are_counter_clockwise_from_the_air(base):
+    mesh = base.mesh
     cross = cross_products(mesh.vertices, mesh.faces)
     assert cross[:, 1].sum() < 0
     length = np.linalg.norm(cross, axis=1)
@@ -127,15 +131,15 @@ def test_islands_are_left_out_but_never_all_of_the_surface():
     assert len(whole.mesh.faces) > 100
 
 
-def test_far_coordinates_keep_their_millimetres():
-    near, far = patch(), patch()
+def test_far_coordinates_keep_their_millimetres(base):
+    far = patch()
     far = PointCloud(far.points + UTM, far.colors, far.normals)
-    a, b = make_surface(near, OPTIONS), make_surface(far, OPTIONS)
+    a, b = base.mesh, make_surface(far, OPTIONS)
     assert np.median(off_step(b.vertices - UTM)) < 1.5 * np.median(off_step(a.vertices)) + 1e-4
 
 
-def test_one_thread_makes_the_same_surface_every_time():
-    a, b = make_surface(patch(), OPTIONS), make_surface(patch(), OPTIONS)
+def test_one_thread_makes_the_same_surface_every_time(base):
+    a, b = base.mesh, make_surface(patch(), OPTIONS)
     np.testing.assert_array_equal(a.vertices, b.vertices)
     np.testing.assert_array_equal(a.faces, b.faces)
 
