@@ -13,7 +13,8 @@ from PySide6.QtTest import QTest
 from tests import driver
 from tests.driver import click, drag, key, look_at, move, wait
 from vomstudio.document import edits
-from vomstudio.document.records import Trace
+from vomstudio.document.records import Patch, Trace
+from vomstudio.geometry.patches import ids_of
 from vomstudio.io.cameras_file import write_cameras
 from vomstudio.io.sample import read_picks, read_true_cameras
 from vomstudio.paths import resource
@@ -182,6 +183,34 @@ def test_a_click_on_the_outcrop_finds_its_photos_and_a_click_in_a_photo_selects(
     assert studio.selection.ids == ("F01",)
     driver.pause(200)
     assert panel.photo == name, "what is selected in a photo is looked at in this photo"
+
+
+def test_a_patch_is_painted_in_a_photo(traced):
+    window, studio, panel = traced, traced.studio, traced.in_photos
+    canvas = panel.canvas
+    studio.selection.set(["J2-02"])
+    window.actions_table.run("show_in_photos")
+    shown(window)
+    wait(lambda: "J2-02: seen in" in panel.words.text(), "the joint's photos")
+    wait(lambda: canvas._picture is not None, "the photo")
+    window.viewport.setFocus()
+    key(window, Qt.Key.Key_P)
+    assert studio.tool_name == "patch"
+    before = canvas.pixel_at(QPoint(5, 5))
+    middle = canvas.rect().center()
+    move(canvas, middle + QPoint(3, 0))
+    move(canvas, middle)
+    drag(canvas, middle, middle + QPoint(60, 25))
+    assert canvas.pixel_at(QPoint(5, 5)) == before, "the left button paints"
+    (patch,) = studio.session.of(Patch)
+    assert patch.n > 5
+    # All of it lies under the brush's way through the photo.
+    mesh = studio.models[patch.model_id].data
+    painted = mesh.vertices[mesh.faces[ids_of(patch.runs)]].mean(axis=1)
+    on = canvas.screen_of(panel._photos.views.pixels(panel._view, painted))
+    assert np.abs(on - [middle.x() + 30, middle.y() + 12]).max() < 150
+    wait(lambda: any(d.id == patch.id for d in canvas._drawn), "the patch's edge on the photo")
+    driver.keep_picture(window, "in-photos-8-patch")
 
 
 def test_photos_that_have_moved_are_found_again_by_their_folder(window, sample, tmp_path):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QFileDialog
 
 from vomstudio.ui.actions import Command
@@ -46,8 +46,13 @@ def commands(w: MainWindow) -> list[Command]:
 
 def show(w: MainWindow) -> None:
     w.show_dock(DOCK)
+    # A tab that was never in front has a height of its own until it is laid out.
+    QTimer.singleShot(0, lambda: _make_room(w))
+
+
+def _make_room(w: MainWindow) -> None:
     dock = w.docks[DOCK]
-    if dock.height() < _HEIGHT and not dock.isFloating():
+    if dock.height() < _HEIGHT and dock.isVisible() and not dock.isFloating():
         w.resizeDocks([dock], [_HEIGHT], Qt.Orientation.Vertical)
 
 

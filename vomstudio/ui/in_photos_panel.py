@@ -529,7 +529,9 @@ class InPhotosPanel(QWidget):
             x, y, z = seen.position.tolist()
             element = "point" if seen.weights is None else "face"
             hit = Hit(photos.model_id, element, seen.index, (x, y, z), seen.weights)
-        event = PointerEvent(at.kind, at.x, at.y, at.button, at.shift, at.ctrl, hit, at.handle)
+        event = PointerEvent(
+            at.kind, at.x, at.y, at.button, at.shift, at.ctrl, hit, at.handle, at.more
+        )
         self.pointer.emit(event)
         if self._studio.tool_name != "navigate":
             self._studio.pointer(event)

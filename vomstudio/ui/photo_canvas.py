@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
-from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QColor,
     QFontMetricsF,
@@ -33,6 +34,8 @@ CLICK_PIXELS = 4
 HANDLE_PIXELS = 9.0
 LINE_PIXELS = 7.0
 _PER_NOTCH = 1.2
+_HOVER_MS = 30
+_STROKE_PIXELS, _MOST_STEPS = 6.0, 40
 _CLOSEST = 24.0  # screen pixels of one of the photo
 _BUTTONS = {
     Qt.MouseButton.LeftButton: Button.LEFT,
@@ -67,6 +70,8 @@ class PhotoPointer:
     shift: bool = False
     ctrl: bool = False
     handle: int | None = None
+    more: bool = False
+    """Another one of the same drag follows at once."""
 
 
 class PhotoCanvas(QWidget):
@@ -108,6 +113,12 @@ class PhotoCanvas(QWidget):
         self._action: str | None = None
         self._handle: int | None = None
         self._doubled = False
+        # Tools fit planes as the cursor moves.
+        self._hover_event: PhotoPointer | None = None
+        self._hover = QTimer(self)
+        self._hover.setSingleShot(True)
+        self._hover.setInterval(_HOVER_MS)
+        self._hover.timeout.connect(self._hovered)
 
     # --- what is shown -----------------------------------------------------------------------
     def set_photo(self, width: int, height: int) -> None:
@@ -368,20 +379,33 @@ class PhotoCanvas(QWidget):
     def mouseMoveEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         at = self._cursor = event.position()
         if self._press is None:
-            self.pointed.emit(self._emit(Pointer.MOVE, at, Qt.MouseButton.NoButton, event))
+            self._hover_event = self._emit(Pointer.MOVE, at, Qt.MouseButton.NoButton, event)
+            if not self._hover.isActive():
+                self._hover.start()
             self.update()
             return
         if self._action is None:
             if (at - self._press).manhattanLength() <= CLICK_PIXELS:
                 return
             self._action = self._begin(event)
+            self._last = self._press
         if self._action == "pan":
             self._offset += at - self._last
             self._fitted = False
         else:
-            self._drag(Pointer.DRAG_MOVE, at, event)
+            way = at - self._last
+            # A brush leaves no gaps.
+            length = way.manhattanLength() if self._handle is None else 0.0
+            steps = min(max(1, math.ceil(length / _STROKE_PIXELS)), _MOST_STEPS)
+            for step in range(1, steps + 1):
+                there = self._last + way * (step / steps)
+                self._drag(Pointer.DRAG_MOVE, there, event, more=step < steps)
         self._last = at
         self.update()
+
+    def _hovered(self) -> None:
+        if self._press is None and self._hover_event is not None:
+            self.pointed.emit(self._hover_event)
 
     def _begin(self, event: QMouseEvent) -> str:
         assert self._press is not None
@@ -391,8 +415,9 @@ class PhotoCanvas(QWidget):
         self._drag(Pointer.DRAG_START, self._press, event)
         return "tool"
 
-    def _drag(self, kind: Pointer, at: QPointF, event: QMouseEvent) -> None:
-        self.pointed.emit(replace(self._emit(kind, at, self._button, event), handle=self._handle))
+    def _drag(self, kind: Pointer, at: QPointF, event: QMouseEvent, *, more: bool = False) -> None:
+        made = self._emit(kind, at, self._button, event)
+        self.pointed.emit(replace(made, handle=self._handle, more=more))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         if self._press is None or event.button() != self._button:
@@ -417,7 +442,7 @@ class PhotoCanvas(QWidget):
         event.accept()
 
     def leaveEvent(self, event: QEvent) -> None:  # noqa: N802
-        self._cursor = None
+        self._cursor, self._hover_event = None, None
         self.update()
         super().leaveEvent(event)
 

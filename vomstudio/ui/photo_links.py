@@ -14,6 +14,7 @@ from vomstudio.document.records import Model
 from vomstudio.errors import VomError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.octree import StreamedCloud
 from vomstudio.geometry.raytree import RayTree
 from vomstudio.io.cameras_file import Cameras, read_cameras
 from vomstudio.photogrammetry.photo_views import PhotoViews
@@ -114,6 +115,12 @@ class PhotoLinks(QObject):
         opened, path = self._studio.models.get(model_id), self.cameras_path(model_id)
         record = self._studio.records.get(model_id)
         if not self._wanted or opened is None or path is None or not isinstance(record, Model):
+            return
+        if isinstance(opened.data, StreamedCloud):
+            self._problems[model_id] = self.tr(
+                "{0} is too large to be held as a whole, so lines of sight cannot be followed to "
+                "it: open the mesh of the same outcrop, or a thinner cloud."
+            ).format(record.name)
             return
         self._busy.add(model_id)
         self._problems.pop(model_id, None)
