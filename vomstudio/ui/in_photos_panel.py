@@ -39,7 +39,7 @@ from vomstudio.ui.wording import drawn_points
 Array = npt.NDArray[np.float64]
 
 _MOST_POINTS = 80  # of a feature, to find the photos that show it
-_MOST_DOTS = 1500  # along the edge of a patch
+_MOST_EDGES = 3000  # of a patch
 _STEP_PX = 5.0
 
 
@@ -604,14 +604,14 @@ def _draw(photos: ModelPhotos, view: int | None, drawing: FeatureDrawing) -> lis
     views = photos.views
     if view is None:
         return []
-    points = False
+    pairs = False
     if len(drawing.line) > 1:
         pixels, seen = views.course(view, drawing.line, _STEP_PX)
     elif drawing.area is not None:
-        edges = drawing.area.border[:: max(1, len(drawing.area.border) // _MOST_DOTS)]
-        world = drawing.area.origin + edges.mean(axis=1)
+        edges = drawing.area.border[:: max(1, len(drawing.area.border) // _MOST_EDGES)]
+        world = drawing.area.origin + edges.reshape(-1, 3).astype(np.float64)
         pixels, seen = views.pixels(view, world), views.shows(view, world)
-        points = True
+        pairs = True
     else:
         return []
     if not seen.any():
@@ -619,10 +619,10 @@ def _draw(photos: ModelPhotos, view: int | None, drawing: FeatureDrawing) -> lis
     anchor = None
     if views.shows(view, drawing.anchor[None])[0]:
         anchor = views.pixels(view, drawing.anchor[None])[0]
-    elif not points:
+    elif not pairs:
         rows = np.flatnonzero(seen)
         anchor = pixels[rows[len(rows) // 2]]
-    return [Drawn(drawing.id, pixels, seen, drawing.color, drawing.label, anchor, points)]
+    return [Drawn(drawing.id, pixels, seen, drawing.color, drawing.label, anchor, pairs)]
 
 
 def _some(points: Array) -> Array:

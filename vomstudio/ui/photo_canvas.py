@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
-from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, QLineF, QPoint, QPointF, QRectF, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QColor,
     QFontMetricsF,
@@ -47,7 +47,8 @@ _BUTTONS = {
 @dataclass(frozen=True, eq=False)
 class Drawn:
     """A feature over the photo: its course, pixels (k, 2) of the photo, and which are seen (k,);
-    the anchor (2,) of its label, None where that is hidden; points: it is a cloud of dots, no line.
+    the anchor (2,) of its label, None where that is hidden; pairs: no course, but edges, each of
+    two pixels.
     """
 
     id: str
@@ -56,7 +57,7 @@ class Drawn:
     color: tuple[float, float, float]
     label: str
     anchor: Array | None
-    points: bool = False
+    pairs: bool = False
 
 
 @dataclass(frozen=True)
@@ -287,9 +288,13 @@ class PhotoCanvas(QWidget):
         color = painting.to_color(drawn.color)
         chosen = drawn.id in self._selected
         pixels = self.screen_of(drawn.pixels)
-        if drawn.points:
-            painter.setPen(QPen(color, 3.0 if chosen else 2.0))
-            painter.drawPoints([QPointF(x, y) for x, y in pixels[drawn.seen].tolist()])
+        if drawn.pairs:
+            edges = pixels.reshape(-1, 4)[drawn.seen.reshape(-1, 2).all(axis=1)]
+            lines = [QLineF(*edge) for edge in edges.tolist()]
+            wide = 3.0 if chosen else 1.8
+            for pen in (QPen(QColor(20, 20, 22, 200), wide + 2.4), QPen(color, wide)):
+                painter.setPen(pen)
+                painter.drawLines(lines)
         else:
             painting.draw_runs(painter, pixels, drawn.seen, color, 3.4 if chosen else 2.0)
 
@@ -356,7 +361,7 @@ class PhotoCanvas(QWidget):
         for drawn in self._drawn:
             seen = drawn.seen[:-1] & drawn.seen[1:]
             on = self.screen_of(drawn.pixels)
-            if drawn.points:
+            if drawn.pairs:
                 off = np.hypot(*(on[drawn.seen] - at).T)
             else:
                 a, ab = on[:-1][seen], np.diff(on, axis=0)[seen]
