@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from vomstudio.rendering.viewport import Viewport
     from vomstudio.ui.studio import Notice
 
-_LAYOUT_VERSION = 3
+_LAYOUT_VERSION = 4
 _MENUS = (
     ("&File", ("new", "open", "choose_photos", "open_project", "*recent", "*discarded", "|",
                "save", "save_as", "|",
@@ -61,10 +61,10 @@ _MENUS = (
     ("&View", ("home", "frame_selection", "orthographic", "|", "view_top", "view_north",
                "view_east", "view_south", "view_west", "view_bottom", "|", "*display",
                "clipping_box", "clipping_reset", "*planes", "*notation", "trackball", "|",
-               "show_chosen", "hide_chosen", "show_only", "show_all", "|", "only_outcrop",
-               "*docks")),
-    ("&Model", ("make_model", "pause_model", "|", "declare_frame", "locate", "copy_model",
-                "export_model", "remove_model")),
+               "show_chosen", "hide_chosen", "show_only", "show_all", "|", "show_in_photos",
+               "previous_photo", "next_photo", "fit_photo", "|", "only_outcrop", "*docks")),
+    ("&Model", ("make_model", "pause_model", "|", "declare_frame", "locate", "open_cameras",
+                "find_photos", "|", "copy_model", "export_model", "remove_model")),
     ("&Interpret", ("navigate", "trace", "patch", "line", "measure", "|", "finish", "cancel",
                     "continue_trace", "delete_vertex", "|", "continue_patch", "brush_removes",
                     "brush_smaller", "brush_larger", "|", "feature_types")),
@@ -103,12 +103,14 @@ class MainWindow(QMainWindow):
         """Everything but the viewport and the net. What is imported here is not light."""
         from vomstudio.ui.commands import commands
         from vomstudio.ui.files import Files
+        from vomstudio.ui.photo_links import PhotoLinks
         from vomstudio.ui.photo_survey import PhotoSurvey
         from vomstudio.ui.studio import Studio
 
         self.studio = Studio(self._settings)
         self.files = Files(self, self.studio)
         self.survey = PhotoSurvey(self.studio)
+        self.photo_links = PhotoLinks(self.studio)
         self.actions_table = Actions(self)
         for command in commands(self):
             self.actions_table.add(command)
@@ -148,6 +150,7 @@ class MainWindow(QMainWindow):
     def _make_docks(self) -> None:
         from vomstudio.ui.display_panel import DisplayPanel
         from vomstudio.ui.feature_commands import open_types
+        from vomstudio.ui.in_photos_panel import InPhotosPanel
         from vomstudio.ui.jobs_panel import JobsPanel
         from vomstudio.ui.line_panel import LinePanel
         from vomstudio.ui.measure_panel import MeasurePanel
@@ -177,6 +180,7 @@ class MainWindow(QMainWindow):
         )
         self.table = TablePanel(self.studio, actions["export_csv"])
         self.photos_panel = PhotosPanel(self.survey, actions)
+        self.in_photos = InPhotosPanel(self.studio, self.photo_links, actions)
         self.messages = MessagesPanel()
         for view in (self.tree.tree, self.table.view):
             # Only with the focus on the view itself: in an editor Delete deletes letters.
@@ -200,6 +204,7 @@ class MainWindow(QMainWindow):
         self._dock("properties", self.tr("Properties"), self.properties, right)
         self._dock("table", self.tr("Orientations"), self.table, bottom)
         self._dock("photos", self.tr("Photos"), self.photos_panel, bottom)
+        self._dock("in_photos", self.tr("In the photos"), self.in_photos, bottom)
         self._dock("jobs", self.tr("Jobs"), JobsPanel(self.studio.jobs), bottom)
         self._dock("messages", self.tr("Messages"), self.messages, bottom)
 
@@ -215,7 +220,8 @@ class MainWindow(QMainWindow):
         self.tabifyDockWidget(docks["stereonet"], docks["view"])
         self.tabifyDockWidget(docks["view"], docks["display"])
         self.tabifyDockWidget(docks["table"], docks["photos"])
-        self.tabifyDockWidget(docks["photos"], docks["jobs"])
+        self.tabifyDockWidget(docks["photos"], docks["in_photos"])
+        self.tabifyDockWidget(docks["in_photos"], docks["jobs"])
         self.tabifyDockWidget(docks["jobs"], docks["messages"])
         for tool in ("patch", "line", "measure"):
             self.tabifyDockWidget(docks["trace"], docks[tool])
@@ -343,6 +349,10 @@ class MainWindow(QMainWindow):
         self._presenter = ScenePresenter(self.studio, viewport)
         self._presenter.rebuild()
         self.display_panel.watch(viewport)
+        self.in_photos.watch(viewport)
+        self.in_photos.listed.connect(self.actions_table.refresh)
+        self.in_photos.pointer.connect(self.status_line.show_pointer)
+        self.actions_table.give_keys_to(self.in_photos.canvas)
         viewport.pointer.connect(self.status_line.show_pointer)
         viewport.camera_changed.connect(self._camera_changed)
         viewport.problem.connect(lambda text: self.studio.warn(text))
@@ -556,6 +566,7 @@ class MainWindow(QMainWindow):
         self._keep_camera()
         if self.viewport is not None:
             self.viewport.close()
+        self.in_photos.close_threads()
         self.studio.close()
         event.accept()
 
