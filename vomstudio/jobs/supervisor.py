@@ -16,6 +16,7 @@ from typing import Any
 from vomstudio.errors import Cancelled, WorkerError
 from vomstudio.jobs.events import Done, Event, Failed, from_line
 
+
 Listener = Callable[[Event], None]
 
 # Native code that does not look at its token is stopped the hard way after this long.
@@ -164,8 +165,8 @@ class Worker:
                 Cancelled()
                 if job in cancelled
                 else WorkerError(
-                    f"the worker process ended unexpectedly (code {process.returncode}); "
-                    "nothing of the project is lost, try again"
+                    f"the worker process ended unexpectedly ({_ending(process.returncode)}); "
+                    "what is finished is kept, try again"
                 )
             )
             self._deliver(Failed(job, fault.as_dict(), fault.exit_code))
@@ -175,3 +176,8 @@ class Worker:
             process = self._owners.get(job)
         if process is not None:
             process.kill()
+
+def _ending(code: int) -> str:
+    if code == -9:
+        return "killed by the system, perhaps for want of memory"
+    return f"code {code}"
