@@ -114,7 +114,7 @@ def claim(out: Path) -> Outputs:
         out.mkdir(parents=True, exist_ok=True)
         strangers = [p for p in out.iterdir() if not p.name.startswith(".")]
     except (OSError, ValueError) as error:
-        if out.exists() and not out.is_dir():
+        if isinstance(error, FileExistsError | NotADirectoryError):
             raise TargetError("is a file; name a folder for the model", file=out) from error
         reason = getattr(error, "strerror", None) or error
         raise TargetError(f"no folder can be made there ({reason})", file=out) from error
