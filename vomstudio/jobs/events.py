@@ -7,6 +7,10 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 
+# Names, in the worker's environment, the descriptor of a pipe that closes with the supervisor.
+LIFELINE = "VOMSTUDIO_LIFELINE"
+
+
 @dataclass(frozen=True)
 class Stage:
     """A stage begins; `total` counts its steps, None where they cannot be known."""
