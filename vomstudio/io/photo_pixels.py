@@ -69,6 +69,36 @@ def turned_upright(pixels: npt.NDArray[np.uint8], orientation: int) -> Bytes:
     return np.ascontiguousarray(turned)
 
 
+def upright_pixels(
+    pixels: npt.ArrayLike, orientation: int, width: int, height: int
+) -> npt.NDArray[np.float64]:
+    """Where pixels (n, 2) of a stored photo of this size lie once it is turned upright, in pixels
+    of the upright picture."""
+    x, y = np.asarray(pixels, np.float64).reshape(-1, 2).T
+    a, b = {
+        1: (x, y),
+        2: (width - x, y),
+        3: (width - x, height - y),
+        4: (x, height - y),
+        5: (y, x),
+        6: (height - y, x),
+        7: (height - y, width - x),
+        8: (y, width - x),
+    }[orientation if orientation in range(1, 9) else 1]
+    return np.column_stack([a, b])
+
+
+def stored(photo: str | Path, size: int) -> tuple[Bytes, tuple[int, int], int]:
+    """(pixels (h, w, 3) as stored with their long side at most `size`, (width, height) of the
+    photo, EXIF orientation). Raises InputError."""
+    from vomstudio.io.exif import read_exif
+
+    with opened(photo) as image:
+        full = (image.width, image.height)
+        orientation = read_exif(image).orientation
+        return np.asarray(_small(image, size, "RGB")), full, orientation
+
+
 def thumbnail(photo: Photo | str | Path, size: int = 256) -> Bytes:
     """(h, w, 3) uint8, upright, its long side at most `size` pixels.
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from vomstudio.jobs import inspection_tasks
 from vomstudio.progress import Progress
 
 Task = Callable[[Mapping[str, Any], Progress], dict[str, Any]]
@@ -270,4 +271,5 @@ TASKS: dict[str, Task] = {
     "write_layers": write_layers,
     "orthophoto": orthophoto,
     "export_model": export_model,
+    **inspection_tasks.TASKS,
 }

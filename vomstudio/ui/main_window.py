@@ -63,8 +63,9 @@ _MENUS = (
                "clipping_box", "clipping_reset", "*planes", "*notation", "trackball", "|",
                "show_chosen", "hide_chosen", "show_only", "show_all", "|", "show_in_photos",
                "previous_photo", "next_photo", "fit_photo", "|", "only_outcrop", "*docks")),
-    ("&Model", ("make_model", "pause_model", "|", "declare_frame", "locate", "open_cameras",
-                "find_photos", "|", "copy_model", "export_model", "remove_model")),
+    ("&Model", ("make_model", "pause_model", "show_alignment", "show_tie_points", "|",
+                "declare_frame", "locate", "open_cameras", "find_photos", "|", "copy_model",
+                "export_model", "remove_model")),
     ("&Interpret", ("navigate", "trace", "patch", "line", "measure", "|", "finish", "cancel",
                     "continue_trace", "delete_vertex", "|", "continue_patch", "brush_removes",
                     "brush_smaller", "brush_larger", "|", "feature_types")),
@@ -101,6 +102,7 @@ class MainWindow(QMainWindow):
 
     def _fill(self) -> None:
         """Everything but the viewport and the net. What is imported here is not light."""
+        from vomstudio.ui.camera_view import CameraView
         from vomstudio.ui.commands import commands
         from vomstudio.ui.files import Files
         from vomstudio.ui.photo_links import PhotoLinks
@@ -111,6 +113,7 @@ class MainWindow(QMainWindow):
         self.files = Files(self, self.studio)
         self.survey = PhotoSurvey(self.studio)
         self.photo_links = PhotoLinks(self.studio)
+        self.cameras = CameraView(self.studio)
         self.actions_table = Actions(self)
         for command in commands(self):
             self.actions_table.add(command)
@@ -331,6 +334,8 @@ class MainWindow(QMainWindow):
         studio.recovery_found.connect(self.files.offer_recovery)
         studio.jobs.changed.connect(self._show_start_page)
         self.survey.changed.connect(self.actions_table.refresh)
+        self.cameras.found.connect(self.actions_table.refresh)
+        self.photos_panel.chosen.connect(self.cameras.choose)
 
     # --- birth -------------------------------------------------------------------------------
     def begin(self, paths: list[Path]) -> None:
@@ -348,6 +353,8 @@ class MainWindow(QMainWindow):
         self.start_page.place_over(viewport)
         self._presenter = ScenePresenter(self.studio, viewport)
         self._presenter.rebuild()
+        self.cameras.watch(viewport)
+        self.cameras.chosen.connect(self.photos_panel.choose)
         self.display_panel.watch(viewport)
         self.in_photos.watch(viewport)
         self.in_photos.listed.connect(self.actions_table.refresh)
@@ -447,7 +454,7 @@ class MainWindow(QMainWindow):
             self.viewport.look_along(trend_deg, plunge_deg)
 
     def see_all(self) -> None:
-        self._presenter.see_all()
+        self._presenter.see_all(self.cameras.corners())
 
     def show_dock(self, name: str) -> None:
         self.docks[name].show()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -345,14 +345,21 @@ class Studio(QObject):
         else:
             self.open_model(path)
 
-    def open_model(self, path: Path, name: str | None = None) -> None:
-        """name: of its record; None for that of the file."""
+    def open_model(
+        self,
+        path: Path,
+        name: str | None = None,
+        like: str | None = None,
+        then: Callable[[str], None] = lambda _: None,
+    ) -> None:
+        """name: of its record; None for that of the file. like: a model whose frame it shares.
+        then: called with its id once it is there."""
         path = path.resolve()
         self.loader.load(
             str(path),
             path,
             self.project.cache,
-            lambda opened: self._add_opened(path, opened, name or path.stem),
+            lambda opened: self._add_opened(path, opened, name or path.stem, like, then),
         )
 
     def _load(self, model: Model) -> None:
@@ -413,7 +420,14 @@ class Studio(QObject):
             on_failed=lambda event: self.warn(event.message, "error"),
         )
 
-    def _add_opened(self, path: Path, opened: OpenModel, name: str) -> None:
+    def _add_opened(
+        self,
+        path: Path,
+        opened: OpenModel,
+        name: str,
+        like: str | None,
+        then: Callable[[str], None],
+    ) -> None:
         same = [m for m in self.session.of(Model) if m.content_hash == opened.content_hash]
         if same:
             if same[0].id not in self.models:
@@ -421,6 +435,10 @@ class Studio(QObject):
             self.info(f"{path.name} is open already.")
             return
         frame = Frame("crs", opened.crs) if opened.crs else Frame()
+        to_world = frame.to_world()
+        other = self.records.get(like or "")
+        if isinstance(other, Model):
+            frame, to_world = other.frame, other.to_world
         model = Model(
             id=edits.new_id("model"),
             name=name,
@@ -428,7 +446,7 @@ class Studio(QObject):
             kind=opened.kind,
             content_hash=opened.content_hash,
             frame=frame,
-            to_world=frame.to_world(),
+            to_world=to_world,
         )
         # The data first: an edit that brings a model without data would read the file again.
         self.models[model.id] = opened
@@ -437,8 +455,9 @@ class Studio(QObject):
             return
         self.remember(path)
         self._attach(model.id, path, opened)
-        if frame.kind == "undeclared":
+        if frame.kind == "undeclared" and not isinstance(other, Model):
             self.frame_wanted.emit(model.id)
+        then(model.id)
 
     def _attach(self, model_id: str, path: Path, opened: OpenModel) -> None:
         self.models[model_id] = opened
