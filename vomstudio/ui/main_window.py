@@ -42,7 +42,7 @@ from vomstudio.document.records import (
     Trace,
 )
 from vomstudio.io.settings import Settings
-from vomstudio.ui import display_commands, theme
+from vomstudio.ui import display_commands, interpreter, theme
 from vomstudio.ui.actions import Actions
 from vomstudio.ui.wording import drawn_points
 
@@ -82,13 +82,16 @@ class MainWindow(QMainWindow):
     """Made in two steps: an empty frame that is on the screen at once, then `begin` fills it."""
 
     _net_imported = Signal()
+    _all_imported = Signal()
 
     def __init__(self, settings: Settings) -> None:
         super().__init__()
+        interpreter.take_short_turns()
         self._settings = settings
         self._filled = False
         self._net_importer: threading.Thread | None = None
         self._net_imported.connect(self._bring_net, Qt.ConnectionType.QueuedConnection)
+        self._all_imported.connect(self._be_ready, Qt.ConnectionType.QueuedConnection)
         self._put_away: QByteArray | None = None
         self.viewport: Viewport | None = None
         self.setWindowTitle("VOM Studio")
@@ -330,7 +333,8 @@ class MainWindow(QMainWindow):
         studio.active_tool_changed.connect(self._tool_changed)
         studio.tool_changed_signal.connect(self._refresh)
         studio.tool_changed_signal.connect(self.message_bar.end_hint)
-        studio.frame_wanted.connect(self.files.declare_frame)
+        # A dialog takes long to make: not in the same event as all that a new model brings about.
+        studio.frame_wanted.connect(self.files.declare_frame, Qt.ConnectionType.QueuedConnection)
         studio.recovery_found.connect(self.files.offer_recovery)
         studio.jobs.changed.connect(self._show_start_page)
         self.survey.changed.connect(self.actions_table.refresh)
@@ -366,6 +370,7 @@ class MainWindow(QMainWindow):
         viewport.point_budget = self._settings.point_budget
         viewport.navigation = "turntable" if self._settings.turntable else "trackball"
         viewport.setFocus()
+        interpreter.spare_what_is_there()
         self._camera_timer = QTimer(self)
         self._camera_timer.setSingleShot(True)
         self._camera_timer.setInterval(500)
@@ -388,6 +393,11 @@ class MainWindow(QMainWindow):
             import vomstudio.ui.stereonet_panel  # noqa: F401
 
             self._net_imported.emit()
+            # Wanted as soon as a model is there, when its picture is wanted as well.
+            import scipy.sparse.csgraph
+            import scipy.spatial  # noqa: F401
+
+            self._all_imported.emit()
 
         self._net_importer = threading.Thread(target=work, name="net import", daemon=True)
         self._net_importer.start()
@@ -409,6 +419,11 @@ class MainWindow(QMainWindow):
             on_failed=lambda _: None,
             quiet=True,
         )
+
+    def _be_ready(self) -> None:
+        # A model is not to stay for ever.
+        if self._filled and not self.studio.models:
+            interpreter.spare_what_is_there()
 
     # --- files -------------------------------------------------------------------------------
     def open_path(self, path: Path) -> None:
