@@ -39,6 +39,13 @@ def deaf(args, progress):
     time.sleep(60)
     return {}
 
+def deafest(args, progress):
+    # Python's lock is held all the while: no thread of the child hears anything.
+    import ctypes
+    progress.stage("deafest")
+    ctypes.PyDLL(None).sleep(60)
+    return {}
+
 def die(args, progress):
     progress.stage("dying")
     os.abort()
@@ -52,8 +59,8 @@ def fault(args, progress):
 def no_memory(args, progress):
     raise MemoryError
 
-tasks.TASKS.update(chatter=chatter, count=count, deaf=deaf, die=die, nan=nan, fault=fault,
-                   no_memory=no_memory)
+tasks.TASKS.update(chatter=chatter, count=count, deaf=deaf, deafest=deafest, die=die, nan=nan,
+                   fault=fault, no_memory=no_memory)
 from vomstudio.jobs import worker
 sys.exit(worker.main())
 """
@@ -233,6 +240,35 @@ def test_closing_ends_the_process_and_says_nothing_more(worker):
     assert process.poll() is not None
     assert time.monotonic() - begun < 3.0
     assert len(heard.events) == 1
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere such a child ends a little later")
+def test_native_code_that_hears_nothing_ends_with_a_killed_supervisor(tmp_path):
+    (tmp_path / "child.py").write_text(TASKS)
+    supervisor = (
+        "import subprocess, sys, time\n"
+        "real = subprocess.Popen\n"
+        "def start(words, **more): return real([sys.executable, sys.argv[1]], **more)\n"
+        "subprocess.Popen = start\n"
+        "from vomstudio.jobs.supervisor import Worker\n"
+        "worker = Worker()\n"
+        "say = lambda event: print(worker._process.pid, flush=True)\n"
+        "worker.submit('deafest', {}, say)\n"
+        "time.sleep(60)\n"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", supervisor, str(tmp_path / "child.py")],
+        stdout=subprocess.PIPE, text=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)},
+    ) as process:  # fmt: skip
+        child_id = int(process.stdout.readline())
+        time.sleep(0.3)
+        process.kill()
+    psutil = pytest.importorskip("psutil")
+    end = time.monotonic() + 10
+    while psutil.pid_exists(child_id) and psutil.Process(child_id).status() != "zombie":
+        assert time.monotonic() < end, "the child lives on"
+        time.sleep(0.05)
 
 
 # --- the child by itself ---------------------------------------------------------------------

@@ -223,7 +223,10 @@ def _listed(root: Path) -> list[Path]:
 
 
 def _is_other_folder(folder: Path) -> bool:
-    """Hidden, kept by another program for itself, a project, or a model with its textures."""
+    """Hidden, kept by another program for itself, a project, a reconstruction, or a model with its
+    textures."""
+    if (folder / "request.json").is_file() and (folder / "work").is_dir():
+        return True
     if folder.name.startswith((".", "@", "__")) or folder.suffix == ".vom":
         return True
     try:

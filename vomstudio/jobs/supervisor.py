@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from vomstudio.errors import Cancelled, WorkerError
-from vomstudio.jobs.events import Done, Event, Failed, from_line
+from vomstudio.jobs.events import LIFELINE, Done, Event, Failed, from_line
 
 Listener = Callable[[Event], None]
 
@@ -116,18 +116,34 @@ class Worker:
         environment = dict(os.environ)
         # The child finds the same package, wherever the window was started from.
         environment["PYTHONPATH"] = os.pathsep.join(p for p in sys.path if p)
-        process = subprocess.Popen(
-            [sys.executable, "-m", "vomstudio", "--worker"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-            encoding="utf-8",
-            env=environment,
-        )
-        threading.Thread(target=self._read, args=(process,), daemon=True).start()
+        reading: tuple[int, ...] = ()
+        writing: tuple[int, ...] = ()
+        if os.name == "posix":
+            # Our end of this pipe closes with us, however we end.
+            read, write = os.pipe()
+            reading, writing = (read,), (write,)
+            environment[LIFELINE] = str(read)
+        try:
+            process = subprocess.Popen(
+                [sys.executable, "-m", "vomstudio", "--worker"],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                text=True,
+                encoding="utf-8",
+                env=environment,
+                pass_fds=reading,
+            )
+        except OSError:
+            for descriptor in writing:
+                os.close(descriptor)
+            raise
+        finally:
+            for descriptor in reading:
+                os.close(descriptor)
+        threading.Thread(target=self._read, args=(process, writing), daemon=True).start()
         return process
 
-    def _read(self, process: subprocess.Popen[str]) -> None:
+    def _read(self, process: subprocess.Popen[str], lifeline: tuple[int, ...]) -> None:
         assert process.stdout is not None
         for line in process.stdout:
             try:
@@ -135,6 +151,8 @@ class Worker:
             except ValueError:
                 continue
         process.wait()
+        for descriptor in lifeline:
+            os.close(descriptor)
         process.stdout.close()
         assert process.stdin is not None
         with contextlib.suppress(OSError):
@@ -164,8 +182,8 @@ class Worker:
                 Cancelled()
                 if job in cancelled
                 else WorkerError(
-                    f"the worker process ended unexpectedly (code {process.returncode}); "
-                    "nothing of the project is lost, try again"
+                    f"the worker process ended unexpectedly ({_ending(process.returncode)}); "
+                    "what is finished is kept, try again"
                 )
             )
             self._deliver(Failed(job, fault.as_dict(), fault.exit_code))
@@ -175,3 +193,9 @@ class Worker:
             process = self._owners.get(job)
         if process is not None:
             process.kill()
+
+
+def _ending(code: int) -> str:
+    if code == -9:
+        return "killed by the system, perhaps for want of memory"
+    return f"code {code}"

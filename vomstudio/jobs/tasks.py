@@ -250,13 +250,13 @@ def reconstruct(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
         seed=args.get("seed", 0),
     )
     out = Path(args["out"])
-    outputs = reconstruction.claim(out)
     executor = make_executor(settings.threads, args.get("scheduler"))
     try:
         result = reconstruction.reconstruct(Path(args["photos"]), out, settings, executor, progress)
     finally:
         executor.close()
-    write_report(outputs.report, result)
+    with reconstruction.disk_watched(out):
+        write_report(reconstruction.Outputs(out).report, result)
     return result
 
 

@@ -18,7 +18,7 @@ import traceback
 from typing import Any, TextIO
 
 from vomstudio.errors import VomError, WorkerError
-from vomstudio.jobs.events import Done, Event, Failed, Stage, Step, to_line
+from vomstudio.jobs.events import LIFELINE, Done, Event, Failed, Stage, Step, to_line
 from vomstudio.jobs.tasks import TASKS
 from vomstudio.progress import CancelToken
 
@@ -41,6 +41,7 @@ class _Reporter:
 def main() -> int:
     # Ctrl+C in the terminal reaches every process: the window decides what it ends.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _end_with_supervisor()
     # A comma locale makes some native readers misread decimal points.
     locale.setlocale(locale.LC_NUMERIC, "C")
     out = os.fdopen(os.dup(1), "w", encoding="utf-8")
@@ -72,6 +73,24 @@ def main() -> int:
             traceback.print_exc(file=sys.stderr)
             fault = WorkerError(f"{name} failed: {type(error).__name__}: {error}")
             send(Failed(job, fault.as_dict(), fault.exit_code))
+
+
+def _end_with_supervisor() -> None:
+    """Let the system itself end this process when the supervisor is gone: native code that holds
+    Python's lock for minutes keeps the thread that listens from noticing."""
+    descriptor = os.environ.pop(LIFELINE, None)
+    if descriptor is None:
+        return
+    try:
+        import fcntl
+
+        flags = fcntl.fcntl(int(descriptor), fcntl.F_GETFL)
+        fcntl.fcntl(int(descriptor), fcntl.F_SETOWN, os.getpid())
+        # SIGIO comes when the other end closes, and its default action is to end the process.
+        fcntl.fcntl(int(descriptor), fcntl.F_SETFL, flags | os.O_ASYNC)
+    except (ImportError, AttributeError, OSError, ValueError):
+        # End of file on stdin must do.
+        return
 
 
 def _listen(stdin: TextIO, jobs: queue.SimpleQueue[Any]) -> None:

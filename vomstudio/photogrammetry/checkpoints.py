@@ -7,6 +7,7 @@ goes on behind the last photo that was finished.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
@@ -41,7 +42,10 @@ class Stage:
         if self.done:
             self._before = float(self.facts.get("seconds", 0.0))
         else:
-            self._part.mkdir(parents=True, exist_ok=True)
+            try:
+                self._part.mkdir(parents=True, exist_ok=True)
+            except OSError as error:
+                raise _not_written(self._part, error) from error
             self._before = float(_read(self._part / _STAMP).get("seconds", 0.0))
 
     @property
@@ -70,11 +74,14 @@ class Stage:
         """Everything is there: put it on the disk, then give the folder its name."""
         seconds = self.seconds
         write_whole(self._part / _STAMP, lambda p: _write(p, {"seconds": seconds, **facts}))
-        for path in self._part.rglob("*"):
-            if path.is_file():
-                _flush(path)
-        os.replace(self._part, self._final)
-        _flush(self._final.parent)
+        try:
+            for path in self._part.rglob("*"):
+                if path.is_file():
+                    _flush(path)
+            os.replace(self._part, self._final)
+            _flush(self._final.parent)
+        except OSError as error:
+            raise _not_written(self._final, error) from error
         self._before = seconds
 
 
@@ -99,6 +106,16 @@ class Checkpoints:
         self.stages.append(stage)
         return stage
 
+    def tidy(self) -> None:
+        """Remove halves of files, which a run that was killed has left. Nobody else may be at work
+        here."""
+        for path in list(self.root.rglob(".*.part")):
+            path.unlink(missing_ok=True)
+
+    def size(self) -> int:
+        """Bytes of all that is kept."""
+        return sum(path.stat().st_size for path in self.root.rglob("*") if path.is_file())
+
     def sweep(self) -> None:
         """Remove the folders of other inputs and settings than this run's."""
         kept = {stage.folder.name for stage in self.stages}
@@ -118,12 +135,18 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
         _flush(temporary)
         os.replace(temporary, path)
     except OSError as error:
-        temporary.unlink(missing_ok=True)
-        raise TargetError(
-            f"cannot be written ({error.strerror or error}); what is finished is kept, make room "
-            "and start again",
-            file=path,
-        ) from error
+        raise _not_written(path, error) from error
+    finally:
+        with contextlib.suppress(OSError):
+            temporary.unlink(missing_ok=True)
+
+
+def _not_written(path: Path, error: OSError) -> TargetError:
+    return TargetError(
+        f"cannot be written ({error.strerror or error}); what is finished is kept, make room and "
+        "start again",
+        file=path,
+    )
 
 
 def file_name(photo: str) -> str:

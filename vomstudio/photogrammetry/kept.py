@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import zipfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
 import numpy as np
 
+from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.cameras_file import view_from_dict, view_to_dict
@@ -63,7 +65,18 @@ class Kept(Sequence[Result], Generic[Result]):
             return [self[each] for each in range(*number.indices(len(self)))]
         if not -len(self) <= number < len(self):
             raise IndexError(number)
-        return self._load(self.path(number % len(self)))
+        path = self.path(number % len(self))
+        return loaded(self._load, path)
+
+
+def loaded(load: Callable[[Path], Result], path: Path) -> Result:
+    """What is in a file. Raises InputError where a failing disk has damaged it."""
+    try:
+        return load(path)
+    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+        raise InputError(
+            f"is damaged ({type(error).__name__}); remove its folder and start again", file=path
+        ) from error
 
 
 def save_straight(path: Path, straight: Undistorted) -> None:

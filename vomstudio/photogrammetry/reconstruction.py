@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import hashlib
 import json
 import os
-from collections.abc import Callable, Sequence
+import shutil
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from vomstudio import __version__
-from vomstudio.errors import GeometryError, InputError, TargetError
+from vomstudio.errors import GeometryError, InputError, TargetError, VomError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.atomic import atomic_write
+from vomstudio.io.lock import FolderLock
 from vomstudio.photogrammetry import figures
 from vomstudio.photogrammetry.checkpoints import Checkpoints, Stage, key_of, write_whole
 from vomstudio.photogrammetry.diary import Diary
@@ -24,6 +27,7 @@ from vomstudio.photogrammetry.kept import (
     load_cloud,
     load_mesh,
     load_straight,
+    loaded,
     save_cloud,
     save_mesh,
     save_straight,
@@ -49,6 +53,10 @@ Result = TypeVar("Result")
 _CLOUD, _MESH = "cloud.npz", "mesh.npz"
 RESULT = "reconstruction.json"
 WORK = "work"
+# A worker whose window was killed may still be in native code that nothing interrupts.
+_LAST_BREATH_S = 5.0
+# What a library could not write was no larger than this, as a rule.
+_NO_ROOM = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -107,6 +115,8 @@ def claim(out: Path) -> Outputs:
         out.mkdir(parents=True, exist_ok=True)
         strangers = [p for p in out.iterdir() if not p.name.startswith(".")]
     except (OSError, ValueError) as error:
+        if isinstance(error, FileExistsError | NotADirectoryError):
+            raise TargetError("is a file; name a folder for the model", file=out) from error
         reason = getattr(error, "strerror", None) or error
         raise TargetError(f"no folder can be made there ({reason})", file=out) from error
     if strangers and not (out / RESULT).exists() and not (out / WORK).is_dir():
@@ -130,12 +140,88 @@ def reconstruct(
     written to `reconstruction.json`. Raises InputError for photos of which nothing can be made,
     TargetError for a disk that cannot hold it, and Cancelled.
     """
+    photos = _photos(folder, settings, progress)
     outputs = claim(out)
-    run = _Run(folder, outputs, settings, executor, Diary(outputs.log, progress))
+    with _alone(outputs), disk_watched(outputs.folder):
+        run = _Run(photos, outputs, settings, executor, Diary(outputs.log, progress))
+        try:
+            return run.all()
+        finally:
+            run.pause()
+
+
+@contextlib.contextmanager
+def _alone(outputs: Outputs) -> Iterator[None]:
+    """No other run works in the folder, and what a killed one has left half written is removed."""
+    lock = FolderLock(
+        outputs.folder / WORK / "lock",
+        "a reconstruction is at work in this folder ({}); wait for it, or name another folder",
+        "the folder cannot be written ({}); make room, or name another folder",
+        _LAST_BREATH_S,
+    )
     try:
-        return run.all()
+        for path in outputs.folder.glob(".vom-*.part*"):
+            path.unlink(missing_ok=True)
+        yield
     finally:
-        run.pause()
+        lock.release()
+
+
+@contextlib.contextmanager
+def disk_watched(folder: Path) -> Iterator[None]:
+    """Say that the disk is full where libraries say it in words of their own, or fail over it."""
+    try:
+        yield
+    except (VomError, MemoryError):
+        raise
+    except Exception as error:
+        full = isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT)
+        if not full and _room(folder) > _NO_ROOM:
+            raise
+        raise TargetError(
+            "the disk is full; what is finished is kept, make room and start again", file=folder
+        ) from error
+
+
+def _room(folder: Path) -> float:
+    """Bytes that are free; infinite where the system does not tell."""
+    try:
+        return shutil.disk_usage(folder).free
+    except OSError:
+        return float("inf")
+
+
+def _photos(folder: Path, settings: Settings, progress: Progress) -> PhotoFolder:
+    """The photos; what can be known to fail after hours is refused here.
+
+    Raises InputError.
+    """
+    from vomstudio.io.control import read_control, read_marks
+    from vomstudio.io.photos import read_photos
+
+    if settings.control is not None:
+        read_control(settings.control)
+    if settings.marks is not None:
+        read_marks(settings.marks)
+    found = read_photos(folder, progress)
+    if len(found.photos) < 2:
+        name, reason = found.skipped[0] if found.skipped else ("", "")
+        raise InputError(
+            "holds one photo only that can be used"
+            + (f" ({name} {reason})" if name else "")
+            + "; a model needs at least two that overlap, better ten",
+            file=folder,
+        )
+    if settings.crs is not None and settings.control is None:
+        placed = sum(p.latitude_deg is not None and p.altitude_m is not None for p in found.photos)
+        if placed < 3:
+            raise InputError(
+                f"{placed or 'none'} of the {len(found.photos)} photos state where they were taken "
+                f"(latitude, longitude and altitude), and {settings.crs} needs at least 3: name "
+                "control points with --gcp, or leave out --crs",
+                file=folder,
+            )
+    return found
 
 
 @dataclass(frozen=True)
@@ -155,28 +241,28 @@ class _Source:
 
     @classmethod
     def read(cls, photo: Photo, view: View) -> _Source:
-        mask = None if photo.mask is None else photo.mask.read_bytes()
-        return cls(photo.path.read_bytes(), mask, view)
+        mask = None if photo.mask is None else _bytes(photo.mask)
+        return cls(_bytes(photo.path), mask, view)
 
 
 class _Run:
     def __init__(
         self,
-        folder: Path,
+        photos: PhotoFolder,
         outputs: Outputs,
         settings: Settings,
         executor: Executor,
         diary: Diary,
     ) -> None:
-        self.folder, self.outputs = folder, outputs
+        self.photos, self.folder, self.outputs = photos, photos.folder, outputs
         self.settings, self.executor, self.diary = settings, executor, diary
         self.checkpoints = Checkpoints(outputs.folder / WORK)
-        self.facts: dict[str, Any] = {}
+        self.checkpoints.tidy()
 
     def all(self) -> dict[str, Any]:
         self.diary.log(f"VOM Studio {__version__}, {self.settings.as_dict()}")
         self._remember()
-        photos = self._photos()
+        photos = self._checked()
         alignment, aligned = self._align(photos)
         placed = self._place(alignment, photos, aligned)
         self._write_cameras(alignment, placed)
@@ -195,19 +281,12 @@ class _Run:
                 stage.pause()
 
     # ------------------------------------------------------------------------------------------
-    def _photos(self) -> PhotoFolder:
-        from vomstudio.io.photos import read_photos
-
-        found = read_photos(self.folder, self.diary)
+    def _checked(self) -> PhotoFolder:
+        found = self.photos
         for name, reason in found.skipped:
             self.diary.note(f"{name} was left out: {reason}")
         for warning in found.warnings:
             self.diary.note(warning)
-        if len(found.photos) < 2:
-            raise InputError(
-                "holds one photo only; a model needs at least two that overlap, better ten",
-                file=self.folder,
-            )
         self.hashes: dict[str, str] = {}
         self.diary.stage("Checking photos", len(found.photos))
         for number, photo in enumerate(found.photos):
@@ -271,13 +350,14 @@ class _Run:
         from vomstudio.photogrammetry import undistortion
 
         size, views = self._dense_size(), placed.scene.views
+        self.dense_px = size
         stage = self.checkpoints.stage("straight", placed.stage.key, versions("cv2"), size)
         by_name = {photo.name: photo for photo in photos.photos}
 
         def task(number: int) -> undistortion.UndistortTask:
             photo = by_name[views[number].name]
-            mask = None if photo.mask is None else photo.mask.read_bytes()
-            return undistortion.UndistortTask(photo.path.read_bytes(), mask, views[number], size)
+            mask = None if photo.mask is None else _bytes(photo.mask)
+            return undistortion.UndistortTask(_bytes(photo.path), mask, views[number], size)
 
         kept = Kept(stage.folder, [view.name for view in views], save_straight, load_straight)
         self._each("Straightening photos", stage, kept, undistortion.undistort, task)
@@ -351,7 +431,7 @@ class _Run:
             cloud = fuse(maps.names, maps, photos, neighbours, progress=self.diary)
             write_whole(stage.folder / _CLOUD, lambda path: save_cloud(path, cloud))
             stage.finish(points=len(cloud.points))
-        return load_cloud(stage.folder / _CLOUD), stage
+        return loaded(load_cloud, stage.folder / _CLOUD), stage
 
     def _surface(self, cloud: PointCloud, placed: _Placed, fused: Stage) -> tuple[Mesh, Stage]:
         from vomstudio.photogrammetry.surface import SurfaceOptions, make_surface
@@ -364,7 +444,7 @@ class _Run:
             mesh = make_surface(cloud, options, self.diary, placed.scene.centres)
             write_whole(stage.folder / _MESH, lambda path: save_mesh(path, mesh))
             stage.finish(faces=len(mesh.faces))
-        return load_mesh(stage.folder / _MESH), stage
+        return loaded(load_mesh, stage.folder / _MESH), stage
 
     def _texture(
         self, mesh: Mesh, placed: _Placed, photos: PhotoFolder, surfaced: Stage
@@ -388,7 +468,7 @@ class _Run:
             stage.finish(report=asdict(made.report))
         for warning in stage.facts["report"]["warnings"]:
             self.diary.note(warning)
-        return load_mesh(stage.folder / _MESH), stage
+        return loaded(load_mesh, stage.folder / _MESH), stage
 
     # ------------------------------------------------------------------------------------------
     def _remember(self) -> None:
@@ -453,6 +533,7 @@ class _Run:
         missing = [p.name for p in photos.photos if p.name not in placed_names]
         survey = check_scene(scene, unregistered=missing, other_parts=alignment.parts[1:])
         lengths = scene.track_lengths
+        rows = figures.photo_rows(photos.photos, scene, placed.registration)
         result = {
             "photos": len(photos.photos),
             "registered": len(scene.views),
@@ -476,7 +557,8 @@ class _Run:
             "warnings": self.diary.notes,
             "tie_points": len(scene.points),
             "tie_points_of_3": int((lengths >= 3).sum()),
-            "photo_rows": figures.photo_rows(photos.photos, scene, placed.registration),
+            "photo_rows": rows,
+            "dense_gsd_m": figures.dense_gsd(rows, self.dense_px),
             "calibration": figures.calibration(alignment.cameras, photos.photos),
             "registration": placed.registration,
             "model": figures.model(cloud, textured, dressed.facts["report"]),
@@ -484,14 +566,24 @@ class _Run:
             "versions": versions("pycolmap", "open3d", "cv2", "numba"),
             "drawing": figures.drawing(scene),
         }
-        write_whole(outputs.result, lambda path: _write_json(path, result))
         self.checkpoints.sweep()
+        result["work_mb"] = round(self.checkpoints.size() / 1e6, 1)
+        write_whole(outputs.result, lambda path: _write_json(path, result))
         return result
 
 
 def _hash(photo: Photo) -> str:
     """Of the file and its mask."""
     return key_of(*(hash_file(path) for path in (photo.path, photo.mask) if path is not None))
+
+
+def _bytes(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise InputError(
+            f"cannot be read any more ({error.strerror}); put it back and start again", file=path
+        ) from error
 
 
 def hash_file(path: Path) -> str:

@@ -112,6 +112,7 @@ class Scene:
         self._planes = [vtkPlane() for _ in FACES]
         self._cutting: list[int] = []
         self._outdated = False
+        self._was_moving = False
         self._buffers: Buffers | None = None
         self._kept = False
         self._action: Callable[[], None] | None = None
@@ -588,6 +589,9 @@ class Scene:
     def draw(self, *, moving: bool) -> None:
         """Draw a whole picture now: the models where that is quick, else what stands for them."""
         assert self._window is not None
+        if moving and not self._was_moving:
+            self.pace.begin_moving()
+        self._was_moving = moving
         self.abandon()
         self._apply_camera()
         self.look_around(fetch=not moving)
@@ -694,6 +698,7 @@ class Scene:
         """Start the whole frame of a camera that has come to rest."""
         if self.eye is not None and self._depth is None:
             self._read_depth()
+        self._was_moving = False
         self._apply_camera()
         self.look_around()
         self._choose_levels()

@@ -595,6 +595,11 @@ class Viewport(QWidget):
         self._features_dirty = True
         self.update()
 
+    @property
+    def features(self) -> Mapping[str, FeatureDrawing]:
+        """What is drawn, by id."""
+        return self._features
+
     def set_selected(self, ids: Iterable[str]) -> None:
         """Emphasise these features, and no others."""
         self._selected = frozenset(ids)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from vomstudio.document import edits
 from vomstudio.document.comparison import NearestPick, nearest_picks
@@ -32,7 +32,7 @@ from vomstudio.document.session import Session
 from vomstudio.errors import VomError
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.io.project import Project, create_untitled, is_free, is_project, untitled_projects
-from vomstudio.io.settings import Settings, write_settings
+from vomstudio.io.settings import Settings, SettingsFile
 from vomstudio.jobs.events import Failed
 from vomstudio.tools.context import Tool
 from vomstudio.tools.line import LineTool
@@ -81,6 +81,9 @@ class Studio(QObject):
     preview = Signal(object)  # Preview | None
     notice = Signal(object)  # Notice
     settings_changed = Signal()
+    """Not for the list of what was open lately."""
+    recent_changed = Signal()
+    _not_kept = Signal(str)
     visibility_changed = Signal(object)  # tuple of ids
     layers_written = Signal(str)
     recovery_found = Signal(object)  # list of folders
@@ -88,6 +91,8 @@ class Studio(QObject):
     def __init__(self, settings: Settings) -> None:
         super().__init__()
         self.settings = settings
+        self._settings_file = SettingsFile(lambda text: self._not_kept.emit(text))
+        self._not_kept.connect(self.warn, Qt.ConnectionType.QueuedConnection)
         self.jobs = JobBridge()
         self.selection = Selection()
         self.selection.changed.connect(self.selection_changed.emit)
@@ -251,11 +256,12 @@ class Studio(QObject):
 
     def remember(self, path: Path) -> None:
         self.settings.add_recent(path.resolve())
-        self.keep_settings()
+        self.recent_changed.emit()
+        self._settings_file.write_soon(self.settings)
 
     def keep_settings(self) -> None:
         try:
-            write_settings(self.settings)
+            self._settings_file.write(self.settings)
         except VomError as error:
             self.warn(str(error))
         self.settings_changed.emit()

@@ -1,0 +1,296 @@
+"""Whatever is wrong with photos, tables or folders: a sentence, and what can be done is done."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from tests.photogrammetry import photo_set, rock_face
+from tests.process.reconstruction_runs import End, reconstruct, refused, whole
+from tests.small_disk import small_disk
+from vomstudio.cli import main
+from vomstudio.errors import InputError, TargetError, VomError
+from vomstudio.geometry.cameras import View
+from vomstudio.photogrammetry.reconstruction import reconstruct as reconstruct_here
+from vomstudio.photogrammetry.settings import Settings
+from vomstudio.progress import Inline, Silent
+
+
+def here(photos: Path, out: Path, **settings: object) -> VomError:
+    """What the work is refused with, in this process."""
+    with pytest.raises(VomError) as caught:
+        reconstruct_here(photos, out, Settings("preview", **settings), Inline(), Silent())  # type: ignore[arg-type]
+    assert caught.value.exit_code == 2
+    assert "\n" not in str(caught.value)
+    return caught.value
+
+
+def words(*given: object) -> str:
+    """What the command line refuses before any work."""
+    stdout, stderr = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(stdout), contextlib.redirect_stderr(stderr):
+        code = main(["reconstruct", *map(str, given), "--json"])
+    return refused(End(code, json.loads(stdout.getvalue()), stderr.getvalue()))
+
+
+def only(photos: Path, folder: Path, *numbers: int) -> Path:
+    folder.mkdir()
+    for number in numbers:
+        shutil.copy(photos / f"photo {number}.jpg", folder)
+    return folder
+
+
+# --- photos ------------------------------------------------------------------------------------
+def test_folders_without_enough_photos_are_named_and_nothing_is_made(
+    photos: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    assert "no photos in this folder" in str(here(only(photos, tmp_path / "none"), out))
+    one = only(photos, tmp_path / "one", 1)
+    assert "one photo only" in here(one, out).message
+    shutil.copy(one / "photo 1.jpg", one / "copy.jpg")
+    said = here(one, out).message
+    assert "one photo only" in said
+    assert "is the same photo as" in said
+    (one / "copy.jpg").write_bytes((photos / "photo 2.jpg").read_bytes()[:9000])
+    said = here(one, out).message
+    assert "copy.jpg is cut off" in said
+    assert not out.exists()
+
+
+def test_a_folder_that_is_none_is_refused_on_the_command_line(photos: Path, tmp_path: Path) -> None:
+    assert "no folder of photos" in words(tmp_path / "gone", "-o", tmp_path / "out")
+    assert "no folder of photos" in words(photos / "photo 1.jpg", "-o", tmp_path / "out")
+
+
+def test_photos_that_do_not_overlap_are_told_how_to_be_taken(photos: Path, tmp_path: Path) -> None:
+    two = only(photos, tmp_path / "two", 1)
+    noise = np.random.default_rng(5).integers(0, 255, (240, 320, 3), np.uint8)
+    Image.fromarray(noise).save(two / "b.jpg")
+    error = here(two, tmp_path / "out")
+    assert "no two photos show the same rock" in error.message
+    assert "60 %" in error.message
+    assert error.file == str(two)
+
+
+def test_photos_without_anything_in_them_are_named(tmp_path: Path) -> None:
+    folder = tmp_path / "grey"
+    folder.mkdir()
+    for name, value in (("a.png", 90), ("b.png", 120)):
+        Image.fromarray(np.full((240, 320), value, np.uint8)).save(folder / name)
+    said = here(folder, tmp_path / "out").message
+    assert "nothing that could be recognised" in said
+    assert "a.png" in said
+
+
+def test_two_photos_make_a_model(photos: Path, tmp_path: Path) -> None:
+    end = reconstruct(only(photos, tmp_path / "two", 1, 2), tmp_path / "out")
+    assert end.code == 0, end.err
+    assert (end.json["photos"], end.json["registered"]) == (2, 2)
+    whole(tmp_path / "out")
+
+
+@pytest.fixture
+def mixed(photos: Path, tmp_path: Path) -> Path:
+    """Six good photos of several sizes and orientations, and what else lies about in folders."""
+    folder = only(photos, tmp_path / "mixed", 1, 2, 3, 4)
+    face, views = rock_face.rough_face(9.0, 6.0, 0.03), photo_set.views()
+    scene = face.scene()
+    upright = rock_face.photograph(face, views[4], scene=scene, seed=5)
+    Image.fromarray(np.ascontiguousarray(np.rot90(upright))).save(
+        folder / "photo 5.jpg", quality=95
+    )
+    lens = views[5].intrinsics.scaled(480, 360)
+    larger = View(views[5].name, lens, views[5].rotation, views[5].translation)
+    Image.fromarray(rock_face.photograph(face, larger, scene=scene, seed=6)).save(
+        folder / "photo 6.png"
+    )
+    good = (photos / "photo 6.jpg").read_bytes()
+    (folder / "cut off.jpg").write_bytes(good[:20000])
+    (folder / "scrambled.jpg").write_bytes(good[:3000] + os.urandom(5000) + good[-2:])
+    (folder / "no picture.jpg").write_bytes(b"\xff\xd8\xff\xe0 nothing")
+    (folder / "empty.jpg").touch()
+    (folder / "cut off.png").write_bytes((folder / "photo 6.png").read_bytes()[:30000])
+    shutil.copy(folder / "photo 1.jpg", folder / "photo 1 again.jpg")
+    (folder / "notes.txt").write_text("north face")
+    (folder / "raw.nef").write_bytes(b"raw")
+    Image.new("L", (100, 100), 255).save(folder / "photo 2_mask.png")
+    sky = np.full((240, 320), 255, np.uint8)
+    sky[:20] = 0
+    Image.fromarray(sky).save(folder / "photo 3_mask.png")
+    return folder
+
+
+def test_what_is_wrong_with_some_photos_does_not_stop_the_others(mixed: Path) -> None:
+    """And the model may lie in the photos' own folder, without being taken for photos."""
+    out = mixed / "model"
+    end = reconstruct(mixed, out)
+    assert end.code == 0, end.err
+    assert "Traceback" not in end.err
+    assert end.json["registered"] >= 5
+    said = "\n".join(end.json["warnings"])
+    for name in ("cut off.jpg", "no picture.jpg", "empty.jpg", "cut off.png", "photo 1 again.jpg",
+                 "raw.nef"):  # fmt: skip
+        assert name in said, name
+    assert "another shape" in said
+    assert "notes.txt" not in said
+    whole(out)
+    before = end.json["photos"]
+    again = reconstruct(mixed, out)
+    assert again.code == 0, again.err
+    assert again.json["photos"] == before
+    assert again.json["registered"] == end.json["registered"]
+
+
+@pytest.mark.slow
+def test_photos_of_100_megapixels_stay_below_the_memory_of_a_laptop(
+    photos: Path, tmp_path: Path
+) -> None:
+    folder = tmp_path / "large"
+    folder.mkdir()
+    for number in (1, 2, 3, 4):
+        with Image.open(photos / f"photo {number}.jpg") as image:
+            exif = image.info["exif"]
+            image.resize((11648, 8736), Image.Resampling.BICUBIC).save(
+                folder / f"{number}.jpg", quality=85, exif=exif
+            )
+    end = reconstruct(folder, tmp_path / "out")
+    assert end.code == 0, end.err
+    assert end.json["registered"] == 4
+    assert end.json["peak_memory_mb"] < 4000
+
+
+# --- folders for the model ----------------------------------------------------------------------
+def test_the_photos_are_not_written_over(photos: Path, tmp_path: Path) -> None:
+    assert "photos' own folder" in words(photos, "-o", photos)
+    assert "photos' own folder" in words(photos, "-o", photos / ".." / photos.name)
+    own = only(photos, tmp_path / "own", 1, 2)
+    assert "other files" in here(own, own).message
+    assert "other files" in here(own, tmp_path).message
+
+
+def test_folders_for_other_things_are_left_alone(photos: Path, tmp_path: Path) -> None:
+    full = tmp_path / "full"
+    full.mkdir()
+    (full / "thesis.docx").touch()
+    error = here(photos, full)
+    assert isinstance(error, TargetError)
+    assert "holds other files" in error.message
+    assert [p.name for p in full.iterdir()] == ["thesis.docx"]
+    (tmp_path / "file").touch()
+    assert "is a file" in here(photos, tmp_path / "file").message
+    assert "is a file" in here(photos, tmp_path / "file" / "below").message
+    assert "too long" in here(photos, tmp_path / ("x" * 300)).message
+
+
+def test_a_disk_that_may_not_be_written_is_said(photos: Path, tmp_path: Path) -> None:
+    with small_disk(tmp_path / "disk") as disk:
+        (disk / "empty").mkdir()
+        subprocess.run(["mount", "-o", "remount,ro", str(disk)], check=True)
+        for out in (disk / "new", disk / "empty"):
+            error = here(photos, out)
+            assert isinstance(error, TargetError)
+            assert "Read-only" in error.message
+
+
+def test_a_photo_that_goes_away_in_mid_run_is_named(photos: Path, tmp_path: Path) -> None:
+    folder = only(photos, tmp_path / "going", 1, 2, 3)
+
+    class Vanishing(Silent):
+        def stage(self, name: str, total: int | None = None) -> None:
+            if name == "Straightening photos":
+                (folder / "photo 2.jpg").unlink()
+
+    with pytest.raises(InputError, match="put it back") as caught:
+        reconstruct_here(folder, tmp_path / "out", Settings("preview"), Inline(), Vanishing())
+    assert "photo 2.jpg" in str(caught.value)
+
+
+# --- settings and tables --------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (("--crs", "nonsense"), "--crs"),
+        (("--crs", "EPSG:4326"), "--crs"),
+        (("--crs", "EPSG:2229"), "metres"),
+        (("--threads", "0"), "--threads"),
+        (("--threads", "many"), "--threads"),
+        (("--seed", "x"), "--seed"),
+        (("--quality", "best"), "--quality"),
+        (("--marks", "marks.csv"), "--gcp"),
+        (("--gcp", "gone.csv"), "no such file"),
+    ],
+)
+def test_settings_that_make_no_sense_are_named(
+    photos: Path, tmp_path: Path, given: tuple[str, str], said: str
+) -> None:
+    assert said in words(photos, "-o", tmp_path / "out", *given)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_crs_that_no_photo_can_be_placed_in_is_refused_before_the_work(
+    photos: Path, tmp_path: Path
+) -> None:
+    error = here(photos, tmp_path / "out", crs="EPSG:32633")
+    assert "none of the 6 photos state where they were taken" in error.message
+    assert "--gcp" in error.message
+    assert not (tmp_path / "out").exists()
+
+
+GOOD = "label,x,y,z\na,0,0,0\nb,1,0,0\nc,0,0,1\n"
+
+
+@pytest.mark.parametrize(
+    ("control", "marks", "file", "said"),
+    [
+        ("", "label,photo,x,y\na,photo 1.jpg,1,1\n", "control.csv", ""),
+        ("1,2,3\n", "label,photo,x,y\na,photo 1.jpg,1,1\n", "control.csv", "header"),
+        ("label,x,y\na,0,0\n", "label,photo,x,y\na,photo 1.jpg,1,1\n", "control.csv", "z"),
+        ("label,x,y,z\na,0,zero,0\n", "label,photo,x,y\na,photo 1.jpg,1,1\n", "control.csv, line 2",
+         "not a number"),
+        (GOOD, "", "marks.csv", ""),
+        (GOOD, "label,photo,x,y\n", "marks.csv", "no marks"),
+        (GOOD, "label,photo,x,y\na,photo 1.jpg,here,1\n", "marks.csv, line 2", "not a number"),
+    ],
+)  # fmt: skip
+def test_tables_of_control_that_cannot_be_read_are_refused_before_the_work(
+    photos: Path, tmp_path: Path, control: str, marks: str, file: str, said: str
+) -> None:
+    (tmp_path / "control.csv").write_text(control)
+    (tmp_path / "marks.csv").write_text(marks)
+    error = here(
+        photos,
+        tmp_path / "out",
+        control=tmp_path / "control.csv",
+        marks=tmp_path / "marks.csv",
+    )
+    assert file in str(error)
+    assert said in str(error)
+    assert not (tmp_path / "out").exists()
+
+
+def test_marks_in_photos_that_are_not_there_are_refused_with_their_names(
+    photos: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "control.csv").write_text(GOOD)
+    (tmp_path / "marks.csv").write_text(
+        "label,photo,x,y\n" + "".join(f"{k},other.jpg,5,5\n" for k in "abc")
+    )
+    said = str(
+        here(
+            photos,
+            tmp_path / "out",
+            control=tmp_path / "control.csv",
+            marks=tmp_path / "marks.csv",
+        )
+    )
+    assert "other.jpg" in said

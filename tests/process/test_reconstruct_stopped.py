@@ -1,0 +1,153 @@
+"""A reconstruction that is stopped, killed, or runs out of disk goes on where it was."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from tests.process.reconstruction_runs import (
+    Run,
+    gsd_apart,
+    log_of,
+    reconstruct,
+    refused,
+    same_to_the_bit,
+    stages,
+    whole,
+)
+from tests.small_disk import small_disk
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="about POSIX signals")
+ONE = ("--threads", 1)
+# (name of a stage in the progress, how many of its steps are done)
+EVERY_STAGE = [
+    ("Checking photos", 0), ("Finding features", 3), ("Matching", 0), ("Matching", 15),
+    ("Placing photos", 0), ("Adjusting", 0), ("Registering", 0), ("Straightening photos", 2),
+    ("Finding depths", 0), ("Finding depths", 4), ("Fusing depth maps", 3),
+    ("Looking at the spacing", 0), ("Poisson", 0), ("Drawing the surface", 0), ("Simplifying", 0),
+    ("Checking the surface", 0), ("Looking at the surface", 3), ("Dividing", 0), ("Packing", 0),
+    ("Averaging", 2), ("Drawing the texture", 0), ("Writing", 0), ("Writing", 2),
+]  # fmt: skip
+
+
+def stopped(run: Run, how: str) -> None:
+    if how == "worker":
+        said = refused(run.kill_worker(), 1)
+        assert "killed by the system" in said
+        assert "what is finished is kept" in said
+    elif how == "program":
+        run.kill()
+    else:
+        end = run.interrupt()
+        assert end.json["error"]["code"] == "cancelled"
+        assert end.code == 130
+        assert "Traceback" not in end.err
+        # Native code that hears nothing is killed after three seconds.
+        assert end.seconds < 15
+
+
+def stop_at(photos: Path, out: Path, how: str, stage: str, step: int, *words: object) -> None:
+    """And the stages that were finished before stay as they are."""
+    before = stages(out)
+    run = Run(photos, out, *words)
+    run.until(stage, step)
+    stopped(run, how)
+    after = stages(out)
+    assert {name: after.get(name) for name in before} == before
+    assert not (out / "reconstruction.json").exists()
+
+
+def test_a_run_that_is_stopped_in_three_ways_ends_with_the_same_model(
+    photos: Path, undisturbed: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    stop_at(photos, out, "worker", "Matching", 0, *ONE)
+    stop_at(photos, out, "program", "Finding depths", 4, *ONE)
+    depths = {p.name: p.stat().st_mtime_ns for p in out.glob("work/depths-*.part/*.npz")}
+    assert len(depths) >= 4
+    stop_at(photos, out, "interrupt", "Poisson", 0, *ONE)
+    assert "Finding features" not in log_of(out)
+    now = {p.name: p.stat().st_mtime_ns for p in out.glob("work/depths-*/*.npz")}
+    assert {name: now[name] for name in depths} == depths, "photos are not done twice"
+    end = reconstruct(photos, out, *ONE)
+    assert end.code == 0, end.err
+    assert "Finding depths" not in log_of(out)
+    assert end.json["registered"] == 6
+    whole(out)
+    same_to_the_bit(out, undisturbed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how", ["worker", "program", "interrupt"])
+def test_a_run_that_is_stopped_in_every_stage_ends_with_the_same_model(
+    photos: Path, undisturbed: Path, tmp_path: Path, how: str
+) -> None:
+    out = tmp_path / "out"
+    for stage, step in EVERY_STAGE:
+        stop_at(photos, out, how, stage, step, *ONE)
+    end = reconstruct(photos, out, *ONE)
+    assert end.code == 0, end.err
+    whole(out)
+    same_to_the_bit(out, undisturbed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stage", ["Finding features", "Matching", "Placing photos"])
+def test_with_all_processors_a_stopped_alignment_gives_the_same_cameras(
+    photos: Path, undisturbed: Path, tmp_path: Path, stage: str
+) -> None:
+    out = tmp_path / "out"
+    stop_at(photos, out, "worker", stage, 2 if stage == "Finding features" else 0)
+    assert reconstruct(photos, out).code == 0
+    assert gsd_apart(out, undisturbed) < 1
+
+
+def test_a_full_disk_is_said_and_the_run_goes_on_once_there_is_room(
+    photos: Path, undisturbed: Path, tmp_path: Path
+) -> None:
+    with small_disk(tmp_path / "disk") as disk:
+        said = refused(reconstruct(photos, disk / "out", *ONE))
+        assert "finished is kept" in said
+        before = stages(disk / "out")
+        assert any(name.startswith("alignment") for name in before)
+        os.system(f"mount -o remount,size=64m '{disk}'")
+        end = reconstruct(photos, disk / "out", *ONE)
+        assert end.code == 0, end.err
+        after = stages(disk / "out")
+        assert {name: after.get(name) for name in before} == before
+        whole(disk / "out")
+        same_to_the_bit(disk / "out", undisturbed)
+
+
+@pytest.mark.slow
+def test_a_disk_that_is_full_at_any_moment_leaves_nothing_half_written(
+    photos: Path, undisturbed: Path, tmp_path: Path
+) -> None:
+    with small_disk(tmp_path / "disk", 200) as disk:
+        for kib in (200, 1000, 1500, 2000, 3000, 5000, 8000, 12000, 16000, 18000, 20000, 28000):
+            os.system(f"mount -o remount,size={kib}k '{disk}'")
+            said = refused(reconstruct(photos, disk / "out", *ONE))
+            assert "disk is full" in said or "No space left" in said
+            assert not (disk / "out" / "reconstruction.json").exists()
+        os.system(f"mount -o remount,size=64m '{disk}'")
+        assert reconstruct(photos, disk / "out", *ONE).code == 0
+        whole(disk / "out")
+        same_to_the_bit(disk / "out", undisturbed)
+
+
+def test_two_runs_do_not_work_in_one_folder(photos: Path, tmp_path: Path) -> None:
+    first = Run(photos, tmp_path / "out")
+    first.until("Finding features", 1)
+    worker = first.worker()
+    worker.suspend()
+    try:
+        said = refused(reconstruct(photos, tmp_path / "out"))
+        assert "at work in this folder" in said
+        assert str(worker.pid) in said
+    finally:
+        worker.resume()
+    # The first one is none the worse for it.
+    first.until("Matching")
+    stopped(first, "interrupt")
