@@ -192,7 +192,7 @@ def test_matches_of_a_pair_are_chosen_and_looked_at(window, made, opened) -> Non
     (spot,) = panes.to_screen(0, left[5])
     QTest.mouseDClick(panes, Qt.MouseButton.LeftButton, pos=QPoint(*(round(v) for v in spot)))
     for pane, place in enumerate((left[5], panes._links.right[5])):
-        middle = panes.box(pane).center()
+        middle = panes.middle(pane)
         assert np.allclose(panes.to_screen(pane, place)[0], [middle.x(), middle.y()], atol=1.0)
     page.refused.click()
     assert panes._links.faint is not None
@@ -228,7 +228,8 @@ def test_cameras_residuals_and_depths_are_told(window, made, opened) -> None:
     show_tab(dialog, dialog.depths)
     depths = dialog.depths
     wait(lambda: depths._arrays is not None, "the depth map")
-    assert "50% of a.jpg" in depths._said.text()
+    assert "50% of the pixels of a.jpg" in depths._said.text()
+    wait(lambda: depths.table.numbers.rows[0][0] == ("a.jpg", 0.5), "the coverage")
     panes = depths.panes
     spot = panes.to_screen(1, [[20.5, 60.5]])[0]
     driver.move(panes, QPoint(*(round(float(v)) for v in spot)))

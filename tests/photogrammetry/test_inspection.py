@@ -73,7 +73,8 @@ def test_the_usual_residual_is_drawn_at_a_fiftieth_of_the_photo_or_less() -> Non
 
 def test_a_depth_map_is_coloured_where_it_has_depths(made) -> None:
     found = inspection.depth_pictures(made.out, "a.jpg")
-    assert found.coverage == pytest.approx(0.5)
+    assert found.coverage == inspection.coverage(made.out, "a.jpg") == pytest.approx(0.5)
+    assert inspection.coverage(made.out, "b.jpg") is None
     assert DISTANCE - 1 <= found.low < found.high <= DISTANCE + 1
     assert (found.colors[:, 80:] == inspection.NOTHING).all()
     # viridis grows brighter with every step.

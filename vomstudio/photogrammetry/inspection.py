@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import math
+import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -241,6 +242,26 @@ def depth_pictures(out: Path, name: str) -> DepthPictures:
         normals,
         float((has & usable).sum() / max(1, usable.sum())),
     )
+
+
+def coverage(out: Path, name: str) -> float | None:
+    """Share of a photo's usable pixels that have a depth; None where it has no depth map."""
+    from vomstudio.photogrammetry.kept import load_straight
+
+    folder = stage_folder(out, "depths")
+    if folder is None or not _depth_path(folder, name).exists():
+        return None
+    try:
+        with np.load(_depth_path(folder, name)) as arrays:
+            has = arrays["depth"] > 0
+        straight = stage_folder(out, "straight")
+        if straight is not None:
+            usable = load_straight(_depth_path(straight, name)).valid
+            if usable.shape == has.shape:
+                return float((has & usable).sum() / max(1, usable.sum()))
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return None
+    return float(has.mean())
 
 
 def depth_range(depth: npt.NDArray[np.float32]) -> tuple[float, float]:

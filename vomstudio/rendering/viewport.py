@@ -620,7 +620,10 @@ class Viewport(QWidget):
 
     def set_cameras(self, frusta: Sequence[Frustum]) -> None:
         """Where photos were taken, in World; none for nothing."""
+        before = self._frusta
         self._frusta, self._hot_camera = tuple(frusta), None
+        if not before and not self._frusta:
+            return
         if self._scene is not None:
             self._scene.cameras.show(self._frusta)
             # What is far from the models asks for another range of depths.

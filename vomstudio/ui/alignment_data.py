@@ -17,7 +17,7 @@ from PySide6.QtCore import QObject
 from PySide6.QtGui import QImage
 
 from vomstudio.errors import VomError
-from vomstudio.io.photo_pixels import stored, turned_upright, upright_pixels
+from vomstudio.io.photo_pixels import orientation_of, stored, turned_upright, upright_pixels
 from vomstudio.jobs.events import Failed
 from vomstudio.ui.background import Background
 from vomstudio.ui.job_bridge import Job
@@ -111,7 +111,11 @@ class AlignmentData(QObject):
         then: Callable[[dict[str, Any], Arrays], None],
         failed: Callable[[str], None],
     ) -> None:
-        self._ask("inspect_depths", {"name": name}, then, failed)
+        """Pictures and depths are turned upright."""
+        path = self._path(name)
+        self._ask(
+            "inspect_depths", {"name": name}, then, failed, lambda arrays: _turn(arrays, path)
+        )
 
     def _ask(
         self,
@@ -119,6 +123,7 @@ class AlignmentData(QObject):
         args: dict[str, Any],
         then: Callable[[dict[str, Any], Arrays], None],
         failed: Callable[[str], None],
+        prepare: Callable[[Arrays], Arrays] = lambda arrays: arrays,
         *,
         arrays: bool = True,
     ) -> None:
@@ -145,7 +150,7 @@ class AlignmentData(QObject):
                     del self._asked[task]
                     then(result, {})
                 return
-            self._background.run(lambda: _take(into), lambda made: read(result, made))
+            self._background.run(lambda: _take(into, prepare), lambda made: read(result, made))
 
         def read(result: dict[str, Any], made: object) -> None:
             if not current():
@@ -175,9 +180,24 @@ class AlignmentData(QObject):
         )
         self._asked[task] = (mark, job)
 
+    def coverage(self, name: str, then: Callable[[float | None], None]) -> None:
+        """Share of a photo's pixels that have a depth, as soon as a thread has counted."""
+
+        def work() -> object:
+            if self._closed:
+                return None
+            from vomstudio.photogrammetry.inspection import coverage
+
+            return coverage(self.folder, name)
+
+        self._background.run(work, lambda made: then(made if isinstance(made, float) else None))
+
     # --- photos ------------------------------------------------------------------------------
     def row(self, name: str) -> dict[str, Any]:
         return next(photo for photo in self.overview["photos"] if photo["name"] == name)
+
+    def _path(self, name: str) -> Path:
+        return Path(self.overview["folder"] or ".") / name
 
     def photo(self, name: str, then: Callable[[ShownPhoto], None]) -> None:
         """Call `then` with a photo; one that cannot be read says why in its place."""
@@ -185,7 +205,7 @@ class AlignmentData(QObject):
             self._photos.move_to_end(name)
             then(self._photos[name])
             return
-        row, folder = self.row(name), self.overview["folder"]
+        row = self.row(name)
         width, height = int(row["width"]), int(row["height"])
 
         def arrived(made: object) -> None:
@@ -195,15 +215,24 @@ class AlignmentData(QObject):
                 self._photos.popitem(last=False)
             then(made)
 
-        path = Path(folder or ".") / name
+        path = self._path(name)
         self._background.run(lambda: _read_photo(name, path, width, height), arrived)
 
 
-def _take(path: Path) -> Arrays | str:
+def _turn(arrays: Arrays, photo: Path) -> Arrays:
+    """As the photo's EXIF says; as stored where the photo is gone."""
+    try:
+        turn = orientation_of(photo)
+    except VomError:
+        return arrays
+    return {name: turned_upright(values, turn) for name, values in arrays.items()}
+
+
+def _take(path: Path, prepare: Callable[[Arrays], Arrays]) -> Arrays | str:
     """The arrays of a file that is for this one reader."""
     try:
         with np.load(path) as arrays:
-            return {name: arrays[name] for name in arrays.files}
+            return prepare({name: arrays[name] for name in arrays.files})
     except (OSError, ValueError, EOFError) as error:
         return f"What was read could not be kept ({error})"
     finally:

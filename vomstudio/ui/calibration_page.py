@@ -21,6 +21,7 @@ from vomstudio.rendering.scalars import map_table
 from vomstudio.ui.alignment_data import AlignmentData
 from vomstudio.ui.widgets import ComboBox
 
+_CELL = 72
 STRONG = 0.9
 """Parameters that vary together more than this cannot be told apart well."""
 
@@ -39,6 +40,9 @@ class CalibrationPage(QWidget):
         self.parameters = _table()
         self.correlation = _table()
         self.correlation.setObjectName("correlation")
+        self.correlation.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
+        self.correlation.horizontalHeader().setStretchLastSection(False)
+        self.correlation.verticalHeader().setDefaultSectionSize(_CELL // 2)
         self._pairing = QLabel()
         self._pairing.setWordWrap(True)
         top = QHBoxLayout()
@@ -48,10 +52,12 @@ class CalibrationPage(QWidget):
         top.addStretch()
         left, right = QVBoxLayout(), QVBoxLayout()
         left.addWidget(_heading(self.tr("Parameters")))
-        left.addWidget(self.parameters, 1)
+        left.addWidget(self.parameters)
+        left.addStretch()
         right.addWidget(_heading(self.tr("Correlation of the estimated parameters")))
-        right.addWidget(self.correlation, 1)
+        right.addWidget(self.correlation)
         right.addWidget(self._pairing)
+        right.addStretch()
         tables = QHBoxLayout()
         tables.setSpacing(24)
         tables.addLayout(left, 1)
@@ -132,7 +138,7 @@ class CalibrationPage(QWidget):
                 f"{name}   {self._meaning(name)}",
                 f"{value:,.2f} px" if pixels else f"{value:.6f}",
                 error,
-                self.tr("estimated") if free else self.tr("held"),
+                self.tr("estimated") if free else self._why_held(name),
             )
             for column, text in enumerate(texts):
                 item = QTableWidgetItem(text)
@@ -141,6 +147,14 @@ class CalibrationPage(QWidget):
                         Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
                     )
                 table.setItem(row, column, item)
+        _close(table)
+
+    def _why_held(self, name: str) -> str:
+        if name[0] == "f":
+            return self.tr("held, see above")
+        if name[0] == "c":
+            return self.tr("held: a shift of it looks like a turn of the camera")
+        return self.tr("held: too few photos of this camera")
 
     def _meaning(self, name: str) -> str:
         if name[0] == "f":
@@ -161,9 +175,8 @@ class CalibrationPage(QWidget):
         table.setHorizontalHeaderLabels(names)
         table.setVerticalHeaderLabels(names)
         table.verticalHeader().show()
-        table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
-        table.horizontalHeader().setDefaultSectionSize(76)
-        table.horizontalHeader().setStretchLastSection(False)
+        for k in range(len(free)):
+            table.setColumnWidth(k, _CELL)
         colors = map_table("RdBu_r")
         for i, a in enumerate(free):
             for j, b in enumerate(free):
@@ -176,6 +189,8 @@ class CalibrationPage(QWidget):
                     bright = sum(w * v for w, v in zip((0.3, 0.59, 0.11), rgb, strict=True)) > 140
                     item.setForeground(QBrush(QColor("#101010" if bright else "#ffffff")))
                 table.setItem(i, j, item)
+        table.setVisible(bool(free))
+        _close(table)
         self._pairing.setText(self._strongest(camera, len(free)))
 
     def _strongest(self, camera: dict[str, Any], free: int) -> str:
@@ -194,6 +209,12 @@ class CalibrationPage(QWidget):
         return self.tr(
             "The strongest is that of {0} and {1} ({2:+.2f}): no cause for worry."
         ).format(a, b, value)
+
+
+def _close(table: QTableWidget) -> None:
+    """Make a table as high as its rows."""
+    rows = sum(table.rowHeight(row) for row in range(table.rowCount()))
+    table.setFixedHeight(rows + table.horizontalHeader().sizeHint().height() + 4)
 
 
 def _heading(text: str) -> QLabel:

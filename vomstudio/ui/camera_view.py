@@ -20,6 +20,9 @@ from vomstudio.ui.studio import Studio
 
 CAMERAS = "cameras.json"
 
+Rows = tuple[tuple[float, ...], ...]
+"""Of a 4 x 4 matrix."""
+
 
 class CameraView(QObject):
     """chosen : a photo whose camera was clicked. found : cameras were read, or are gone."""
@@ -35,6 +38,7 @@ class CameraView(QObject):
         # By model: the file, and what it holds as pyramids in the model's own frame.
         self._files: dict[str, Path] = {}
         self._frusta: dict[Path, tuple[list[Frustum], tuple[int, int, int]]] = {}
+        self._shown: list[tuple[Path, Rows]] = []
         studio.project_opened.connect(self._clear)
         studio.model_loaded.connect(self._model_loaded)
         studio.edited.connect(lambda _: self.refresh())
@@ -83,7 +87,9 @@ class CameraView(QObject):
 
         def arrived(made: object) -> None:
             if isinstance(made, VomError):
-                self._studio.warn(f"The cameras of {record.name} are not shown: {made}")
+                self._studio.warn(
+                    self.tr("The cameras of {0} are not shown: {1}").format(record.name, made)
+                )
             elif isinstance(made, tuple):
                 self._frusta[path] = made
                 self.refresh()
@@ -91,27 +97,35 @@ class CameraView(QObject):
 
         self._background.run(lambda: _read(path, middle), arrived)
 
-    def shown(self) -> list[Frustum]:
-        """In World, of the visible models; of models that share their photos only once."""
-        studio, made = self._studio, []
+    def _wanted(self) -> list[tuple[Path, Rows]]:
+        """Files with the frames in which they are to be shown: of the visible models, and of models
+        that share their photos only once."""
+        studio = self._studio
         if not studio.display.cameras or not studio.visible("models"):
             return []
-        there: set[tuple[Path, object]] = set()
+        found: list[tuple[Path, Rows]] = []
         for model_id, path in self._files.items():
             record = studio.records.get(model_id)
             if path not in self._frusta or not isinstance(record, Model):
                 continue
-            key = (path, record.to_world)
-            if model_id not in studio.models or not studio.visible(model_id) or key in there:
-                continue
-            there.add(key)
+            if model_id in studio.models and studio.visible(model_id):
+                found.append((path, record.to_world))
+        return list(dict.fromkeys(found))
+
+    def shown(self) -> list[Frustum]:
+        """In World."""
+        made = []
+        for path, to_world in self._wanted():
             own, origin = self._frusta[path]
-            matrix = transform.matrix(record.to_world)
+            matrix = transform.matrix(to_world)
             made += [each.moved(matrix, origin) for each in own]
         return made
 
     def refresh(self) -> None:
-        if self._viewport is not None:
+        wanted = self._wanted()
+        # Every edit comes by here, and new cameras draw the whole outcrop anew.
+        if self._viewport is not None and wanted != self._shown:
+            self._shown = wanted
             self._viewport.set_cameras(self.shown())
 
     def choose(self, names: set[str]) -> None:
@@ -130,6 +144,8 @@ class CameraView(QObject):
             return
         name = self._viewport.camera_at(event.x, event.y)
         if name is not None:
+            self.choose({name})
+            self._studio.info(self.tr("Photo {0} was taken from here.").format(name))
             self.chosen.emit(name)
 
 

@@ -20,7 +20,9 @@ from vomstudio.ui.number_table import Column, NumberTable
 from vomstudio.ui.picture_panes import Painter, Picture, PicturePanes
 from vomstudio.ui.widgets import ComboBox, ElidedLabel
 
-_WIDTH = 360
+_WIDTH = 260
+_BAR = 118.0
+"""Room for the colour bar."""
 
 
 class DepthPage(QWidget):
@@ -30,12 +32,15 @@ class DepthPage(QWidget):
         self._wanted = ""
         self._facts: dict[str, Any] = {}
         self._arrays: Arrays | None = None
-        self._coverage: dict[str, float] = {}
         self._has: dict[str, bool] = {}
         self.table = NumberTable(
             (
                 Column(self.tr("Photo"), number=False),
-                Column(self.tr("Depth map"), number=False),
+                Column(
+                    self.tr("With depth"),
+                    "{:.0%}".format,
+                    self.tr("Of the pixels that are not masked"),
+                ),
             ),
             sort_by=0,
         )
@@ -61,7 +66,7 @@ class DepthPage(QWidget):
         self.what.currentIndexChanged.connect(lambda _: self._draw())
         self._said = ElidedLabel()
         self._under = ElidedLabel()
-        self.panes = PicturePanes(2, together=True)
+        self.panes = PicturePanes(2, together=True, reserve=_BAR)
         self.panes.setObjectName("depth_panes")
         self.panes.hovered.connect(self._hovered)
         right = QWidget()
@@ -78,7 +83,7 @@ class DepthPage(QWidget):
         split.addWidget(self.table)
         split.addWidget(right)
         split.setStretchFactor(1, 1)
-        split.setSizes([_WIDTH, 900])
+        split.setSizes([_WIDTH, 1000])
         split.setChildrenCollapsible(False)
         layout = QHBoxLayout(self)
         layout.addWidget(split)
@@ -91,13 +96,18 @@ class DepthPage(QWidget):
         rows: list[tuple[tuple[Any, ...], str]] = []
         for photo in self._data.overview["photos"]:
             self._has[photo["name"]] = photo["has_depths"]
-            words = self.tr("yes") if photo["has_depths"] else self.tr("none")
-            rows.append(((photo["name"], words), ""))
+            rows.append(((photo["name"], None), "" if photo["has_depths"] else self.tr("No map")))
         self.table.fill(rows)
         if not any(self._has.values()):
             self.panes.say(self.tr("Depth maps are made after the alignment; there are none yet."))
             return
         self.table.choose(lambda values: self._has[values[0]])
+        for name, has in self._has.items():
+            if has:
+                self._data.coverage(name, partial(self._covered, name))
+
+    def _covered(self, name: str, share: float | None) -> None:
+        self.table.change(lambda values: values[0] == name, 1, share)
 
     def show_photo(self, name: str) -> None:
         self._wanted, self._arrays = name, None
@@ -123,9 +133,9 @@ class DepthPage(QWidget):
         self.panes.say("")
         self._draw()
         self._said.setText(
-            self.tr("{0:.0%} of {1} have a depth, from {2:.2f} to {3:.2f} {4}").format(
-                facts["coverage"], name, facts["low"], facts["high"], self.unit
-            )
+            self.tr(
+                "{0:.0%} of the pixels of {1} have a depth, from {2:.2f} to {3:.2f} {4}"
+            ).format(facts["coverage"], name, facts["low"], facts["high"], self.unit)
         )
 
     def _draw(self) -> None:

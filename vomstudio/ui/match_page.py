@@ -18,7 +18,7 @@ from vomstudio.ui.widgets import ComboBox, ElidedLabel
 
 _LINES = (60, 250, 1000)
 _FEATURE = QColor(86, 180, 233, 150)
-_MATCH = QColor(240, 228, 66)
+_MATCH = QColor(240, 228, 66, 200)
 
 
 class MatchPage(QWidget):
@@ -43,7 +43,7 @@ class MatchPage(QWidget):
                 Column(
                     self.tr("Matches"), "{:,}".format, self.tr("Features that resemble each other")
                 ),
-                Column(self.tr("Share"), "{:.0%}".format, self.tr("Of the matches, that agree")),
+                Column(self.tr("Share"), "{:.1%}".format, self.tr("Of the matches, that agree")),
             ),
             sort_by=2,
             descending=True,
@@ -82,8 +82,8 @@ class MatchPage(QWidget):
         column.setContentsMargins(0, 0, 0, 0)
         self._legend.setWordWrap(True)
         column.addWidget(self._legend)
-        column.addWidget(self.matrix, 2)
-        column.addWidget(self.table, 3)
+        column.addWidget(self.matrix)
+        column.addWidget(self.table, 1)
         right = QWidget()
         rows = QVBoxLayout(right)
         rows.setContentsMargins(0, 0, 0, 0)
@@ -98,7 +98,7 @@ class MatchPage(QWidget):
         split.addWidget(side)
         split.addWidget(right)
         split.setStretchFactor(1, 1)
-        split.setSizes([360, 900])
+        split.setSizes([440, 820])
         split.setChildrenCollapsible(False)
         layout = QHBoxLayout(self)
         layout.addWidget(split)
@@ -111,8 +111,8 @@ class MatchPage(QWidget):
         flagged = sum(0 < pair[3] < weak for pair in facts["pairs"])
         words = self.tr("Agreeing matches of every two photos, the brighter the more.")
         if flagged:
-            words += " " + self.tr("{0} pairs are weak, with fewer than {1}: orange.").format(
-                flagged, weak
+            words += " " + self.tr("Orange: weak, with fewer than {0} ({1} of {2} pairs).").format(
+                weak, flagged, len(facts["pairs"])
             )
         self._legend.setText(words)
         self.matrix.fill(self._names, facts["pairs"], weak)
@@ -179,7 +179,7 @@ class MatchPage(QWidget):
             )
         painters = []
         for photo, points, own in ((left, "left", ends[0]), (right, "right", ends[1])):
-            marks = dots(own, _MATCH, 3.2)
+            marks = dots(own, _MATCH, 2.6)
             if self.features.isChecked():
                 marks = both(dots(photo.places(arrays[points]), _FEATURE, 2.4), marks)
             painters.append(marks)
@@ -189,7 +189,7 @@ class MatchPage(QWidget):
             self.panes.say("")
             self.panes.show_pictures([left.picture, right.picture])
         count, tried = len(matches), len(matches) + len(refused)
-        share = f" ({count / tried:.0%})" if tried else ""
+        share = f" ({count / tried:.1%})" if tried else ""
         self._said.setText(
             self.tr("{0:,} matches agree of {1:,}{2}; {3:,} and {4:,} features").format(
                 count, tried, share, len(arrays["left"]), len(arrays["right"])
@@ -202,6 +202,7 @@ def _by_place(places: Any, photo: ShownPhoto) -> Any:
     from vomstudio.rendering.scalars import map_table
 
     wide, high = photo.picture.size
-    table = map_table("hsv")
-    at = (0.75 * places[:, 0] / wide + 0.25 * places[:, 1] / high) * 230
-    return table[np.clip(at, 0, 255).astype(np.intp)]
+    table = map_table("turbo")
+    at = (0.7 * places[:, 0] / wide + 0.3 * places[:, 1] / high) * 255
+    # Its ends are dark.
+    return table[np.clip(20 + 0.82 * at, 0, 255).astype(np.intp)]

@@ -107,7 +107,7 @@ class NumberTable(QTableView):
         header = self.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setResizeContentsPrecision(200)
-        header.setStretchLastSection(True)
+        header.setStretchLastSection(False)
         self.setSortingEnabled(True)
         order = Qt.SortOrder.DescendingOrder if descending else Qt.SortOrder.AscendingOrder
         self._order = (sort_by, order)
@@ -116,6 +116,16 @@ class NumberTable(QTableView):
     def fill(self, rows: list[tuple[tuple[Any, ...], str]]) -> None:
         self.numbers.fill(rows)
         self.sortByColumn(*self._order)
+
+    def change(self, match: Callable[[tuple[Any, ...]], bool], column: int, value: Any) -> None:
+        """Give one cell of the first row whose values fit another value."""
+        for number, (values, note) in enumerate(self.numbers.rows):
+            if match(values):
+                changed = (*values[:column], value, *values[column + 1 :])
+                self.numbers.rows[number] = (changed, note)
+                index = self.numbers.index(number, column)
+                self.numbers.dataChanged.emit(index, index)
+                return
 
     def choose(self, match: Callable[[tuple[Any, ...]], bool]) -> None:
         """Make the first row current whose values fit."""

@@ -15,12 +15,13 @@ from PySide6.QtGui import (
     QPaintEvent,
     QPen,
 )
-from PySide6.QtWidgets import QToolTip, QWidget
+from PySide6.QtWidgets import QSizePolicy, QToolTip, QWidget
 
 from vomstudio.rendering.painting import system_font
 from vomstudio.rendering.scalars import map_table
 
 _LARGEST, _SMALLEST = 34.0, 2.0
+_TALLEST = 360.0
 _WEAK = QColor("#d55e00")
 
 
@@ -38,11 +39,14 @@ class PairMatrix(QWidget):
         self._now: tuple[int, int] | None = None
         self._table = map_table("viridis")
         self.setMouseTracking(True)
-        self.setMinimumSize(180, 140)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def sizeHint(self) -> QSize:  # noqa: N802
-        side = int(min(320.0, len(self._names) * _LARGEST + 40))
-        return QSize(320, max(side, 150))
+        top = QFontMetricsF(system_font()).height() + 6.0
+        return QSize(320, round(min(_TALLEST, len(self._names) * _LARGEST + top)))
+
+    def minimumSizeHint(self) -> QSize:  # noqa: N802
+        return QSize(180, self.sizeHint().height())
 
     def fill(self, names: Sequence[str], pairs: Sequence[Sequence[int]], weak_below: int) -> None:
         """pairs: (i, j, matches, those that agree)"""

@@ -79,14 +79,15 @@ class PicturePanes(QWidget):
 
     hovered = Signal(object)
 
-    def __init__(self, count: int, *, together: bool = False) -> None:
-        """together : all panes show the same part."""
+    def __init__(self, count: int, *, together: bool = False, reserve: float = 0.0) -> None:
+        """together : all panes show the same part. reserve : pixels at the right of each pane that
+        pictures leave free at first."""
         super().__init__()
         self._pictures: list[Picture | None] = [None] * count
         self._sights = [_Sight() for _ in range(count)]
         if together:
             self._sights = [self._sights[0]] * count
-        self._together = together
+        self._together, self._reserve = together, reserve
         self._over: list[Painter] = []
         self._links = Links()
         self._hot: int | None = None
@@ -129,11 +130,16 @@ class PicturePanes(QWidget):
         wide = (self.width() - GAP * (count - 1)) / count
         return QRectF(pane * (wide + GAP), 0.0, wide, float(self.height()))
 
+    def middle(self, pane: int) -> QPointF:
+        """Where on the screen what is looked at lies."""
+        return self.box(pane).center() - QPointF(self._reserve / 2, 0.0)
+
     def _fit(self, pane: int) -> tuple[Array, float]:
         picture, box = self._pictures[pane], self.box(pane)
         wide, high = (1.0, 1.0) if picture is None else picture.size
         title = QFontMetricsF(system_font()).height() + 14.0
-        zoom = min(box.width() / max(wide, 1.0), max(box.height() - 2 * title, 20) / max(high, 1.0))
+        across = max(box.width() - self._reserve, 20.0)
+        zoom = min(across / max(wide, 1.0), max(box.height() - 2 * title, 20) / max(high, 1.0))
         return np.array([wide / 2, high / 2]), zoom
 
     def _sight(self, pane: int) -> tuple[Array, float]:
@@ -143,13 +149,13 @@ class PicturePanes(QWidget):
     def to_screen(self, pane: int, places: npt.ArrayLike) -> Array:
         """(n, 2) of places (n, 2) in a picture."""
         centre, zoom = self._sight(pane)
-        middle = self.box(pane).center()
+        middle = self.middle(pane)
         points = np.asarray(places, np.float64).reshape(-1, 2)
         return (points - centre) * zoom + [middle.x(), middle.y()]
 
     def to_picture(self, pane: int, at: QPointF) -> Array:
         centre, zoom = self._sight(pane)
-        middle = self.box(pane).center()
+        middle = self.middle(pane)
         return centre + np.array([at.x() - middle.x(), at.y() - middle.y()]) / zoom
 
     def pane_at(self, at: QPointF) -> int | None:
@@ -251,19 +257,20 @@ class PicturePanes(QWidget):
             self._lines(painter, *links.faint)
         for row in links.drawn:
             red, green, blue = (int(v) for v in links.colors[row])
-            painter.setPen(QPen(QColor(red, green, blue, 190), 1.3))
-            self._lines(painter, links.left[row], links.right[row])
+            for tint, wide in ((QColor(0, 0, 0, 70), 2.8), (QColor(red, green, blue, 220), 1.4)):
+                painter.setPen(QPen(tint, wide))
+                self._lines(painter, links.left[row], links.right[row])
         if self._hot is not None and self._hot < len(links.left):
             ends = (links.left[self._hot], links.right[self._hot])
             for color, width in ((DARK, 4.5), (QColor("#ffffff"), 2.2)):
                 painter.setPen(QPen(color, width))
-                self._lines(painter, *ends, both=False)
+                self._lines(painter, *ends)
                 for pane, place in enumerate(ends):
                     (at,) = self.to_screen(pane, place)
                     if self.box(pane).contains(QPointF(*at)):
                         painter.drawEllipse(QPointF(*at), 7.0, 7.0)
 
-    def _lines(self, painter: QPainter, left: Array, right: Array, both: bool = True) -> None:
+    def _lines(self, painter: QPainter, left: Array, right: Array) -> None:
         """Between places that both panes show."""
         a, b = self.to_screen(0, left), self.to_screen(1, right)
         first, second = self.box(0), self.box(1)

@@ -17,6 +17,8 @@ from vomstudio.ui.picture_panes import PicturePanes, vectors
 from vomstudio.ui.widgets import ComboBox, ElidedLabel
 
 _FACTORS = (1, 10, 20, 50, 100, 200, 500, 1000)
+_MOST = 2000
+"""More lines than this hide the photo and each other."""
 _COLOR = QColor(240, 228, 66)
 
 
@@ -163,5 +165,9 @@ class ResidualPage(QWidget):
                 factor, float(np.median(lengths)), float(lengths.max())
             )
         )
-        places, ways = photo.places(arrays["pixels"]), photo.ways(arrays["vectors"])
+        step = -(-len(lengths) // _MOST)
+        if step > 1:
+            self._said.setText(self._said.text() + self.tr("; one in {0} is drawn").format(step))
+        places = photo.places(arrays["pixels"][::step])
+        ways = photo.ways(arrays["vectors"][::step])
         self.panes.draw_over([vectors(places, ways, factor, _COLOR)])
