@@ -27,6 +27,24 @@ def warm(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     return {}
 
 
+def compile_kernels(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+    """Import every module of compiled kernels: those that were never used on this machine are
+    compiled now, for seconds each, and not when somebody waits for them."""
+    import importlib
+    import os
+    import pkgutil
+
+    import vomstudio
+
+    if hasattr(os, "nice"):
+        os.nice(10)
+    for module in pkgutil.walk_packages(vomstudio.__path__, "vomstudio."):
+        if module.name.endswith("_kernels"):
+            progress.step(0)
+            importlib.import_module(module.name)
+    return {}
+
+
 def load_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """Read the model `path` into a cache folder under `cache`, from where the window maps it."""
     from vomstudio.io import model_cache
@@ -265,6 +283,7 @@ TASKS: dict[str, Task] = {
     "check_photos": check_photos,
     "reconstruct": reconstruct,
     "warm": warm,
+    "compile_kernels": compile_kernels,
     "load_model": load_model,
     "preview_model": preview_model,
     "copy_model": copy_model,

@@ -410,15 +410,17 @@ class MainWindow(QMainWindow):
         self.net = StereonetPanel(self.studio, self.actions_table.all["export_net"])
         self.docks["stereonet"].setWidget(self.net)
         self._net_place.deleteLater()
-        self.studio.jobs.submit(
-            "models",
-            "warm",
-            {},
-            title="Getting ready",
-            on_done=lambda _: None,
-            on_failed=lambda _: None,
-            quiet=True,
-        )
+        # Each lane's worker gets ready for what it will be asked; photos come last.
+        for lane, task in (("models", "warm"), ("photos", "compile_kernels")):
+            self.studio.jobs.submit(
+                lane,
+                task,
+                {},
+                title="Getting ready",
+                on_done=lambda _: None,
+                on_failed=lambda _: None,
+                quiet=True,
+            )
 
     def _be_ready(self) -> None:
         # A model is not to stay for ever.

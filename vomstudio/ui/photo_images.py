@@ -7,13 +7,14 @@ from collections import OrderedDict
 from dataclasses import dataclass
 from pathlib import Path
 
-from PySide6.QtCore import QObject, QSize, Qt, Signal
-from PySide6.QtGui import QImage, QImageIOHandler, QImageReader, QTransform
+from PySide6.QtCore import QObject, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QImage, QImageIOHandler, QImageReader, QPainter, QTransform
 
 THUMBNAIL = QSize(102, 68)
 _FIRST_LOOK = 1600  # pixels along the long side, of large photos
 _MOST_MB = 4096  # of one picture: 100 megapixels take 400
 _KEPT_BYTES = 700_000_000
+_BAND = 128  # rows
 _Turn = QImageIOHandler.Transformation
 
 
@@ -149,8 +150,7 @@ class PhotoImages(QObject):
         width, height = image.width(), image.height()
         levels = [_drawable(image)]
         while max(levels[-1].width(), levels[-1].height()) > 1200:
-            half = (levels[-1].size() / 2).expandedTo(QSize(1, 1))
-            levels.append(levels[-1].scaled(half, mode=_SMOOTH))
+            levels.append(_halved(levels[-1]))
         turn = upright(orientation, width, height)
         self.pictured.emit(key, Picture(tuple(levels), width, height, turn))
 
@@ -176,7 +176,21 @@ class PhotoImages(QObject):
 
 
 _KEEP = Qt.AspectRatioMode.KeepAspectRatio
-_SMOOTH = Qt.TransformationMode.SmoothTransformation
+
+
+def _halved(image: QImage) -> QImage:
+    """Half as wide and high, band by band: each call of Qt keeps the window's thread waiting."""
+    half = (image.size() / 2).expandedTo(QSize(1, 1))
+    made = QImage(half, QImage.Format.Format_RGB32)
+    painter = QPainter(made)
+    painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+    step = image.height() / half.height()
+    for top in range(0, half.height(), _BAND):
+        rows = min(_BAND, half.height() - top)
+        source = QRectF(0, top * step, image.width(), rows * step)
+        painter.drawImage(QRectF(0, top, half.width(), rows), image, source)
+    painter.end()
+    return made
 
 
 def _drawable(image: QImage) -> QImage:
