@@ -110,11 +110,7 @@ class CalibrationPage(QWidget):
                     camera["exif_px"], 100 * (focal / camera["exif_px"] - 1)
                 )
             )
-        lines.append(
-            self.tr(
-                "The photos look in directions that spread by {0:.1f}°. Lens model {1}."
-            ).format(camera["convergence_deg"], camera["model"])
-        )
+        lines.append(self.tr("Lens model {0}.").format(camera["model"]))
         return " ".join(lines)
 
     def _fill_parameters(self, camera: dict[str, Any]) -> None:
@@ -191,6 +187,7 @@ class CalibrationPage(QWidget):
                 table.setItem(i, j, item)
         table.setVisible(bool(free))
         _close(table)
+        table.setFixedWidth(len(free) * _CELL + table.verticalHeader().sizeHint().width() + 4)
         self._pairing.setText(self._strongest(camera, len(free)))
 
     def _strongest(self, camera: dict[str, Any], free: int) -> str:

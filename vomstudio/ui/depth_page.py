@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QConicalGradient, QFontMetricsF, QPainter, QPen
+from PySide6.QtGui import QColor, QConicalGradient, QFontMetricsF, QImage, QPainter, QPen
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSplitter, QVBoxLayout, QWidget
 
 from vomstudio.rendering.barpainting import ColorBar
@@ -32,6 +32,7 @@ class DepthPage(QWidget):
         self._wanted = ""
         self._facts: dict[str, Any] = {}
         self._arrays: Arrays | None = None
+        self._images: dict[str, QImage] = {}
         self._has: dict[str, bool] = {}
         self.table = NumberTable(
             (
@@ -127,9 +128,7 @@ class DepthPage(QWidget):
         if name != self._wanted:
             return
         self._facts, self._arrays = facts, arrays
-        self._images = {
-            key: to_image(arrays[key]) for key in ("photo", "colors", "confidence", "normals")
-        }
+        self._images.clear()
         self.panes.say("")
         self._draw()
         self._said.setText(
@@ -146,8 +145,8 @@ class DepthPage(QWidget):
         size = (float(wide), float(high))
         self.panes.show_pictures(
             [
-                Picture(self._wanted, self._images["photo"], size),
-                Picture(self.what.currentText(), self._images[what], size),
+                Picture(self._wanted, self._image("photo"), size),
+                Picture(self.what.currentText(), self._image(what), size),
             ],
             keep_view=True,
         )
@@ -157,6 +156,13 @@ class DepthPage(QWidget):
         else:
             over = partial(_bar, scale=self._scale(what))
         self.panes.draw_over([None, over])
+
+    def _image(self, what: str) -> QImage:
+        """Made when it is first looked at."""
+        assert self._arrays is not None
+        if what not in self._images:
+            self._images[what] = to_image(self._arrays[what])
+        return self._images[what]
 
     def _scale(self, what: str) -> Scale:
         table = map_table("viridis")

@@ -203,6 +203,6 @@ def _by_place(places: Any, photo: ShownPhoto) -> Any:
 
     wide, high = photo.picture.size
     table = map_table("turbo")
-    at = (0.7 * places[:, 0] / wide + 0.3 * places[:, 1] / high) * 255
-    # Its ends are dark.
-    return table[np.clip(20 + 0.82 * at, 0, 255).astype(np.intp)]
+    at = np.clip(0.7 * places[:, 0] / wide + 0.3 * places[:, 1] / high, 0, 1)
+    # Its ends are dark; few colours are drawn faster.
+    return table[np.round(20 + 14 * np.round(15 * at)).astype(np.intp)]

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
-from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QLineF, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
     QColor,
     QFontMetricsF,
@@ -18,7 +18,7 @@ from PySide6.QtGui import (
     QPainter,
     QPaintEvent,
     QPen,
-    QPolygonF,
+    QPixmap,
     QResizeEvent,
     QWheelEvent,
 )
@@ -34,6 +34,8 @@ ZOOM_PER_NOTCH = 0.8
 DEEPEST = 24.0
 """Screen pixels for a pixel of a photo, at most."""
 REACH = 10.0
+_FEW = 300
+"""Lines up to which each is drawn as finely as can be."""
 
 
 @dataclass(eq=False)
@@ -93,6 +95,7 @@ class PicturePanes(QWidget):
         self._hot: int | None = None
         self._held: tuple[int, QPointF] | None = None
         self._words = ""
+        self._base: QPixmap | None = None
         self.setMouseTracking(True)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMinimumSize(320, 220)
@@ -108,21 +111,21 @@ class PicturePanes(QWidget):
         if not keep_view or before != [None if p is None else p.size for p in pictures]:
             for sight in self._sights:
                 sight.centre = None
-        self.update()
+        self._renew()
 
     def say(self, words: str) -> None:
         """In place of pictures."""
         self._words = words
-        self.update()
+        self._renew()
 
     def show_links(self, links: Links) -> None:
         self._links, self._hot = links, None
-        self.update()
+        self._renew()
 
     def draw_over(self, painters: Sequence[Painter | None]) -> None:
         """What is drawn over each pane."""
         self._over = [each or _nothing for each in painters]
-        self.update()
+        self._renew()
 
     # --- geometry ----------------------------------------------------------------------------
     def box(self, pane: int) -> QRectF:
@@ -174,21 +177,40 @@ class PicturePanes(QWidget):
         now = min(max(zoom * factor, least), DEEPEST)
         sight = self._sights[pane]
         sight.centre, sight.zoom = about + (centre - about) * (zoom / now), now
-        self.update()
+        self._renew()
 
     def look_at(self, pane: int, place: npt.ArrayLike, zoom: float) -> None:
         sight = self._sights[pane]
         sight.centre, sight.zoom = np.array(place, np.float64).reshape(2), zoom
-        self.update()
+        self._renew()
 
     def show_all(self) -> None:
         for sight in self._sights:
             sight.centre = None
-        self.update()
+        self._renew()
 
     # --- painting ----------------------------------------------------------------------------
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
+        ratio = self.devicePixelRatioF()
+        size = self.size() * ratio
+        if self._base is None or self._base.size() != size:
+            # Thousands of marks are drawn once, not whenever the cursor passes one of them.
+            self._base = QPixmap(size)
+            self._base.setDevicePixelRatio(ratio)
+            base = QPainter(self._base)
+            self._paint_all(base)
+            base.end()
         painter = QPainter(self)
+        painter.drawPixmap(0, 0, self._base)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        if not self._words:
+            self._paint_hot(painter)
+
+    def _renew(self) -> None:
+        self._base = None
+        self.update()
+
+    def _paint_all(self, painter: QPainter) -> None:
         painter.fillRect(self.rect(), self.palette().window())
         if self._words or all(p is None for p in self._pictures):
             painter.fillRect(self.rect(), GROUND)
@@ -254,30 +276,37 @@ class PicturePanes(QWidget):
             return
         if links.faint is not None:
             painter.setPen(QPen(QColor(224, 64, 42, 110), 1.0))
-            self._lines(painter, *links.faint)
-        for row in links.drawn:
-            red, green, blue = (int(v) for v in links.colors[row])
-            for tint, wide in ((QColor(0, 0, 0, 70), 2.8), (QColor(red, green, blue, 220), 1.4)):
-                painter.setPen(QPen(tint, wide))
-                self._lines(painter, links.left[row], links.right[row])
+            painter.drawLines(self._lines(*links.faint))
+        few = len(links.drawn) <= _FEW
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing, few)
+        lines = self._lines(links.left[links.drawn], links.right[links.drawn])
+        if few:
+            painter.setPen(QPen(QColor(0, 0, 0, 70), 2.8))
+            painter.drawLines(lines)
+        # One call for all lines of a colour.
+        for color, rows in _by_color(links.colors[links.drawn]):
+            painter.setPen(QPen(color, 1.4 if few else 1.0))
+            painter.drawLines([lines[row] for row in rows if not lines[row].isNull()])
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+
+    def _paint_hot(self, painter: QPainter) -> None:
+        links = self._links
         if self._hot is not None and self._hot < len(links.left):
             ends = (links.left[self._hot], links.right[self._hot])
             for color, width in ((DARK, 4.5), (QColor("#ffffff"), 2.2)):
                 painter.setPen(QPen(color, width))
-                self._lines(painter, *ends)
+                painter.drawLines(self._lines(*ends))
                 for pane, place in enumerate(ends):
                     (at,) = self.to_screen(pane, place)
                     if self.box(pane).contains(QPointF(*at)):
                         painter.drawEllipse(QPointF(*at), 7.0, 7.0)
 
-    def _lines(self, painter: QPainter, left: Array, right: Array) -> None:
-        """Between places that both panes show."""
-        a, b = self.to_screen(0, left), self.to_screen(1, right)
-        first, second = self.box(0), self.box(1)
-        for p, q in zip(a.tolist(), b.tolist(), strict=True):
-            start, end = QPointF(*p), QPointF(*q)
-            if first.contains(start) and second.contains(end):
-                painter.drawLine(start, end)
+    def _lines(self, left: Array, right: Array) -> list[QLineF]:
+        """Between places (n, 2) that both panes show; null lines for the others."""
+        ends = np.hstack([self.to_screen(0, left), self.to_screen(1, right)])
+        for pane, at in ((0, ends[:, :2]), (1, ends[:, 2:])):
+            ends[~_inside(self.box(pane), at)] = 0.0
+        return [QLineF(*row) for row in ends.tolist()]
 
     # --- mouse and keys ----------------------------------------------------------------------
     def _link_at(self, at: QPointF) -> int | None:
@@ -307,7 +336,7 @@ class PicturePanes(QWidget):
             sight = self._sights[pane]
             sight.centre, sight.zoom = centre - moved, zoom
             self._held = (pane, at)
-            self.update()
+            self._renew()
             return
         hot = self._link_at(at)
         if hot != self._hot:
@@ -358,7 +387,32 @@ class PicturePanes(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
         super().resizeEvent(event)
-        self.update()
+        self._renew()
+
+
+def _inside(box: QRectF, at: Array) -> npt.NDArray[np.bool_]:
+    """Which points (n, 2) of the screen lie in a box."""
+    x, y = at[:, 0], at[:, 1]
+    across, down = (x >= box.left()) & (x <= box.right()), (y >= box.top()) & (y <= box.bottom())
+    return np.asarray(across & down)
+
+
+def _by_color(
+    colors: npt.NDArray[np.uint8],
+) -> Iterator[tuple[QColor, npt.NDArray[np.intp]]]:
+    """Each colour of (n, 3) with the rows that have it, in order of the colours."""
+    if len(colors):
+        found, which = np.unique(colors, axis=0, return_inverse=True)
+        for number, rgb in enumerate(found.tolist()):
+            red, green, blue = (int(v) for v in rgb)
+            yield QColor(red, green, blue, 220), np.flatnonzero(which.reshape(-1) == number)
+
+
+def _premultiplied(color: QColor) -> int:
+    """As a pixel of Format_ARGB32_Premultiplied."""
+    alpha = color.alpha()
+    red, green, blue = (round(v * alpha / 255) for v in (color.red(), color.green(), color.blue()))
+    return alpha << 24 | red << 16 | green << 8 | blue
 
 
 def _nothing(painter: QPainter, box: QRectF, place: Callable[[Array], Array], zoom: float) -> None:
@@ -371,19 +425,24 @@ def dots(places: Array, color: QColor, size: float) -> Painter:
     def paint(
         painter: QPainter, box: QRectF, on_screen: Callable[[Array], Array], zoom: float
     ) -> None:
+        ratio = painter.device().devicePixelRatioF()
         at = on_screen(places)
-        inside = (
-            (at[:, 0] >= box.left())
-            & (at[:, 0] <= box.right())
-            & (at[:, 1] >= box.top())
-            & (at[:, 1] <= box.bottom())
-        )
-        points = QPolygonF([QPointF(x, y) for x, y in at[inside].tolist()])
-        for tint, wide in ((QColor(0, 0, 0, 120), size + 1.6), (color, size)):
-            pen = QPen(tint, wide)
-            pen.setCapStyle(Qt.PenCapStyle.RoundCap)
-            painter.setPen(pen)
-            painter.drawPoints(points)
+        at = (at[_inside(box, at)] - [box.left(), box.top()]) * ratio
+        wide, high = max(1, int(box.width() * ratio)), max(1, int(box.height() * ratio))
+        # Thousands of marks: written into a picture, since drawing them takes half a second.
+        marks = np.zeros((high, wide), np.uint32)
+        reach = max(1, round(size * ratio / 2))
+        columns, rows = at.astype(np.intp).T
+        for ring, tint in ((reach + 1, QColor(0, 0, 0, 120)), (reach, color)):
+            value = _premultiplied(tint)
+            for dx in range(-ring, ring + 1):
+                for dy in range(-ring, ring + 1):
+                    if dx * dx + dy * dy <= ring * ring:
+                        x, y = (columns + dx).clip(0, wide - 1), (rows + dy).clip(0, high - 1)
+                        marks[y, x] = value
+        shown = QImage(marks.data, wide, high, 4 * wide, QImage.Format.Format_ARGB32_Premultiplied)
+        shown.setDevicePixelRatio(ratio)
+        painter.drawImage(box.topLeft(), shown)
 
     return paint
 
@@ -407,12 +466,12 @@ def vectors(places: Array, ways: Array, factor: float, color: QColor) -> Painter
     def paint(
         painter: QPainter, box: QRectF, on_screen: Callable[[Array], Array], zoom: float
     ) -> None:
-        starts, ends = on_screen(places), on_screen(places + factor * ways)
+        ends = np.hstack([on_screen(places), on_screen(places + factor * ways)])
+        lines = [QLineF(*row) for row in ends.tolist()]
         for tint, wide in ((QColor(0, 0, 0, 130), 2.8), (color, 1.4)):
             painter.setPen(QPen(tint, wide))
-            for p, q in zip(starts.tolist(), ends.tolist(), strict=True):
-                painter.drawLine(QPointF(*p), QPointF(*q))
-        dots(places, color, 3.0)(painter, box, on_screen, zoom)
+            painter.drawLines(lines)
+        dots(places, color, 2.0)(painter, box, on_screen, zoom)
         _key(painter, box, factor * zoom)
 
     return paint

@@ -82,7 +82,7 @@ class ResidualPage(QWidget):
         split.addWidget(side)
         split.addWidget(right)
         split.setStretchFactor(1, 1)
-        split.setSizes([470, 790])
+        split.setSizes([520, 740])
         split.setChildrenCollapsible(False)
         layout = QHBoxLayout(self)
         layout.addWidget(split)
