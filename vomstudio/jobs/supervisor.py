@@ -16,7 +16,6 @@ from typing import Any
 from vomstudio.errors import Cancelled, WorkerError
 from vomstudio.jobs.events import LIFELINE, Done, Event, Failed, from_line
 
-
 Listener = Callable[[Event], None]
 
 # Native code that does not look at its token is stopped the hard way after this long.
@@ -194,6 +193,7 @@ class Worker:
             process = self._owners.get(job)
         if process is not None:
             process.kill()
+
 
 def _ending(code: int) -> str:
     if code == -9:

@@ -456,9 +456,7 @@ class _Run:
         if not stage.done:
             by_name = {photo.name: photo for photo in photos.photos}
             sources = [_Source.read(by_name[view.name], view) for view in placed.scene.views]
-            options = TextureOptions(
-                atlas=AtlasOptions(page=steps.page_px, most_pages=steps.pages)
-            )
+            options = TextureOptions(atlas=AtlasOptions(page=steps.page_px, most_pages=steps.pages))
             made = make_texture(mesh, sources, options, self.executor, self.diary)
             for material, page in zip(made.mesh.materials, made.pages, strict=True):
                 picture = jpeg(page)
