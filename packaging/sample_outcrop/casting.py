@@ -1,5 +1,5 @@
-"""Which triangle a ray meets first. Every triangle is asked which of the camera's rays meet it; rays
-are taken as the lens bends them, so nothing is resampled."""
+"""Which triangle a ray meets first. Every triangle is asked which of the camera's rays meet it;
+rays are taken as the lens bends them, so nothing is resampled."""
 
 from __future__ import annotations
 

@@ -31,7 +31,8 @@ class Scene:
     """What there is to be seen, relative to ORIGIN.
 
     points (n, 3), triangles (m, 3), the first `facing` of which are of the face; steep (m,) 0..1
-    where that picture is stretched over them; image RGB (rows, columns, 3) of the whole face, row 0 on top
+    where that picture is stretched over them; image RGB (rows, columns, 3) of the whole face, row 0
+    on top
     """
 
     points: Array

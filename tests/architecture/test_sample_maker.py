@@ -48,10 +48,15 @@ def test_the_program_never_imports_its_maker() -> None:
         assert "sample_outcrop" not in file.read_text("utf-8"), file
 
 
-def test_the_sample_is_under_8_mb_with_several_textures() -> None:
-    files = list(resource("sample").iterdir())
+def test_the_model_of_the_sample_is_under_8_mb_with_several_textures() -> None:
+    files = [file for file in resource("sample").iterdir() if file.is_file()]
     assert sum(file.stat().st_size for file in files) < 8_000_000
     assert len([file for file in files if file.suffix == ".jpg"]) >= 4
+
+
+def test_all_resources_are_under_15_mb() -> None:
+    files = [file for file in resource().rglob("*") if file.is_file()]
+    assert sum(file.stat().st_size for file in files) < 15_000_000
 
 
 def test_every_true_bed_and_the_fault_contain_the_axis() -> None:

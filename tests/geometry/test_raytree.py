@@ -54,9 +54,7 @@ def test_the_tree_meets_the_same_faces_as_asking_every_face() -> None:
 
 
 def test_a_ray_ends_where_it_is_told() -> None:
-    mesh = Mesh(
-        np.array([[0.0, -1, -1], [0, 3, -1], [0, -1, 3]]), np.array([[0, 1, 2]], np.int32)
-    )
+    mesh = Mesh(np.array([[0.0, -1, -1], [0, 3, -1], [0, -1, 3]]), np.array([[0, 1, 2]], np.int32))
     tree = RayTree(mesh)
     start, way = np.array([-2.0, 0, 0]), np.array([[1.0, 0, 0]])
     assert tree.cast(start, way).distance[0] == pytest.approx(2.0)

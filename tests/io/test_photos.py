@@ -583,3 +583,15 @@ def test_a_copied_set_is_the_same_photos(tmp_path: Path, data_dir: Path) -> None
     folder = read_photos(tmp_path / "a")
     assert folder.photos[0].name == "saint_martin/IMGP4167.JPG"
     assert len(folder.photos) == 4
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_marks_turn_with_the_picture(orientation: int) -> None:
+    from vomstudio.io.photo_pixels import turned_upright, upright_pixels
+
+    picture = np.zeros((5, 7), np.uint8)
+    picture[1, 4] = 255
+    upright = turned_upright(picture, orientation)
+    ((x, y),) = upright_pixels([[4.5, 1.5]], orientation, 7, 5)
+    assert upright[int(y), int(x)] == 255
+    assert (x % 1, y % 1) == (0.5, 0.5)

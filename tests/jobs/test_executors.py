@@ -99,7 +99,7 @@ def test_one_thread_is_no_thread():
 
 def test_a_scheduler_that_is_not_there_is_named():
     pytest.importorskip("distributed")
-    with pytest.raises(UsageError, match="127.0.0.1:1"):
+    with pytest.raises(UsageError, match=r"127\.0\.0\.1:1"):
         make_executor(None, "tcp://127.0.0.1:1")
 
 

@@ -215,15 +215,17 @@ def shade(normals: Array) -> Array:
 def encoded(picture: npt.NDArray[np.uint8], ending: str = ".png") -> bytes:
     import cv2
 
-    return cv2.imencode(ending, picture[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 97])[1].tobytes()
+    return cv2.imencode(
+        ending, picture[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 97] if ending == ".jpg" else []
+    )[1].tobytes()
 
 
-def taken(view: View, picture: npt.NDArray[np.uint8], mask: npt.NDArray[np.uint8] | None = None):  # type: ignore[no-untyped-def]
+def taken(view: View, picture, mask=None, ending: str = ".png"):  # type: ignore[no-untyped-def]
     """A photo as the texture wants it."""
     import cv2
 
     data = None if mask is None else cv2.imencode(".png", mask)[1].tobytes()
-    return SimpleNamespace(photo=encoded(picture), mask=data, view=view)
+    return SimpleNamespace(photo=encoded(picture, ending), mask=data, view=view)
 
 
 def cloud_of(

@@ -242,10 +242,15 @@ def true_points(face, views, count=150_000, least=3, seed=1):
     return points[sum(seen_from(face, points, view).astype(int) for view in views) >= least]
 
 
-def judge(face, cloud_points, truth, gsd):
-    """Median and 95 % of the distances to the face, and the part of it within 4 GSD of a point."""
+def accuracy(face, points):
+    """Median and 95 % of the distances to the face."""
+    off = face.distance(points)
+    return float(np.median(off)), float(np.percentile(off, 95))
+
+
+def completeness(points, truth, gsd):
+    """The part of the true points that lie within 4 GSD of a point."""
     from scipy.spatial import cKDTree
 
-    off = face.distance(cloud_points)
-    near, _ = cKDTree(cloud_points).query(truth, distance_upper_bound=4 * gsd)
-    return float(np.median(off)), float(np.percentile(off, 95)), float(np.mean(np.isfinite(near)))
+    near, _ = cKDTree(points).query(truth, distance_upper_bound=4 * gsd)
+    return float(np.mean(np.isfinite(near)))

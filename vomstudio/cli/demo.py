@@ -9,7 +9,7 @@ import shutil
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.arguments import Parser, Subparsers, add_command, progress_of
 from vomstudio.cli.output import Output
@@ -37,6 +37,11 @@ def add_parser(subparsers: Subparsers) -> None:
         metavar="DIR",
         default=DEFAULT_FOLDER,
         help=f"folder for everything that is written (default {DEFAULT_FOLDER})",
+    )
+    parser.add_argument(
+        "--without-photos",
+        action="store_true",
+        help="measure the finished model only: seconds instead of a minute or two",
     )
 
 
@@ -68,6 +73,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
     else:
         notes.append("No orthophoto: this version cannot make one yet.")
     checks = result.checks
+    photos: dict[str, Any] | None = None
+    if not args.without_photos:
+        with watch.step("photos", progress):
+            photos = _photos(folder, picks, progress)
+        files += photos.pop("files")
+        notes += photos.pop("notes")
     text = as_text(checks, notes)
     page = as_html(checks, notes, images, sum(watch.seconds.values()))
     for name, content in (("summary.txt", text + "\n"), ("summary.html", page)):
@@ -76,6 +87,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.result(
         {
             "checks": [check.as_dict() for check in checks],
+            "photos": photos,
             "files": [str(file) for file in files],
             "seconds": watch.seconds,
             "summary": tally(checks),
@@ -84,6 +96,55 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
     out.text(text)
     out.text(f"Written to {folder}; open {folder / PROJECT} in the window.")
+
+
+def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, Any]:
+    """A model of the sample's photos, beside the outcrop that they were taken of."""
+    import numpy as np
+
+    from vomstudio.io.cameras_file import read_cameras
+    from vomstudio.io.models import read_model
+    from vomstudio.io.sample import (
+        read_true_cameras,
+        read_truth,
+        sample_control,
+        sample_marks,
+        sample_model,
+        sample_photos,
+    )
+    from vomstudio.jobs.running import run_job
+    from vomstudio.products.photo_check import check_photos, in_words
+
+    result = run_job(
+        "reconstruct",
+        {
+            "photos": str(sample_photos()),
+            "out": str((folder / "photos").resolve()),
+            "quality": "low",
+            "control": str(sample_control()),
+            "marks": str(sample_marks()),
+            "crs": "EPSG:32633",
+        },
+        progress,
+    )
+    outcrop, cloud = read_model(sample_model()).data, read_model(Path(result["dense"])).data
+    checks = check_photos(
+        read_cameras(result["poses"]),
+        read_true_cameras(),
+        np.asarray(cloud.points),  # type: ignore[union-attr]
+        outcrop,  # type: ignore[arg-type]
+        picks,
+        read_truth(),
+        result["dense_gsd_m"],
+    )
+    keys = ("registered", "reprojection_error_px", "dense_points", "faces", "frame", "seconds")
+    return {
+        "photos": result["photos"],
+        **{key: result[key] for key in keys},
+        "checks": [check.as_dict() for check in checks],
+        "files": [Path(result[key]) for key in ("mesh", "dense", "sparse", "cameras", "report")],
+        "notes": [in_words(checks), *result["warnings"]],
+    }
 
 
 class _Watch:

@@ -10,8 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 
-def kernel(signature: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+def kernel(
+    signature: str, *, fastmath: bool = False
+) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """numba.njit, without the GIL, compiled for one signature and cached on disk.
+
+    fastmath : sums may be reordered and NaN are not expected; for kernels of pictures
 
     numba refuses to decorate when neither the package nor the user's cache folder can be written;
     then the kernel is compiled anew in each process.
@@ -19,9 +23,9 @@ def kernel(signature: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]
 
     def wrap(function: Callable[..., Any]) -> Callable[..., Any]:
         try:
-            return numba.njit(signature, nogil=True, cache=True)(function)
+            return numba.njit(signature, nogil=True, fastmath=fastmath, cache=True)(function)
         except RuntimeError:
-            return numba.njit(signature, nogil=True)(function)
+            return numba.njit(signature, nogil=True, fastmath=fastmath)(function)
 
     return wrap
 
@@ -30,6 +34,11 @@ def part(function: Callable[..., Any]) -> Callable[..., Any]:
     """A piece of kernels. Compiled with the first one that calls it, and not loaded afterwards,
     since it lies within the cached kernels."""
     return numba.njit(nogil=True)(function)
+
+
+def fast_part(function: Callable[..., Any]) -> Callable[..., Any]:
+    """As `part`, for kernels with fastmath."""
+    return numba.njit(nogil=True, fastmath=True)(function)
 
 
 def for_kernels(array: npt.ArrayLike, dtype: npt.DTypeLike) -> npt.NDArray[Any]:

@@ -13,6 +13,10 @@ Array = npt.NDArray[np.float64]
 
 # Of spreads: points whose second axis is shorter than this part of the first lie on a line.
 _COLLINEAR = 1e-6
+# From so many points on, wrong ones can be told from right ones.
+_FEWEST_TO_CHOOSE = 6
+_TRIALS = 300
+_FITS = 0.9999
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,18 +75,21 @@ def fit_robustly(
 ) -> tuple[Similarity, npt.NDArray[np.bool_]]:
     """(similarity, which points it is made of (n,)) where up to a half of the points are wrong.
 
-    Least median of squares over triples (Rousseeuw 1984), then least squares over all within 2.5
-    robust standard deviations, or within `floor` in units of the target. Raises GeometryError.
+    The half that agrees best is found by least median of squares over triples (Rousseeuw 1984);
+    then one point after the other joins, the one that fits best first, until the next one misses
+    its predicted place significantly (forward search: Atkinson & Riani 2000; F test at 0.01 %).
+    Points that miss by less than `floor`, in units of the target, always join. Fewer than six
+    points are all taken. Raises GeometryError.
     """
     a = np.asarray(source, np.float64).reshape(-1, 3)
     b = np.asarray(target, np.float64).reshape(-1, 3)
     n = len(a)
     best = fit_similarity(a, b)
-    if n < 5:
+    if n < _FEWEST_TO_CHOOSE:
         return best, np.ones(n, np.bool_)
     least = float(np.median(_squares(best, a, b)))
     rng = np.random.default_rng(seed)
-    for _ in range(500):
+    for _ in range(_TRIALS):
         triple = rng.choice(n, 3, replace=False)
         try:
             trial = fit_similarity(a[triple], b[triple])
@@ -91,25 +98,58 @@ def fit_robustly(
         middle = float(np.median(_squares(trial, a, b)))
         if middle < least:
             best, least = trial, middle
-    good = np.ones(n, np.bool_)
-    # 5 / (n - 7/3): a triple fits few points too well (Rousseeuw & Leroy 1987, p. 44, for 7/3
-    # points' worth of parameters). 1.54 is the median of a Gaussian's length in space.
-    sigma = np.sqrt(least) / 1.54 * (1 + 5 / (n - 7 / 3))
-    for _ in range(10):
-        limit = max(2.5 * 1.73 * sigma, floor)
-        now = np.sqrt(_squares(best, a, b)) <= limit
-        if now.sum() < 4:
-            break
+    used = np.zeros(n, np.bool_)
+    used[np.argsort(_squares(best, a, b), kind="stable")[: max(4, n // 2 + 1)]] = True
+    while True:
         try:
-            best = fit_similarity(a[now], b[now])
-        except GeometryError:
-            break
-        if (now == good).all():
-            break
-        good = now
-        squares = float(_squares(best, a[now], b[now]).sum())
-        sigma = max(sigma, (squares / (3 * int(now.sum()) - 7)) ** 0.5)
-    return best, good
+            best = fit_similarity(a[used], b[used])
+        except GeometryError:  # the half lies on a line
+            return fit_similarity(a, b), np.ones(n, np.bool_)
+        near = ~used & (_squares(best, a, b) <= floor**2)
+        if near.any():
+            used |= near
+            continue
+        joining = _next(best, a, b, used)
+        if joining is None:
+            return best, used
+        used[joining] = True
+
+
+def _next(fit: Similarity, a: Array, b: Array, used: npt.NDArray[np.bool_]) -> int | None:
+    """The point outside that fits best, if it fits."""
+    from scipy.stats import chi2, f
+
+    outside = np.flatnonzero(~used)
+    if not len(outside):
+        return None
+    count = int(used.sum())
+    freedom = 3 * count - 7
+    share = count / len(a)
+    # Those used so far are the ones with the least residuals: their scatter is too small.
+    cut = chi2.ppf(share, 3)
+    variance = float(_squares(fit, a[used], b[used]).sum()) / freedom
+    variance /= float(chi2.cdf(cut, 5) / share)
+    centre = fit(a[used]).mean(axis=0)
+    moves = [_jacobian(p) for p in fit(a) - centre]
+    information = sum((m.T @ m for m, u in zip(moves, used, strict=True) if u), np.zeros((7, 7)))
+    inverse = np.linalg.pinv(information)
+    misses = b - fit(a)
+    statistic = np.array(
+        [
+            misses[i] @ np.linalg.solve(np.eye(3) + moves[i] @ inverse @ moves[i].T, misses[i])
+            for i in outside
+        ]
+    )
+    at = int(statistic.argmin())
+    limit = 3 * variance * float(f.ppf(_FITS, 3, freedom))
+    return int(outside[at]) if statistic[at] <= limit else None
+
+
+def _jacobian(position: Array) -> Array:
+    """(3, 7) how a point moves with a small turn, a relative change of scale, and a shift."""
+    x, y, z = position
+    turn = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
+    return np.column_stack([np.array(turn), position, np.eye(3)])
 
 
 def _squares(transform: Similarity, a: Array, b: Array) -> Array:
@@ -126,8 +166,9 @@ def rotation_covariance(positions: npt.ArrayLike, sigma: float | Array) -> Array
     weight = np.diag(1 / np.broadcast_to(np.asarray(sigma, np.float64), 3) ** 2)
     # A small turn w moves p by w x p; scale moves it by p.
     information = np.zeros((4, 4))
-    for x, y, z in p:
-        jacobian = np.array([[0, z, -y, x], [-z, 0, x, y], [y, -x, 0, z]])
+    for place in p:
+        # The shift is that of the mean.
+        jacobian = _jacobian(place)[:, :4]
         information += jacobian.T @ weight @ jacobian
     values, axes = np.linalg.eigh(information)
     with np.errstate(divide="ignore"):

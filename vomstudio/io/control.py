@@ -74,8 +74,8 @@ def read_control(path: str | Path) -> list[ControlPoint]:
             raise _at(table, row, label, f"'{name}' is in line {first} too; give each its own")
         seen[name] = row
         place = (float(positions[row, 0]), float(positions[row, 1]), float(positions[row, 2]))
-        sigma = None if np.isnan(sigmas[row]) else float(sigmas[row])
-        points.append(ControlPoint(name, place, sigma, uses[row] in _CHECK))
+        known = None if np.isnan(sigmas[row]) else float(sigmas[row])
+        points.append(ControlPoint(name, place, known, uses[row] in _CHECK))
     if not points:
         raise InputError("has no points", file=path)
     return points

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -53,10 +53,10 @@ def opened(path: str | Path) -> Iterator[Image.Image]:
         raise InputError(f"this picture is damaged ({reason}).", file=path) from error
 
 
-def turned_upright(pixels: npt.NDArray[np.uint8], orientation: int) -> Bytes:
+def turned_upright(pixels: npt.NDArray[Any], orientation: int) -> npt.NDArray[Any]:
     """Pixels as the viewer should see them, from how they are stored and their EXIF orientation
     (Exif standard, table of tag 0x0112)."""
-    turned = {
+    turns: dict[int, Callable[[npt.NDArray[Any]], npt.NDArray[Any]]] = {
         1: lambda p: p,
         2: lambda p: p[:, ::-1],
         3: lambda p: p[::-1, ::-1],
@@ -65,8 +65,47 @@ def turned_upright(pixels: npt.NDArray[np.uint8], orientation: int) -> Bytes:
         6: lambda p: p.swapaxes(0, 1)[:, ::-1],
         7: lambda p: p.swapaxes(0, 1)[::-1, ::-1],
         8: lambda p: p.swapaxes(0, 1)[::-1],
-    }[orientation if orientation in range(1, 9) else 1](pixels)
-    return np.ascontiguousarray(turned)
+    }
+    turn = turns[orientation if orientation in range(1, 9) else 1]
+    return np.ascontiguousarray(turn(pixels))
+
+
+def upright_pixels(
+    pixels: npt.ArrayLike, orientation: int, width: int, height: int
+) -> npt.NDArray[np.float64]:
+    """Where pixels (n, 2) of a stored photo of this size lie once it is turned upright, in pixels
+    of the upright picture."""
+    x, y = np.asarray(pixels, np.float64).reshape(-1, 2).T
+    a, b = {
+        1: (x, y),
+        2: (width - x, y),
+        3: (width - x, height - y),
+        4: (x, height - y),
+        5: (y, x),
+        6: (height - y, x),
+        7: (height - y, width - x),
+        8: (y, width - x),
+    }[orientation if orientation in range(1, 9) else 1]
+    return np.column_stack([a, b])
+
+
+def orientation_of(photo: str | Path) -> int:
+    """Of EXIF, 1 to 8. Raises InputError."""
+    from vomstudio.io.exif import read_exif
+
+    with opened(photo) as image:
+        return read_exif(image).orientation
+
+
+def stored(photo: str | Path, size: int) -> tuple[Bytes, tuple[int, int], int]:
+    """(pixels (h, w, 3) as stored with their long side at most `size`, (width, height) of the
+    photo, EXIF orientation). Raises InputError."""
+    from vomstudio.io.exif import read_exif
+
+    with opened(photo) as image:
+        full = (image.width, image.height)
+        orientation = read_exif(image).orientation
+        return np.asarray(_small(image, size, "RGB")), full, orientation
 
 
 def thumbnail(photo: Photo | str | Path, size: int = 256) -> Bytes:

@@ -1,4 +1,4 @@
-"""The embedded sample outcrop: its model, the picks that come with it, and their truth."""
+"""The embedded sample outcrop: its model, picks and photos, and the truth about them."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.geology.orientation import Line, Plane
+from vomstudio.geometry.cameras import MODELS, Intrinsics, View
+from vomstudio.io.cameras_file import Cameras
 from vomstudio.paths import resource
 
 FOLDER = "sample"
@@ -45,6 +47,48 @@ class SampleTruth:
 def sample_model() -> Path:
     """The sample's OBJ file."""
     return resource(FOLDER, "sample.obj")
+
+
+def sample_photos() -> Path:
+    """The folder of the sample's photos."""
+    return resource(FOLDER, "photos")
+
+
+def sample_control() -> Path:
+    """Its control points: CSV label,x,y,z,sigma,use."""
+    return resource(FOLDER, "control.csv")
+
+
+def sample_marks() -> Path:
+    """Where the photos show the control points: CSV label,photo,x,y, COLMAP's pixels."""
+    return resource(FOLDER, "marks.csv")
+
+
+def read_true_cameras(path: Path | None = None) -> Cameras:
+    """The photos with the lens and the poses that they were made with.
+
+    Raises InputError where the file is damaged.
+    """
+    path = path or resource(FOLDER, "cameras_truth.csv")
+    try:
+        rows = _rows(path)
+        centres = np.array([[float(row[axis]) for axis in "xyz"] for row in rows])
+        origin = np.floor(centres.min(axis=0))
+        views = []
+        for row, centre in zip(rows, centres - origin, strict=True):
+            turn = [[float(row[f"r{i}{j}"]) for j in (1, 2, 3)] for i in (1, 2, 3)]
+            lens = Intrinsics(
+                "OPENCV",
+                int(row["width"]),
+                int(row["height"]),
+                tuple(float(row[name]) for name in MODELS["OPENCV"]),
+            )
+            rotation = np.array(turn)
+            views.append(View(row["name"], lens, rotation, -rotation @ centre))
+        x, y, z = (int(value) for value in origin)
+        return Cameras(tuple(views), sample_photos(), (x, y, z), "EPSG:32633")
+    except (KeyError, ValueError, TypeError) as error:
+        raise InputError("the truth of the sample is damaged; install again", file=path) from error
 
 
 def read_picks(path: Path | None = None) -> SamplePicks:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import json
 import os
+import threading
 import tomllib
+from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.errors import TargetError
+from vomstudio.errors import TargetError, VomError
 from vomstudio.io.atomic import atomic_write
 
 if TYPE_CHECKING:
@@ -97,6 +100,42 @@ def write_settings(settings: Settings, path: Path | None = None) -> None:
         raise TargetError(f"the settings cannot be kept ({error.strerror})", file=path) from error
     with atomic_write(path, force=True) as part:
         Path(part).write_text(_toml(asdict(settings)), encoding="utf-8")
+
+
+class SettingsFile:
+    """Writes the settings, in order, also beside whoever asks for it: the disk may take its time,
+    which a window must not wait for."""
+
+    def __init__(self, problem: Callable[[str], None]) -> None:
+        """problem : told from any thread why settings have not been kept"""
+        self._problem = problem
+        self._turn = threading.Lock()
+        self._last = 0
+
+    def write(self, settings: Settings) -> None:
+        """Now. Raises TargetError."""
+        self._last += 1
+        with self._turn:
+            write_settings(settings)
+
+    def write_soon(self, settings: Settings) -> None:
+        """As they are now, unless others come first."""
+        self._last += 1
+        # Not a daemon: the process ends only when they are kept.
+        threading.Thread(
+            target=self._write,
+            args=(self._last, deepcopy(settings), settings_path()),
+            name="settings",
+        ).start()
+
+    def _write(self, number: int, settings: Settings, path: Path) -> None:
+        with self._turn:
+            if number != self._last:
+                return
+            try:
+                write_settings(settings, path)
+            except VomError as error:
+                self._problem(str(error))
 
 
 def _toml(values: dict[str, Any]) -> str:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from vomstudio.jobs import inspection_tasks
 from vomstudio.progress import Progress
 
 Task = Callable[[Mapping[str, Any], Progress], dict[str, Any]]
@@ -23,6 +24,24 @@ def warm(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     from vomstudio.io.formats.obj import warm_up
 
     warm_up()
+    return {}
+
+
+def compile_kernels(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+    """Import every module of compiled kernels: those that were never used on this machine are
+    compiled now, for seconds each, and not when somebody waits for them."""
+    import importlib
+    import os
+    import pkgutil
+
+    import vomstudio
+
+    if hasattr(os, "nice"):
+        os.nice(10)
+    for module in pkgutil.walk_packages(vomstudio.__path__, "vomstudio."):
+        if module.name.endswith("_kernels"):
+            progress.step(0)
+            importlib.import_module(module.name)
     return {}
 
 
@@ -264,10 +283,12 @@ TASKS: dict[str, Task] = {
     "check_photos": check_photos,
     "reconstruct": reconstruct,
     "warm": warm,
+    "compile_kernels": compile_kernels,
     "load_model": load_model,
     "preview_model": preview_model,
     "copy_model": copy_model,
     "write_layers": write_layers,
     "orthophoto": orthophoto,
     "export_model": export_model,
+    **inspection_tasks.TASKS,
 }

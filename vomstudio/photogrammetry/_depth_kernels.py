@@ -102,8 +102,10 @@ def merge(inverse, steps, tolerance, least, most, fewest, merged, agreeing):  # 
                     agreeing[j, i] = votes
 
 
-@kernel("void(f4[:,::1], f4, i8, i8, f8, f8, f8, f8, f4[:,:,::1])")
-def plane_normals(inverse, steepness, radius, stride, fx, fy, cx, cy, normals):  # type: ignore[no-untyped-def]
+@kernel("void(f4[:,::1], f4, i8, i8, f8, f8, f8, f8, f4[:,:,::1], f4[:,::1])")
+def plane_normals(  # type: ignore[no-untyped-def]
+    inverse, steepness, radius, stride, fx, fy, cx, cy, normals, fitted
+):
     """Unit normals towards the camera, in its frame: planes are affine in inverse depth.
 
     inverse : (h, w), 0 = none
@@ -112,6 +114,7 @@ def plane_normals(inverse, steepness, radius, stride, fx, fy, cx, cy, normals): 
     radius, stride : of the neighbours, pixels
     cx, cy : from the centre of the first pixel
     normals : (h, w, 3), 0 where too few neighbours
+    fitted : (h, w) inverse depths of the planes, as given where too few neighbours
     """
     h, w = inverse.shape
     for j in range(h):
@@ -120,6 +123,7 @@ def plane_normals(inverse, steepness, radius, stride, fx, fy, cx, cy, normals): 
             normals[j, i, 1] = 0.0
             normals[j, i, 2] = 0.0
             q = inverse[j, i]
+            fitted[j, i] = q
             if q <= 0.0:
                 continue
             n, su, sv, sq = 0.0, 0.0, 0.0, 0.0
@@ -159,6 +163,7 @@ def plane_normals(inverse, steepness, radius, stride, fx, fy, cx, cy, normals): 
                 continue
             a = (suq * svv - svq * suv) / det
             b = (svq * suu - suq * suv) / det
+            fitted[j, i] = q + (sq - a * su - b * sv) / n
             # q = a u + b v + c is the plane (fx a, fy b, a cx + b cy + c) in the camera's frame.
             nx, ny = fx * a, fy * b
             nz = q + a * (cx - i) + b * (cy - j)

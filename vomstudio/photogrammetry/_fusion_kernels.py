@@ -71,7 +71,8 @@ def compare(  # type: ignore[no-untyped-def]
             off_y = fy * ((y + e * p1) / deep - y / z)
             apart = math.sqrt(off_x * off_x + off_y * off_y)
             if apart > most_px or abs(e) > most_part * b2:
-                if e > 0.0 and (apart > 3.0 * most_px or e > 3.0 * most_part * b2):
+                large = apart > 3.0 * most_px or e > 3.0 * most_part * b2
+                if e > 0.0 and large and votes[j, i, 1] < 254:
                     votes[j, i, 1] += 1
                 continue
             m0, m1, m2 = normals[j, i, 0], normals[j, i, 1], normals[j, i, 2]

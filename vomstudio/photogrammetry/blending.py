@@ -24,6 +24,8 @@ Floats = npt.NDArray[np.float32]
 # A photo that sees a face only just is drawn only where no other one does.
 _POOR = 1e-3
 _JOINING = 0.12
+# Above this sharpness, relative to the median photo, photos are as good as each other.
+_SHARP = 0.88
 _SAMPLE = 40_000
 _FEWEST_IN_COMMON = 40
 # Values of 0..255 by which photos may differ before one is thought to show something else.
@@ -117,7 +119,7 @@ def blend(
     )
     quality = np.concatenate([look.quality for look in looks])[order]
     well = np.concatenate([look.well for look in looks])[order]
-    quality = quality * np.clip(sharpness[at_faces.views], 0.3, 1.2)
+    quality = quality * np.clip(sharpness[at_faces.views] / _SHARP, 0.3, 1.0)
     doubtful = _faces_at(odd, at_vertices, at_faces, faces, count)
     seen_by = np.bincount(at_faces.owner[well & ~doubtful], minlength=m).astype(np.int32)
     quality = np.where(well, quality, _POOR * quality)
@@ -146,7 +148,9 @@ def blend(
         progress,
     )
     draws = _draws(faces, views, at_vertices, at_faces, quality, offsets, count)
-    shown, known = _vertex_colors(faces, views, at_vertices, colors + offsets, links, n, count)
+    shown, known = _vertex_colors(
+        faces, views, seen_by, at_vertices, colors + offsets, links, count
+    )
     return Blend(
         views,
         seen_by,
@@ -379,11 +383,20 @@ def _draws(
 
 
 def _vertex_colors(
-    faces: Faces, views: Ints, rows: _Rows, colors: Floats, links: _Links, n: int, count: int
+    faces: Faces,
+    views: Ints,
+    seen_by: Ints,
+    rows: _Rows,
+    colors: Floats,
+    links: _Links,
+    count: int,
 ) -> tuple[Floats, npt.NDArray[np.bool_]]:
-    """Of the photos that the faces about a vertex are drawn from."""
+    """Of the photos that the faces about a vertex are drawn from; where none is, of the vertices
+    beside it that are seen well: at the border of what is seen, colours are mixed with what stands
+    before it."""
     from vomstudio.photogrammetry._texture_kernels import fill_outward
 
+    n = len(rows.starts) - 1
     drawn = np.flatnonzero(views >= 0)
     at = rows.find((faces[drawn].astype(np.int64) * count + views[drawn, None]).ravel())
     owner = faces[drawn].ravel()
@@ -392,6 +405,14 @@ def _vertex_colors(
     for c in range(3):
         shown[:, c] = np.bincount(owner, colors[at, c], minlength=n) / np.maximum(total, 1)
     known = total > 0
-    reached = known.copy()
-    fill_outward(links.starts, links.others, reached, shown, np.zeros(n, np.int32))
-    return shown, reached
+    sure = known.copy()
+    sure[faces[seen_by == 0]] = False
+    filled = shown.copy()
+    spare = np.zeros(n, np.int32)
+    fill_outward(links.starts, links.others, sure, filled, spare)
+    # A part that is nowhere seen well takes what there is.
+    known |= sure
+    fill_outward(links.starts, links.others, known, filled, spare)
+    own = total > 0
+    own[faces[views < 0]] = False
+    return np.where(own[:, None], shown, filled), known

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.similarity import fit_robustly, fit_similarity, rotation_covariance
 from vomstudio.io.control import ControlPoint, Mark
+from vomstudio.photogrammetry.mapping import point_errors
 from vomstudio.photogrammetry.scene import SparseScene
 from vomstudio.photogrammetry.tied import KnownPoint, adjust_tied, triangulate
 from vomstudio.progress import Progress
@@ -210,7 +211,8 @@ def _require_width(local: Array) -> None:
 
 
 def _mean_error(scene: SparseScene) -> float:
-    return float(np.nanmean(scene.errors_px)) if len(scene.errors_px) else 0.0
+    errors = point_errors(scene)
+    return float(np.nanmean(errors)) if len(errors) else 0.0
 
 
 def _fit_of(
@@ -260,8 +262,9 @@ def _warnings(report: ControlReport, adjust: bool) -> Iterator[str]:
     if max(report.tilt_error_deg, report.rotation_error_deg[2]) > _WARN_DEG:
         yield (
             "the control points leave the model turned by about "
-            f"{report.rotation_error_deg[2]:.1f}° and tilted by about {report.tilt_error_deg:.1f}°: dips and dip directions can be "
-            "wrong by as much; spread the points wider"
+            f"{report.rotation_error_deg[2]:.1f}° and tilted by about "
+            f"{report.tilt_error_deg:.1f}°: dips and dip directions can be wrong by as much; "
+            "spread the points wider"
         )
     if adjust and not report.adjusted:
         yield "the photos contradict the control points; the model was placed without bending it"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from vomstudio.errors import GeometryError, InputError
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.jit import for_kernels
 from vomstudio.io.cameras_file import view_from_dict, view_to_dict
-from vomstudio.photogrammetry.pairs import SGBM, Plan
+from vomstudio.photogrammetry.pairs import PATCHMATCH, SGBM, Plan
 from vomstudio.photogrammetry.undistortion import Undistorted
 
 
@@ -22,10 +22,16 @@ from vomstudio.photogrammetry.undistortion import Undistorted
 class DepthOptions:
     """agreement_px : sources agree when their disparities differ by no more
     fewest_sources : that must agree on a depth
+    enough : part of the tie points that SGBM must have measured for PatchMatch not to be tried on
+        the rest
+    seed, threads : of PatchMatch; the result does not depend on the threads
     """
 
     agreement_px: float = 1.0
     fewest_sources: int = 1
+    enough: float = 0.85
+    seed: int = 0
+    threads: int = 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,35 +127,16 @@ def depth_map(task: DepthTask) -> DepthMap:
     still distorts), InputError where a photo cannot be read. A photo that is masked altogether, or
     that nothing matches, has an empty map.
     """
-    from vomstudio.photogrammetry._depth_kernels import merge
 
     _check(task)
     view, valid = task.reference.view, task.reference.valid
-    shape = valid.shape
-    inverse, steps = [], []
-    if valid.any():
-        first = (view, task.reference.gray(), valid)
-        for source, method in zip(task.sources, task.methods, strict=True):
-            if method != SGBM:
-                continue
-            second = (source.view, source.gray(), source.valid)
-            made = _pair(first, second, task)
-            if made is not None:
-                inverse.append(made[0])
-                steps.append(made[1])
-    if not inverse:
-        return _empty(view, shape)
-    merged, agreeing = np.empty(shape, np.float32), np.empty(shape, np.uint8)
-    merge(
-        np.stack(inverse),
-        np.array(steps, np.float32),
-        np.float32(task.options.agreement_px),
-        np.float32(1.0 / task.far),
-        np.float32(1.0 / task.near),
-        min(task.options.fewest_sources, len(inverse)),
-        merged,
-        agreeing,
-    )
+    if not valid.any():
+        return _empty(view, valid.shape)
+    first = (view, task.reference.gray(), valid)
+    others = [(source.view, source.gray(), source.valid) for source in task.sources]
+    merged, agreeing = _by_pairs(task, first, others)
+    if PATCHMATCH in task.methods and _measured(task, merged) < task.options.enough:
+        _fill(task, first, others, merged, agreeing)
     return _finish(view, merged, agreeing)
 
 
@@ -160,10 +147,78 @@ def memory_needed(width: int, height: int, sources: int = 4) -> int:
     return int(inputs + pixels * (4 * sources + 110) + 60_000_000)
 
 
-def _pair(first, second, task: DepthTask):  # type: ignore[no-untyped-def]
+Photo = tuple[View, npt.NDArray[np.uint8], npt.NDArray[np.bool_]]
+
+
+def _by_pairs(
+    task: DepthTask, first: Photo, others: Sequence[Photo]
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint8]]:
+    """Inverse depths, and how many sources agree on each, from the pairs that can be rectified."""
+    from vomstudio.photogrammetry._depth_kernels import merge
     from vomstudio.photogrammetry.sgbm import pair_inverse_depth
 
-    return pair_inverse_depth(first, second, task.points, task.near, task.far)
+    shape = first[1].shape
+    merged, agreeing = np.zeros(shape, np.float32), np.zeros(shape, np.uint8)
+    inverse, steps = [], []
+    for other, method in zip(others, task.methods, strict=True):
+        if method == SGBM:
+            made = pair_inverse_depth(first, other, task.points, task.near, task.far)
+            if made is not None:
+                inverse.append(made[0])
+                steps.append(made[1])
+    if inverse:
+        merge(
+            np.stack(inverse),
+            np.array(steps, np.float32),
+            np.float32(task.options.agreement_px),
+            np.float32(1.0 / task.far),
+            np.float32(1.0 / task.near),
+            min(task.options.fewest_sources, len(inverse)),
+            merged,
+            agreeing,
+        )
+    return merged, agreeing
+
+
+def _measured(task: DepthTask, inverse: npt.NDArray[np.float32]) -> float:
+    """The part of the photo's tie points, on the mask, that have a depth."""
+    view, valid = task.reference.view, task.reference.valid
+    pixels = view.project(task.points)
+    pixels = pixels[np.isfinite(pixels).all(axis=1)]
+    column, row = np.floor(pixels).astype(int).T
+    on = (column >= 0) & (row >= 0) & (column < valid.shape[1]) & (row < valid.shape[0])
+    column, row = column[on], row[on]
+    counted = valid[row, column]
+    return float(np.mean(inverse[row, column][counted] > 0)) if counted.any() else 0.0
+
+
+def _fill(
+    task: DepthTask,
+    first: Photo,
+    others: Sequence[Photo],
+    inverse: npt.NDArray[np.float32],
+    agreeing: npt.NDArray[np.uint8],
+) -> None:
+    """PatchMatch where there is no depth yet, in place."""
+    from vomstudio.photogrammetry.patchmatch import match
+
+    missing = first[2] & (inverse == 0)
+    found = match(
+        first[0],
+        first[1],
+        missing,
+        inverse,
+        others,
+        task.points,
+        task.near,
+        task.far,
+        seed=task.options.seed,
+        threads=task.options.threads,
+    )
+    # Each pixel was fitted on its own: the plane through its neighbours is more exact.
+    smooth = _planes(first[0], found.inverse, 2.0, 3, 1)[1]
+    inverse[missing] = smooth[missing]
+    agreeing[missing] = found.agreeing[missing]
 
 
 def _check(task: DepthTask) -> None:
@@ -189,27 +244,36 @@ def _check(task: DepthTask) -> None:
 def _finish(
     view: View, inverse: npt.NDArray[np.float32], agreeing: npt.NDArray[np.uint8]
 ) -> DepthMap:
-    from vomstudio.photogrammetry._depth_kernels import plane_normals
-
-    lens = view.intrinsics
-    normals = np.empty((*inverse.shape, 3), np.float32)
-    (fx, fy), (cx, cy) = lens.focal, lens.centre
-    plane_normals(
-        for_kernels(inverse, np.float32),
-        np.float32(4.0 / min(fx, fy)),
-        4,
-        2,
-        fx,
-        fy,
-        cx - 0.5,
-        cy - 0.5,
-        normals,
-    )
+    normals = _planes(view, inverse, 4.0, 4, 2)[0]
     good = (inverse > 0) & normals.any(axis=2)
     depth = np.zeros_like(inverse)
     np.divide(1.0, inverse, out=depth, where=good)
     confidence = np.where(good, 255.0 * (1.0 - 0.5 ** agreeing.astype(np.float32)), 0.0)
     return DepthMap(view.name, view, depth, normals, np.round(confidence).astype(np.uint8))
+
+
+def _planes(
+    view: View, inverse: npt.NDArray[np.float32], steepness: float, radius: int, stride: int
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
+    """Normals (h, w, 3) of the planes through each pixel's neighbours, and their inverse depths."""
+    from vomstudio.photogrammetry._depth_kernels import plane_normals
+
+    (fx, fy), (cx, cy) = view.intrinsics.focal, view.intrinsics.centre
+    normals = np.empty((*inverse.shape, 3), np.float32)
+    fitted = np.empty(inverse.shape, np.float32)
+    plane_normals(
+        for_kernels(inverse, np.float32),
+        np.float32(steepness / min(fx, fy)),
+        radius,
+        stride,
+        fx,
+        fy,
+        cx - 0.5,
+        cy - 0.5,
+        normals,
+        fitted,
+    )
+    return normals, fitted
 
 
 def _empty(view: View, shape: tuple[int, ...]) -> DepthMap:

@@ -102,7 +102,7 @@ class Features:
         import zipfile
 
         try:
-            with np.load(path) as arrays:
+            with path.open("rb") as file, np.load(file) as arrays:
                 width, height = (int(v) for v in arrays["size"])
                 return cls(
                     arrays["keypoints"],

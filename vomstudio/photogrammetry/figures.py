@@ -59,6 +59,16 @@ def photo_rows(
     return rows
 
 
+def dense_gsd(rows: Sequence[Mapping[str, Any]], dense_px: int) -> float | None:
+    """Median size on the rock of a pixel of the depth maps, whose long side has `dense_px`."""
+    sizes = [
+        row["gsd_m"] * max(1.0, max(row["width"], row["height"]) / dense_px)
+        for row in rows
+        if row["gsd_m"] is not None
+    ]
+    return float(np.median(sizes)) if sizes else None
+
+
 def _of_view(scene: SparseScene, number: int) -> dict[str, Any]:
     view = scene.views[number]
     mine = scene.track_views == number

@@ -101,6 +101,9 @@ def _incremental(
     settings.triangulation.ignore_two_view_tracks = len(photos) > 2
     settings.ba_refine_focal_length = free != "none"
     settings.mapper.abs_pose_refine_focal_length = free != "none"
+    # Among many photos, points that only two of them see are mistaken matches more often; of two
+    # photos there are no others.
+    settings.triangulation.ignore_two_view_tracks = len(photos) > 3
     if free == "unknown":
         settings.constant_cameras = _known_cameras(database)
     progress.stage("Placing photos", len(photos))

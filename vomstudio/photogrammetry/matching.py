@@ -383,3 +383,56 @@ def verified_matches(
         database.close()
     rows = np.asarray(geometry.inlier_matches, np.intp).reshape(-1, 2)
     return left[rows[:, 0]], right[rows[:, 1]]
+
+
+# ------------------------------------------------------------------------------------------------
+def match_counts(path: Path) -> dict[Pair, tuple[int, int]]:
+    """(matches, verified matches) of every pair of photos (rows) that was compared. Raises
+    InputError without a sound database."""
+    pycolmap = colmap()
+    counts: dict[Pair, tuple[int, int]] = {}
+    for pair_id, tried, kept in _asked(
+        path,
+        "SELECT g.pair_id, m.rows, g.rows FROM two_view_geometries g "
+        "LEFT JOIN matches m ON m.pair_id = g.pair_id",
+    ):
+        a, b = pycolmap.pair_id_to_image_pair(pair_id)
+        counts[(min(a, b) - 1, max(a, b) - 1)] = (max(int(tried or 0), int(kept)), int(kept))
+    return counts
+
+
+def feature_counts(path: Path) -> dict[int, int]:
+    """Features of every photo (row). Raises InputError without a sound database."""
+    rows = _asked(path, "SELECT image_id, rows FROM keypoints")
+    return {int(image) - 1: int(count) for image, count in rows}
+
+
+def _asked(path: Path, question: str) -> list[tuple[Any, ...]]:
+    try:
+        with closing(_reading(path)) as connection:
+            return connection.execute(question).fetchall()
+    except sqlite3.Error as error:
+        raise InputError(f"cannot be read ({error}); align the photos again", file=path) from error
+
+
+Rows = npt.NDArray[np.int64]
+
+
+def matches_of_pair(
+    path: Path, a: int, b: int
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], Rows, Rows]:
+    """Features (n, 2) and (n, 2) in pixels of two photos (rows), and rows of both (m, 2): of all
+    matches, and of the verified ones. Raises InputError without a database."""
+    if not path.exists():
+        raise InputError("has no matches; align the photos first", file=path)
+    database = colmap().Database.open(path)
+    try:
+        tried = database.read_matches(a + 1, b + 1)
+        kept = database.read_two_view_geometry(a + 1, b + 1).inlier_matches
+        left, right = (database.read_keypoints(i + 1)[:, :2] for i in (a, b))
+    finally:
+        database.close()
+    # Cut loose from COLMAP's memory.
+    first, second = (np.array(points, np.float32).reshape(-1, 2) for points in (left, right))
+    every, agreeing = (np.array(rows, np.int64).reshape(-1, 2) for rows in (tried, kept))
+    return first, second, every, agreeing

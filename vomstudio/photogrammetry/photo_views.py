@@ -23,6 +23,7 @@ Array = npt.NDArray[np.float64]
 # hidden only where the rock covers it by more than this part of its length.
 _SAGITTA = 0.12
 _MOST_ON_A_LINE = 4000
+_FOR_OBLIQUITY = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +33,8 @@ class Sighting:
     view : its row in `PhotoViews.views`
     pixel : (2,) where, COLMAP's pixels of the stored photo
     gsd_m : size of a pixel there at right angles to the line of sight, in the model's unit
-    obliquity_deg : between the line of sight and the surface's normal; None where unknown
+    obliquity_deg : between the line of sight and the surface's normal; None where unknown. Of
+        several places, like gsd_m, the median
     share : of the places asked for that the photo shows, 0 to 1
     """
 
@@ -82,7 +84,7 @@ class PhotoViews:
     ) -> None:
         self.cameras = cameras
         self.views = cameras.views
-        self._tree = tree
+        self.tree = tree
         self._origin = np.asarray(cameras.origin, np.float64)
         matrix = np.eye(4) if to_world is None else np.asarray(to_world, np.float64)
         self._back = np.linalg.inv(matrix[:3, :3])
@@ -97,6 +99,14 @@ class PhotoViews:
             if view.name == name:
                 return number
         raise KeyError(name)
+
+    def has(self, name: str) -> bool:
+        return any(view.name == name for view in self.views)
+
+    def direction(self, view: int) -> Array:
+        """(3,) unit vector in World along a photo's axis."""
+        way = np.linalg.solve(self._back, self.views[view].direction)
+        return np.asarray(way / np.linalg.norm(way))
 
     def local(self, world: npt.ArrayLike) -> Array:
         """World points (n, 3) in the cameras' frame."""
@@ -136,9 +146,9 @@ class PhotoViews:
         far = np.linalg.norm(ways, axis=1)
         slack = 2.0 * self._resolution if slack_m is None else slack_m
         # Of a cloud every point within reach of the line of sight counts.
-        slack = np.minimum(slack + self._tree.reach, 0.5 * far) + 1e-9 * far
+        slack = np.minimum(slack + self.tree.reach, 0.5 * far) + 1e-9 * far
         last = 1.0 - slack / np.maximum(far, 1e-300)
-        hits = self._tree.cast(centre + self._origin, ways, last)
+        hits = self.tree.cast(centre + self._origin, ways, last)
         return np.asarray(hits.index >= 0)
 
     def sightings(self, world: npt.ArrayLike, slack_m: float | None = None) -> list[Sighting]:
@@ -152,32 +162,35 @@ class PhotoViews:
             pixels = view.project(local)
             seen = self._shows(number, local, pixels, slack_m)
             if seen.any():
-                best = int(np.flatnonzero(seen)[seen.sum() // 2])
+                rows = np.flatnonzero(seen)
+                some = local[rows[:: max(1, len(rows) // _FOR_OBLIQUITY)]]
                 found.append(
                     Sighting(
                         number,
                         view.name,
-                        pixels[best],
-                        self._gsd(number, local[best]),
-                        self._obliquity(number, local[best]),
+                        pixels[rows[len(rows) // 2]],
+                        float(np.median(view.depths(some))) / self._focal(number),
+                        self._obliquity(number, some),
                         float(seen.mean()),
                     )
                 )
         # Shares in fifths: a little more of the feature is no reason for much coarser pixels.
         return sorted(found, key=lambda s: (-int(5 * s.share + 1e-9), s.effective_gsd_m, s.name))
 
-    def _gsd(self, view: int, local: Array) -> float:
-        photo = self.views[view]
-        return float(photo.depths(local[None])[0] / np.sqrt(np.prod(photo.intrinsics.focal)))
+    def _focal(self, view: int) -> float:
+        return float(np.sqrt(np.prod(self.views[view].intrinsics.focal)))
 
     def _obliquity(self, view: int, local: Array) -> float | None:
-        way = local - self._centres[view]
-        hits = self._tree.cast(self._centres[view] + self._origin, way)
-        normal = self._tree.normal(int(hits.index[0])) if hits.index[0] >= 0 else None
-        if normal is None:
+        ways = local - self._centres[view]
+        hits = self.tree.cast(self._centres[view] + self._origin, ways)
+        found = []
+        for way, index in zip(ways, hits.index.tolist(), strict=True):
+            normal = self.tree.normal(index) if index >= 0 else None
+            if normal is not None:
+                found.append(abs(float(normal @ way)) / max(float(np.linalg.norm(way)), 1e-300))
+        if not found:
             return None
-        cosine = abs(float(normal @ way)) / max(float(np.linalg.norm(way)), 1e-300)
-        return float(np.degrees(np.arccos(min(cosine, 1.0))))
+        return float(np.degrees(np.arccos(min(float(np.median(found)), 1.0))))
 
     def visible_parts(
         self, view: int, line: npt.ArrayLike, step_px: float = 3.0, slack_m: float | None = None
@@ -185,25 +198,40 @@ class PhotoViews:
         """The parts (k, 2), in pixels, of a World polyline (n, 3) that a photo shows; a part ends
         where the line goes behind the rock or off the photo. Straight in space, bent by the lens.
         """
+        pixels, seen = self.course(view, line, step_px, slack_m)
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], seen, [False]]).astype(np.int8)))
+        runs = zip(edges[::2], edges[1::2], strict=True)
+        return [pixels[a:b] for a, b in runs if b - a > 1]
+
+    def course(
+        self, view: int, line: npt.ArrayLike, step_px: float = 3.0, slack_m: float | None = None
+    ) -> tuple[Array, npt.NDArray[np.bool_]]:
+        """Pixels (k, 2) along a World polyline (n, 3), some `step_px` apart, and which of them are
+        on the photo and not hidden (as `shows`; between its corners a line may run below the
+        surface by a part of its length)."""
         local = self.local(line)
         if len(local) < 2:
-            return []
+            return np.zeros((0, 2)), np.zeros(0, np.bool_)
         steps = self._steps(view, local, step_px)
         pieces: list[Array] = []
         slacks: list[Array] = []
         for a, b, count in zip(local[:-1], local[1:], steps, strict=True):
-            t = np.linspace(0.0, 1.0, count + 1)[:, None]
-            pieces.append((a + t * (b - a))[: None if len(pieces) == len(steps) - 1 else -1])
-            sag = _SAGITTA * float(np.linalg.norm(b - a)) + 2.0 * self._resolution
-            slacks.append(np.full(len(pieces[-1]), sag if slack_m is None else slack_m))
-        points, slack = np.concatenate(pieces), np.concatenate(slacks)
+            t = np.linspace(0.0, 1.0, count, endpoint=False)[:, None]
+            pieces.append(a + t * (b - a))
+            # Nothing at the corners, most half way between them.
+            sag = 4.0 * (t * (1.0 - t)).ravel() * _SAGITTA * float(np.linalg.norm(b - a))
+            slacks.append(sag + 2.0 * self._resolution)
+        points = np.concatenate([*pieces, local[-1:]])
+        slack = np.append(np.concatenate(slacks), 2.0 * self._resolution)
+        if slack_m is not None:
+            slack[:] = slack_m
         photo = self.views[view]
         pixels = photo.project(points)
         seen = photo.contains(pixels)
         rows = np.flatnonzero(seen)
         if len(rows):
             seen[rows] = ~self._hidden(self._centres[view], points[rows], slack[rows])
-        return _runs(pixels, seen)
+        return pixels, seen
 
     def _steps(self, view: int, local: Array, step_px: float) -> list[int]:
         pixels = self.views[view].project(local)
@@ -221,18 +249,12 @@ class PhotoViews:
         if not photo.contains(pixel)[0]:
             return None
         way = photo.rays(pixel)
-        hits = self._tree.cast(self._centres[view] + self._origin, way)
+        hits = self.tree.cast(self._centres[view] + self._origin, way)
         index = int(hits.index[0])
         if index < 0:
             return None
-        position = self._tree.position(index, hits.weights[0])
-        if not isinstance(self._tree.data, Mesh):
+        position = self.tree.position(index, hits.weights[0])
+        if not isinstance(self.tree.data, Mesh):
             return Seen(index, position, None)
         a, b, c = hits.weights[0].tolist()
         return Seen(index, position, (a, b, c))
-
-
-def _runs(pixels: Array, seen: npt.NDArray[np.bool_]) -> list[Array]:
-    """Stretches of two points or more that are seen."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], seen, [False]]).astype(np.int8)))
-    return [pixels[a:b] for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a > 1]

@@ -34,6 +34,7 @@ from vomstudio.photogrammetry.kept import (
 )
 from vomstudio.photogrammetry.memory import peak_bytes
 from vomstudio.photogrammetry.scene import SparseScene
+from vomstudio.photogrammetry.scene_check import check_scene
 from vomstudio.photogrammetry.settings import Settings
 from vomstudio.progress import Ahead, Executor, Progress
 
@@ -349,6 +350,7 @@ class _Run:
         from vomstudio.photogrammetry import undistortion
 
         size, views = self._dense_size(), placed.scene.views
+        self.dense_px = size
         stage = self.checkpoints.stage("straight", placed.stage.key, versions("cv2"), size)
         by_name = {photo.name: photo for photo in photos.photos}
 
@@ -528,11 +530,15 @@ class _Run:
                 f"{' …' if len(part.views) > 5 else ''}"
             )
         placed_names = {view.name for view in scene.views}
+        missing = [p.name for p in photos.photos if p.name not in placed_names]
+        survey = check_scene(scene, unregistered=missing, other_parts=alignment.parts[1:])
         lengths = scene.track_lengths
+        rows = figures.photo_rows(photos.photos, scene, placed.registration)
         result = {
             "photos": len(photos.photos),
             "registered": len(scene.views),
-            "unregistered": [p.name for p in photos.photos if p.name not in placed_names],
+            "unregistered": missing,
+            "survey": survey.as_dict(),
             "alignment_notes": list(alignment.notes),
             "reprojection_error_px": float(alignment.reprojection_error_px),
             "cameras": str(outputs.cameras),
@@ -551,7 +557,8 @@ class _Run:
             "warnings": self.diary.notes,
             "tie_points": len(scene.points),
             "tie_points_of_3": int((lengths >= 3).sum()),
-            "photo_rows": figures.photo_rows(photos.photos, scene, placed.registration),
+            "photo_rows": rows,
+            "dense_gsd_m": figures.dense_gsd(rows, self.dense_px),
             "calibration": figures.calibration(alignment.cameras, photos.photos),
             "registration": placed.registration,
             "model": figures.model(cloud, textured, dressed.facts["report"]),

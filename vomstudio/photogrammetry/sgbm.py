@@ -160,7 +160,7 @@ def pair_inverse_depth(
         P1=8 * _BLOCK * _BLOCK,
         P2=32 * _BLOCK * _BLOCK,
         disp12MaxDiff=1,
-        preFilterCap=31,
+        preFilterCap=63,
         uniquenessRatio=5,
         speckleWindowSize=100,
         speckleRange=2,

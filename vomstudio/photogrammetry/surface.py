@@ -27,7 +27,7 @@ from vomstudio.progress import Progress, Silent
 
 _FEWEST = 100
 _DEPTHS = (5, 12)
-_NEAR = 16
+_NEAR = 24
 # At its rim a surface ends at this share of the distance up to which it is borne out.
 _RIM_SHARE = 0.45
 
@@ -127,7 +127,9 @@ def build_surface(
     facts |= {"cut_share": 1 - len(faces) / facts["faces_poisson"], "holes_closed": closed}
     if options.sharpen:
         progress.stage("Drawing the surface to the points")
-        vertices = _pull(vertices, faces, points, normals, tree, max(spacing, 0.6 * cell), progress)
+        vertices = _pull(
+            vertices, faces, points, normals, tree, max(1.5 * spacing, 0.9 * cell), progress
+        )
     vertices, faces, pieces = _without_islands(vertices, faces, 20)
     if options.faces is not None and len(faces) > options.faces:
         progress.stage(f"Simplifying {len(faces):,} triangles (can be stopped only after it)")

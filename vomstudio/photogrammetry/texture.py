@@ -471,26 +471,38 @@ class _Tasks:
 def fill_between(page: npt.NDArray[np.uint8], filled: npt.NDArray[np.bool_]) -> None:
     """Give the free texels smooth colours of the charts about them, so that neither JPEG nor the
     smaller copies of a renderer bring black lines into the charts (pull-push)."""
-    import cv2
-
     if filled.all() or not filled.any():
         return
-    levels = [(page.astype(np.float32) * filled[..., None], filled.astype(np.float32))]
+    # The page itself stays in bytes, four times smaller than as float.
+    page[~filled] = 0
+    levels = [_halved(page, filled.astype(np.uint8) * np.uint8(255), 255.0)]
     while min(levels[-1][1].shape) > 1:
-        color, weight = levels[-1]
-        size = (max(1, (weight.shape[1] + 1) // 2), max(1, (weight.shape[0] + 1) // 2))
-        small = cv2.resize(weight, size, interpolation=cv2.INTER_AREA)
-        mean = cv2.resize(color, size, interpolation=cv2.INTER_AREA)
-        full = np.minimum(small * 4, 1)
-        levels.append(
-            (mean * (full / np.maximum(small, 1e-12))[..., None] * (small > 0)[..., None], full)
-        )
+        levels.append(_halved(*levels[-1], 1.0))
     color, weight = levels[-1]
     below = color / np.maximum(weight, 1e-12)[..., None]
     for color, weight in reversed(levels[:-1]):
-        grown = cv2.resize(
-            np.ascontiguousarray(below), weight.shape[::-1], interpolation=cv2.INTER_LINEAR
-        ).reshape(color.shape)
-        below = color + (1 - weight)[..., None] * grown
-    free = ~filled
-    page[free] = np.clip(np.rint(below[free]), 0, 255).astype(np.uint8)
+        below = color + (1 - weight)[..., None] * _enlarged(below, color.shape)
+    grown = _enlarged(np.clip(np.rint(below), 0, 255).astype(np.uint8), page.shape)
+    np.copyto(page, grown, where=~filled[..., None])
+
+
+def _halved(color: Any, weight: Any, full: float) -> tuple[Any, Any]:
+    """Means of what counts, times how much of it there is; `full` is the weight of a texel that
+    counts wholly. Colours come multiplied by their weights."""
+    import cv2
+
+    size = (max(1, (weight.shape[1] + 1) // 2), max(1, (weight.shape[0] + 1) // 2))
+    share = cv2.resize(weight, size, interpolation=cv2.INTER_AREA).astype(np.float32) / full
+    mean = cv2.resize(color, size, interpolation=cv2.INTER_AREA).astype(np.float32)
+    enough = np.minimum(share * 4, 1)
+    ratio = np.where(share > 0, enough / np.maximum(share, 1e-12), 0)
+    return mean * ratio[..., None], enough
+
+
+def _enlarged(picture: Any, shape: tuple[int, ...]) -> Any:
+    import cv2
+
+    large = cv2.resize(
+        np.ascontiguousarray(picture), (shape[1], shape[0]), interpolation=cv2.INTER_LINEAR
+    )
+    return large.reshape(shape)

@@ -20,6 +20,8 @@ _MARGIN = 2
 _SLACK = 3.0
 # Cosines of the angle between a face and the ray, for a face to be well seen and seen at all.
 _WELL, _BARELY = 0.17, 0.04
+# Share of a face's pixels that must be in sight: the rest would show what stands before it.
+_IN_SIGHT = 0.98
 # Over this share of the photo's width its quality falls to the border.
 _BORDER = 0.04
 _LEVELS = 6
@@ -103,7 +105,7 @@ def look(task: LookTask) -> Look:
     reach = np.linalg.norm(rays, axis=1)
     cosine = (cross * rays).sum(axis=1) / np.maximum(length * reach, 1e-300)
     corners = faces[chosen]
-    keep = (seen >= 0.5) & (cosine > _BARELY) & inside[corners].all(axis=1)
+    keep = (seen >= _IN_SIGHT) & (cosine > _BARELY) & inside[corners].all(axis=1)
     chosen, corners, cosine, clear, reach = (
         a[keep] for a in (chosen, corners, cosine, clear, reach)
     )
@@ -190,11 +192,12 @@ def on_level(pixels: Array, level: int) -> Array:
 
 
 def _colors(picture: Any, pixels: Array, span: Array) -> npt.NDArray[np.float32]:
-    """RGB averaged over about half of a vertex's edges each way."""
+    """RGB averaged over about a third of a vertex's edges, so that little of what is beside an
+    edge in sight comes in."""
     from vomstudio.photogrammetry._visibility_kernels import look_up
 
     layers = pyramid(picture, _LEVELS)
-    level = np.clip(np.rint(np.log2(np.maximum(0.7 * span, 1))), 0, len(layers) - 1).astype(int)
+    level = np.clip(np.rint(np.log2(np.maximum(0.35 * span, 1))), 0, len(layers) - 1).astype(int)
     colors = np.zeros((len(pixels), 3), np.float32)
     for k, layer in enumerate(layers):
         rows = np.flatnonzero(level == k)

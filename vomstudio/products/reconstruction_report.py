@@ -36,6 +36,8 @@ def write_report(path: str | Path, result: Mapping[str, Any]) -> None:
             _summary(result),
             *(f'<p class="note">{escape(text)}</p>' for text in result["warnings"]),
             _picture(result),
+            "<h2>Survey</h2>",
+            _survey(result["survey"]),
             "<h2>Photos</h2>",
             _photos(result),
             "<h2>Cameras</h2>",
@@ -66,6 +68,15 @@ def _summary(result: Mapping[str, Any]) -> str:
         f"({result['tie_points_of_3']:,} seen in three photos or more); "
         f"{result['dense_points']:,} points, {result['faces']:,} faces, in {escape(where)}.</p>"
     )
+
+
+def _survey(survey: Mapping[str, Any]) -> str:
+    findings = "".join(f"<li>{escape(f['text'])}</li>" for f in survey["findings"])
+    again = "".join(f"<li>{escape(text)}</li>" for text in survey["next_time"])
+    text = f"<p>{escape(survey['verdict'])}</p>"
+    if findings:
+        text += f"<ul>{findings}</ul>"
+    return text + (f"<p>Next time:</p><ul>{again}</ul>" if again else "")
 
 
 def _table(head: Sequence[str], rows: Sequence[tuple[str, Sequence[str]]]) -> str:

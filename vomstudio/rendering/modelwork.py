@@ -121,6 +121,8 @@ class ModelWork:
                     pool.submit(pictures)
                     preparation.prepare_mesh(data, origin, stop, emit)
                 else:
+                    # A thread that starts waits for its turn, and who has it started waits as well.
+                    submit(lambda: None)
                     preparation.prepare_cloud(data, origin, stop, emit, submit, budget)
 
         def pictures() -> None:

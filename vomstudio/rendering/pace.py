@@ -12,6 +12,8 @@ BATCH_S = 0.025
 that."""
 MOVING_S = 0.040
 """A frame of a cloud's stand-ins may take this long."""
+FIRST_SETS = 3
+"""Sets of a cloud's points at most in the first picture of a movement."""
 FRESH = 3.0
 """The first drawing of a part, which takes it to the graphics card, against the next."""
 STEADY_ELEMENTS = 20_000
@@ -45,6 +47,11 @@ class Pace:
         # Slower at once, faster by and by: a piece that takes too long holds the window up.
         part = 0.5 if change > 0.0 else 0.3
         self._seconds_per_element += part * min(1.0, elements / STEADY_ELEMENTS) * change
+
+    def begin_moving(self) -> None:
+        """What has been afforded from near by, with most points out of the picture, says little
+        about the first picture of the next movement."""
+        self.moving_sets = min(self.moving_sets, FIRST_SETS)
 
     def learn_moving(self, seconds: float, most: int) -> None:
         """A frame of `moving_sets` sets, of at most `most` there are, has taken so long."""

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
-from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtCore import QPointF, QRect, QRectF, Qt
 from PySide6.QtGui import (
     QBrush,
     QColor,
@@ -404,6 +404,22 @@ def draw_handle(
         for pen in (QPen(DARK, 4.0), QPen(TEXT, 2.0)):
             painter.setPen(pen)
             painter.drawEllipse(QPointF(x, y), radius + 5.0, radius + 5.0)
+
+
+def draw_name(painter: QPainter, x: float, y: float, text: str, room: QRect) -> None:
+    """A name on a dark ground above a place, inside `room`."""
+    font = system_font()
+    metrics = QFontMetricsF(font)
+    wide, high = metrics.horizontalAdvance(text) + 14.0, metrics.height() + 6.0
+    left = min(max(x - wide / 2.0, room.left() + 4.0), room.right() - wide - 4.0)
+    top = y - high - 12.0 if y - high - 12.0 > room.top() + 4.0 else y + 12.0
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setFont(font)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(PANEL)
+    painter.drawRoundedRect(QRectF(left, top, wide, high), 4.0, 4.0)
+    painter.setPen(TEXT)
+    painter.drawText(QPointF(left + 7.0, top + 3.0 + metrics.ascent()), text)
 
 
 def draw_verdict_shape(painter: QPainter, box: QRectF, verdict: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -11,10 +12,18 @@ from PySide6.QtGui import QColor, QPainter
 
 from vomstudio.geometry.discs import disc
 from vomstudio.rendering import painting
-from vomstudio.rendering.camera import Camera
 from vomstudio.tools.types import BrushRing, Preview
 
 Array = npt.NDArray[np.float64]
+
+
+class Eye(Protocol):
+    """What looks at World: the viewport's camera, or a photo."""
+
+    @property
+    def direction(self) -> Array: ...
+
+    def project(self, points: Array, size: tuple[float, float]) -> tuple[Array, Array]: ...
 
 
 class PreviewPainter:
@@ -23,7 +32,7 @@ class PreviewPainter:
     def __init__(
         self,
         painter: QPainter,
-        camera: Camera,
+        camera: Eye,
         extent: tuple[float, float],
         project: Callable[[Array], tuple[Array, npt.NDArray[np.bool_]]],
     ) -> None:

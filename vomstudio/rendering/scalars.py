@@ -211,9 +211,10 @@ def field_names(data: Mesh | PointCloud) -> tuple[str, ...]:
 
 
 def title_of(name: str) -> str:
-    """A field's name as it is read: without a unit in brackets and CloudCompare's prefix."""
+    """A field's name as it is read: without a unit and CloudCompare's prefix."""
     bare = re.sub(r"\s*[\[(][^\])]*[\])]\s*$", "", name)
     bare = re.sub(r"^scalar_", "", bare, flags=re.IGNORECASE)
+    bare = bare.removesuffix("_px")
     return bare.replace("_", " ").strip() or name
 
 
@@ -225,6 +226,8 @@ def unit_of(name: str) -> str:
     found = re.search(r"[\[(]([^\])]+)[\])]\s*$", name)
     if found:
         return found.group(1)
+    if name.endswith("_px"):
+        return "px"
     plain = _plain(name)
     return next((unit for words, unit in _UNITS if any(w in plain for w in words)), "")
 

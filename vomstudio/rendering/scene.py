@@ -39,6 +39,7 @@ from vomstudio.rendering import picking, skins, vtkdata
 from vomstudio.rendering.appearance import DISPLAY_MODES, Appearance
 from vomstudio.rendering.buffers import Buffers
 from vomstudio.rendering.camera import Camera, Eye
+from vomstudio.rendering.cameralayer import CameraLayer
 from vomstudio.rendering.clipping import FACES, ClipBox
 from vomstudio.rendering.drawing import PREVIEW, FeatureDrawing
 from vomstudio.rendering.eyedome import BANDS, EyeDome
@@ -89,6 +90,7 @@ class Scene:
         self.eye_dome = False
         self.clip: ClipBox | None = None
         self.features = FeatureLayer()
+        self.cameras = CameraLayer()
         self.size = (1, 1)
         self.software = True
         self.texture_limit = SOFTWARE_TEXTURE_SIDE
@@ -110,6 +112,7 @@ class Scene:
         self._planes = [vtkPlane() for _ in FACES]
         self._cutting: list[int] = []
         self._outdated = False
+        self._was_moving = False
         self._buffers: Buffers | None = None
         self._kept = False
         self._action: Callable[[], None] | None = None
@@ -156,6 +159,7 @@ class Scene:
         self._window, self._surface, self._layer = window, surface, layer
         self._buffers = Buffers(window)
         self.features.attach(layer)
+        self.cameras.attach(layer)
         self._apply_camera()
         window.Render()
         report = window.ReportCapabilities().lower()
@@ -264,6 +268,7 @@ class Scene:
     def set_origin(self, origin: npt.NDArray[np.floating]) -> None:
         self.origin = np.asarray(origin, np.float64)
         self.features.set_origin(self.origin)
+        self.cameras.set_origin(self.origin)
         self._place_planes()
         for model in self.models.values():
             for part in model.parts + model.proxies:
@@ -517,7 +522,8 @@ class Scene:
     # -- drawing
 
     def _apply_camera(self) -> None:
-        corners = np.concatenate([self.corners(), self.features.corners(), self.extra_points])
+        over = (self.features.corners(), self.cameras.corners(), self.extra_points)
+        corners = np.concatenate([self.corners(), *over])
         eye = self.camera.eye(corners)
         origin = np.zeros(3) if self.origin is None else self.origin
         position = eye.position - origin
@@ -583,6 +589,9 @@ class Scene:
     def draw(self, *, moving: bool) -> None:
         """Draw a whole picture now: the models where that is quick, else what stands for them."""
         assert self._window is not None
+        if moving and not self._was_moving:
+            self.pace.begin_moving()
+        self._was_moving = moving
         self.abandon()
         self._apply_camera()
         self.look_around(fetch=not moving)
@@ -670,7 +679,8 @@ class Scene:
                 self.draw(moving=False)
             # Else the frame in the making will show them.
             return
-        depth = self.eye.depth(self.features.corners())
+        over = np.concatenate([self.features.corners(), self.cameras.corners()])
+        depth = self.eye.depth(over)
         if len(depth) and (depth.min() < self.eye.near or depth.max() > self.eye.far):
             # The kept depths are of another range: these features would be cut off.
             self.draw(moving=False)
@@ -688,6 +698,7 @@ class Scene:
         """Start the whole frame of a camera that has come to rest."""
         if self.eye is not None and self._depth is None:
             self._read_depth()
+        self._was_moving = False
         self._apply_camera()
         self.look_around()
         self._choose_levels()
@@ -820,6 +831,7 @@ class Scene:
         self._layer.SetDraw(layer)
         if layer:
             self.features.refresh(self._pixel_at)
+            self.cameras.refresh()
         self._action = action
         if layer:
             self._depth = None

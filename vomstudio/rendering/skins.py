@@ -122,6 +122,6 @@ def wear(actor: vtkActor, pieces: list[vtkTexture]) -> None:
 
 
 def take_off(actor: vtkActor) -> None:
-    actor.SetTexture(None)  # type: ignore[arg-type] # VTK takes None
+    actor.SetTexture(None)  # VTK takes None
     actor.GetProperty().RemoveAllTextures()
     actor.GetShaderProperty().ClearAllFragmentShaderReplacements()

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -37,6 +37,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.frusta import Frustum, frustum_at
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.octree import POINT_BUDGET
 from vomstudio.rendering import barpainting, painting
@@ -58,6 +59,7 @@ Array = npt.NDArray[np.float64]
 CLICK_PIXELS = 4.0
 HANDLE_PIXELS = 9.0
 FACE_PIXELS = 14.0
+CAMERA_PIXELS = 9.0
 REST_MS = 250
 BACKGROUND = QColor.fromRgbF(0.36, 0.375, 0.39)
 """The scene's own, until there is a scene."""
@@ -111,6 +113,9 @@ class Viewport(QWidget):
         self._waiting: list[Callable[[], None]] = []
         self._features: dict[str, FeatureDrawing] = {}
         self._selected: frozenset[str] = frozenset()
+        self._frusta: tuple[Frustum, ...] = ()
+        self._chosen_cameras: frozenset[str] = frozenset()
+        self._hot_camera: str | None = None
         self._preview: Preview | None = None
         self._fitted: Array | None = None
         self._north_known = True
@@ -200,6 +205,9 @@ class Viewport(QWidget):
         scene.look.point_scale = ratio
         scene.start(max(1, round(self.width() * ratio)), max(1, round(self.height() * ratio)))
         scene.features.set_scale(ratio)
+        scene.cameras.set_scale(ratio)
+        scene.cameras.show(self._frusta)
+        scene.cameras.choose(self._chosen_cameras)
         self._scene = scene
         if self._features:
             scene.set_features(self._features)
@@ -587,6 +595,11 @@ class Viewport(QWidget):
         self._features_dirty = True
         self.update()
 
+    @property
+    def features(self) -> Mapping[str, FeatureDrawing]:
+        """What is drawn, by id."""
+        return self._features
+
     def set_selected(self, ids: Iterable[str]) -> None:
         """Emphasise these features, and no others."""
         self._selected = frozenset(ids)
@@ -602,6 +615,56 @@ class Viewport(QWidget):
         # What is cut away cannot be meant.
         shown = [d for d in self._features.values() if d.visible and self._unclipped(d)]
         return feature_at(shown, x, y, self._camera, self._extent(), discs=discs)
+
+    # -- cameras of photos
+
+    def set_cameras(self, frusta: Sequence[Frustum]) -> None:
+        """Where photos were taken, in World; none for nothing."""
+        before = self._frusta
+        self._frusta, self._hot_camera = tuple(frusta), None
+        if not before and not self._frusta:
+            return
+        if self._scene is not None:
+            self._scene.cameras.show(self._frusta)
+            # What is far from the models asks for another range of depths.
+            self._redraw()
+
+    def set_chosen_cameras(self, names: Iterable[str]) -> None:
+        """Emphasise the cameras of these photos, and no others."""
+        chosen = frozenset(names)
+        if chosen == self._chosen_cameras:
+            return
+        self._chosen_cameras = chosen
+        if self._scene is not None:
+            self._scene.cameras.choose(chosen)
+        if self._frusta:
+            self._features_dirty = True
+            self.update()
+
+    def camera_at(self, x: float, y: float) -> str | None:
+        """The photo whose camera lies under a pixel."""
+        if not self._frusta:
+            return None
+        extent = self._extent()
+        tips, _ = self._camera.project(np.stack([f.tip for f in self._frusta]), extent)
+        bases = np.concatenate([f.corners for f in self._frusta])
+        corners = self._camera.project(bases, extent)[0].reshape(-1, 4, 2)
+        found = frustum_at(tips, corners, x, y, CAMERA_PIXELS)
+        return None if found is None else self._frusta[found].name
+
+    def _show_hot_camera(self, x: float, y: float) -> None:
+        name = self.camera_at(x, y)
+        if name != self._hot_camera:
+            self._hot_camera = name
+            self.update()
+
+    def _paint_hot_camera(self, painter: QPainter) -> None:
+        place = next((f.tip for f in self._frusta if f.name == self._hot_camera), None)
+        if place is None or self._hot_camera is None:
+            return
+        (at,), _ = self._camera.project(place[None], self._extent())
+        if np.isfinite(at).all():
+            painting.draw_name(painter, float(at[0]), float(at[1]), self._hot_camera, self.rect())
 
     def set_preview(self, preview: Preview | None) -> None:
         """What an unfinished tool shows; None for nothing."""
@@ -636,6 +699,7 @@ class Viewport(QWidget):
             corners = self._scene.corners(close=True)
             if not len(corners):
                 corners = self._scene.features.corners()
+            corners = np.concatenate([corners, self._scene.cameras.corners()])
         self._show_all(corners)
 
     def _show_all(self, points: npt.NDArray[np.float64]) -> None:
@@ -818,6 +882,8 @@ class Viewport(QWidget):
             letters = "ENZ" if self._north_known else "xyz"
             hot = self._hot_face if self._press_face is None else self._press_face
             barpainting.draw_clip_box(painter, corners, centres, usable, hot, letters)
+        if self._hot_camera is not None:
+            self._paint_hot_camera(painter)
         if self._preview is not None:
             PreviewPainter(painter, self._camera, self._extent(), self.project).paint(
                 self._preview, self._cursor, self._hot_handle
@@ -936,6 +1002,7 @@ class Viewport(QWidget):
         ratio = self.devicePixelRatioF()
         self._scene.look.point_scale = ratio
         self._scene.features.set_scale(ratio)
+        self._scene.cameras.set_scale(ratio)
         self._scene.resize(
             max(1, round(self.width() * ratio)), max(1, round(self.height() * ratio))
         )
@@ -1157,11 +1224,14 @@ class Viewport(QWidget):
         if (event.handle, face) != (self._hot_handle, self._hot_face):
             self._hot_handle, self._hot_face = event.handle, face
             self.update()
+        if self._frusta:
+            self._show_hot_camera(event.x, event.y)
         self.pointer.emit(replace(event, hit=self.pick(event.x, event.y)))
 
     def leaveEvent(self, event: QEvent) -> None:  # noqa: N802 - Qt's name
         self._cursor = None
         self._hover_event = None
-        if self._preview is not None:
+        if self._preview is not None or self._hot_camera is not None:
+            self._hot_camera = None
             self.update()
         super().leaveEvent(event)

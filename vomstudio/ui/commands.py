@@ -15,6 +15,7 @@ from vomstudio.tools.polyline import PolylineTool
 from vomstudio.ui import (
     display_commands,
     feature_commands,
+    in_photos_commands,
     line_commands,
     net_commands,
     ortho_dialog,
@@ -47,6 +48,7 @@ def commands(w: MainWindow) -> list[Command]:
         *_models(w),
         *_tools(w),
         *survey_commands.commands(w),
+        *in_photos_commands.commands(w),
         *ortho_dialog.commands(w),
         *line_commands.commands(w),
         *patch_commands.commands(w),

@@ -29,8 +29,8 @@ Data = Mesh | PointCloud
 
 
 class Display(QObject):
-    """`changed` says which of mode, lit, point_size, eye_dome, fields, clip (on or off, handles)
-    and box, which changes at every step of a drag.
+    """`changed` says which of mode, lit, point_size, eye_dome, cameras, fields, clip (on or off,
+    handles) and box, which changes at every step of a drag.
 
     It is kept with the project, by `keep`, a little after the last change.
     """
@@ -51,6 +51,7 @@ class Display(QObject):
         self.lit = {mode: mode == "plain shaded" for mode in MODES}
         self.point_size: float | None = None
         self.eye_dome = False
+        self.cameras = False
         self.styles: dict[str, FieldStyle] = {}
         self.box: ClipBox | None = None
         self.clipping = False
@@ -76,6 +77,11 @@ class Display(QObject):
     def set_eye_dome(self, on: bool) -> None:
         self.eye_dome = on
         self._tell("eye_dome")
+
+    def set_cameras(self, on: bool) -> None:
+        """Whether the photos of a reconstructed model are shown where they were taken."""
+        self.cameras = on
+        self._tell("cameras")
 
     def show_field(self, model_id: str, style: FieldStyle) -> None:
         """Give a model a field and show it."""
@@ -112,6 +118,7 @@ class Display(QObject):
             "lit": self.lit,
             "point_size": self.point_size,
             "eye_dome": self.eye_dome,
+            "cameras": self.cameras,
             "fields": {key: style.as_dict() for key, style in self.styles.items()},
             "box": None if self.box is None else self.box.as_dict(),
             "clipping": self.clipping,
@@ -133,6 +140,7 @@ class Display(QObject):
         if isinstance(size, int | float) and 0.5 <= size <= 50.0:
             self.point_size = float(size)
         self.eye_dome = bool(kept.get("eye_dome"))
+        self.cameras = bool(kept.get("cameras"))
         fields = kept.get("fields")
         for model_id, values in fields.items() if isinstance(fields, Mapping) else ():
             with contextlib.suppress(ValueError):

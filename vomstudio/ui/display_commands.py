@@ -76,6 +76,10 @@ def commands(w: MainWindow) -> list[Command]:
                 lambda: shown.set_eye_dome(not shown.eye_dome), None, (),
                 "Shades a point cloud by its depth, once the view is at rest",
                 lambda: display.why_not_eye_dome(models()), checked=lambda: shown.eye_dome),
+        Command("display_cameras", "&Cameras", lambda: shown.set_cameras(not shown.cameras),
+                "camera-outline", (),
+                "Where the photos of the model were taken; hover over one for its name",
+                w.cameras.why_not, checked=lambda: shown.cameras),
         Command("display_size_auto", "Points close the surface", size(None), None, (), "",
                 no_viewport, checked=is_size(None)),
         Command("clipping_box", "&Clipping box", clip, "cube-scan", (),
@@ -105,6 +109,7 @@ def fill_menu(w: MainWindow, menu: QMenu) -> None:
     menu.addSeparator()
     menu.addAction(actions["display_lit"])
     menu.addAction(actions["display_eye_dome"])
+    menu.addAction(actions["display_cameras"])
     sizes = menu.addMenu(w.tr("&Point size"))
     for name in ("auto", *(f"{pixels:g}" for pixels in display.POINT_SIZES)):
         sizes.addAction(actions[f"display_size_{name}"])

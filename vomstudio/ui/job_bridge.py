@@ -44,7 +44,7 @@ class JobBridge(QObject):
 
     def __init__(self) -> None:
         super().__init__()
-        lanes = ("models", "files", "products", "photos", "reconstruction")
+        lanes = ("models", "files", "products", "photos", "reconstruction", "inspection")
         self._workers = {lane: Worker() for lane in lanes}
         self.jobs: dict[tuple[str, int], Job] = {}
         self._refused = 0

@@ -42,7 +42,7 @@ from vomstudio.document.records import (
     Trace,
 )
 from vomstudio.io.settings import Settings
-from vomstudio.ui import display_commands, theme
+from vomstudio.ui import display_commands, interpreter, theme
 from vomstudio.ui.actions import Actions
 from vomstudio.ui.wording import drawn_points
 
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from vomstudio.rendering.viewport import Viewport
     from vomstudio.ui.studio import Notice
 
-_LAYOUT_VERSION = 3
+_LAYOUT_VERSION = 4
 _MENUS = (
     ("&File", ("new", "open", "choose_photos", "open_project", "*recent", "*discarded", "|",
                "save", "save_as", "|",
@@ -61,9 +61,10 @@ _MENUS = (
     ("&View", ("home", "frame_selection", "orthographic", "|", "view_top", "view_north",
                "view_east", "view_south", "view_west", "view_bottom", "|", "*display",
                "clipping_box", "clipping_reset", "*planes", "*notation", "trackball", "|",
-               "show_chosen", "hide_chosen", "show_only", "show_all", "|", "only_outcrop",
-               "*docks")),
-    ("&Model", ("make_model", "pause_model", "|", "declare_frame", "locate", "copy_model",
+               "show_chosen", "hide_chosen", "show_only", "show_all", "|", "show_in_photos",
+               "previous_photo", "next_photo", "fit_photo", "|", "only_outcrop", "*docks")),
+    ("&Model", ("make_model", "pause_model", "show_alignment", "show_tie_points", "|",
+                "declare_frame", "locate", "open_cameras", "find_photos", "|", "copy_model",
                 "export_model", "remove_model")),
     ("&Interpret", ("navigate", "trace", "patch", "line", "measure", "|", "finish", "cancel",
                     "continue_trace", "delete_vertex", "|", "continue_patch", "brush_removes",
@@ -81,13 +82,16 @@ class MainWindow(QMainWindow):
     """Made in two steps: an empty frame that is on the screen at once, then `begin` fills it."""
 
     _net_imported = Signal()
+    _all_imported = Signal()
 
     def __init__(self, settings: Settings) -> None:
         super().__init__()
+        interpreter.take_short_turns()
         self._settings = settings
         self._filled = False
         self._net_importer: threading.Thread | None = None
         self._net_imported.connect(self._bring_net, Qt.ConnectionType.QueuedConnection)
+        self._all_imported.connect(self._be_ready, Qt.ConnectionType.QueuedConnection)
         self._put_away: QByteArray | None = None
         self.viewport: Viewport | None = None
         self.setWindowTitle("VOM Studio")
@@ -101,14 +105,18 @@ class MainWindow(QMainWindow):
 
     def _fill(self) -> None:
         """Everything but the viewport and the net. What is imported here is not light."""
+        from vomstudio.ui.camera_view import CameraView
         from vomstudio.ui.commands import commands
         from vomstudio.ui.files import Files
+        from vomstudio.ui.photo_links import PhotoLinks
         from vomstudio.ui.photo_survey import PhotoSurvey
         from vomstudio.ui.studio import Studio
 
         self.studio = Studio(self._settings)
         self.files = Files(self, self.studio)
         self.survey = PhotoSurvey(self.studio)
+        self.photo_links = PhotoLinks(self.studio)
+        self.cameras = CameraView(self.studio)
         self.actions_table = Actions(self)
         for command in commands(self):
             self.actions_table.add(command)
@@ -148,6 +156,7 @@ class MainWindow(QMainWindow):
     def _make_docks(self) -> None:
         from vomstudio.ui.display_panel import DisplayPanel
         from vomstudio.ui.feature_commands import open_types
+        from vomstudio.ui.in_photos_panel import InPhotosPanel
         from vomstudio.ui.jobs_panel import JobsPanel
         from vomstudio.ui.line_panel import LinePanel
         from vomstudio.ui.measure_panel import MeasurePanel
@@ -177,6 +186,7 @@ class MainWindow(QMainWindow):
         )
         self.table = TablePanel(self.studio, actions["export_csv"])
         self.photos_panel = PhotosPanel(self.survey, actions)
+        self.in_photos = InPhotosPanel(self.studio, self.photo_links, actions)
         self.messages = MessagesPanel()
         for view in (self.tree.tree, self.table.view):
             # Only with the focus on the view itself: in an editor Delete deletes letters.
@@ -200,6 +210,7 @@ class MainWindow(QMainWindow):
         self._dock("properties", self.tr("Properties"), self.properties, right)
         self._dock("table", self.tr("Orientations"), self.table, bottom)
         self._dock("photos", self.tr("Photos"), self.photos_panel, bottom)
+        self._dock("in_photos", self.tr("In the photos"), self.in_photos, bottom)
         self._dock("jobs", self.tr("Jobs"), JobsPanel(self.studio.jobs), bottom)
         self._dock("messages", self.tr("Messages"), self.messages, bottom)
 
@@ -215,7 +226,8 @@ class MainWindow(QMainWindow):
         self.tabifyDockWidget(docks["stereonet"], docks["view"])
         self.tabifyDockWidget(docks["view"], docks["display"])
         self.tabifyDockWidget(docks["table"], docks["photos"])
-        self.tabifyDockWidget(docks["photos"], docks["jobs"])
+        self.tabifyDockWidget(docks["photos"], docks["in_photos"])
+        self.tabifyDockWidget(docks["in_photos"], docks["jobs"])
         self.tabifyDockWidget(docks["jobs"], docks["messages"])
         for tool in ("patch", "line", "measure"):
             self.tabifyDockWidget(docks["trace"], docks[tool])
@@ -321,10 +333,13 @@ class MainWindow(QMainWindow):
         studio.active_tool_changed.connect(self._tool_changed)
         studio.tool_changed_signal.connect(self._refresh)
         studio.tool_changed_signal.connect(self.message_bar.end_hint)
-        studio.frame_wanted.connect(self.files.declare_frame)
+        # A dialog takes long to make: not in the same event as all that a new model brings about.
+        studio.frame_wanted.connect(self.files.declare_frame, Qt.ConnectionType.QueuedConnection)
         studio.recovery_found.connect(self.files.offer_recovery)
         studio.jobs.changed.connect(self._show_start_page)
         self.survey.changed.connect(self.actions_table.refresh)
+        self.cameras.found.connect(self.actions_table.refresh)
+        self.photos_panel.chosen.connect(self.cameras.choose)
 
     # --- birth -------------------------------------------------------------------------------
     def begin(self, paths: list[Path]) -> None:
@@ -342,13 +357,20 @@ class MainWindow(QMainWindow):
         self.start_page.place_over(viewport)
         self._presenter = ScenePresenter(self.studio, viewport)
         self._presenter.rebuild()
+        self.cameras.watch(viewport)
+        self.cameras.chosen.connect(self.photos_panel.choose)
         self.display_panel.watch(viewport)
+        self.in_photos.watch(viewport)
+        self.in_photos.listed.connect(self.actions_table.refresh)
+        self.in_photos.pointer.connect(self.status_line.show_pointer)
+        self.actions_table.give_keys_to(self.in_photos.canvas)
         viewport.pointer.connect(self.status_line.show_pointer)
         viewport.camera_changed.connect(self._camera_changed)
         viewport.problem.connect(lambda text: self.studio.warn(text))
         viewport.point_budget = self._settings.point_budget
         viewport.navigation = "turntable" if self._settings.turntable else "trackball"
         viewport.setFocus()
+        interpreter.spare_what_is_there()
         self._camera_timer = QTimer(self)
         self._camera_timer.setSingleShot(True)
         self._camera_timer.setInterval(500)
@@ -371,6 +393,11 @@ class MainWindow(QMainWindow):
             import vomstudio.ui.stereonet_panel  # noqa: F401
 
             self._net_imported.emit()
+            # Wanted as soon as a model is there, when its picture is wanted as well.
+            import scipy.sparse.csgraph
+            import scipy.spatial  # noqa: F401
+
+            self._all_imported.emit()
 
         self._net_importer = threading.Thread(target=work, name="net import", daemon=True)
         self._net_importer.start()
@@ -383,15 +410,22 @@ class MainWindow(QMainWindow):
         self.net = StereonetPanel(self.studio, self.actions_table.all["export_net"])
         self.docks["stereonet"].setWidget(self.net)
         self._net_place.deleteLater()
-        self.studio.jobs.submit(
-            "models",
-            "warm",
-            {},
-            title="Getting ready",
-            on_done=lambda _: None,
-            on_failed=lambda _: None,
-            quiet=True,
-        )
+        # Each lane's worker gets ready for what it will be asked; photos come last.
+        for lane, task in (("models", "warm"), ("photos", "compile_kernels")):
+            self.studio.jobs.submit(
+                lane,
+                task,
+                {},
+                title="Getting ready",
+                on_done=lambda _: None,
+                on_failed=lambda _: None,
+                quiet=True,
+            )
+
+    def _be_ready(self) -> None:
+        # A model is not to stay for ever.
+        if self._filled and not self.studio.models:
+            interpreter.spare_what_is_there()
 
     # --- files -------------------------------------------------------------------------------
     def open_path(self, path: Path) -> None:
@@ -437,7 +471,7 @@ class MainWindow(QMainWindow):
             self.viewport.look_along(trend_deg, plunge_deg)
 
     def see_all(self) -> None:
-        self._presenter.see_all()
+        self._presenter.see_all(self.cameras.corners())
 
     def show_dock(self, name: str) -> None:
         self.docks[name].show()
@@ -556,6 +590,7 @@ class MainWindow(QMainWindow):
         self._keep_camera()
         if self.viewport is not None:
             self.viewport.close()
+        self.in_photos.close_threads()
         self.studio.close()
         event.accept()
 

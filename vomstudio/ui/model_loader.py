@@ -106,6 +106,9 @@ class ModelLoader(QObject):
         ).start()
 
     def _stream_in_thread(self, key: str, path: Path, then: Then, stop: threading.Event) -> None:
+        # The threads that unpack points for this one and for all later ones are as modest as who
+        # starts them.
+        give_way()
         try:
             cloud = copc.stream(path, self._budget())
             self._glimpsed.emit(key, cloud.overview())

@@ -93,6 +93,9 @@ class PhotoSurvey(QObject):
 
     def choose_quality(self, quality: str) -> None:
         self.quality = quality
+        if self.making is None and not self.reading and self.rows:
+            self._show_cameras()
+            self.rows_changed.emit()
         self.changed.emit()
 
     @property
@@ -141,17 +144,38 @@ class PhotoSurvey(QObject):
         self._read("check_photos", self.tr("Checking the survey"), self._checked)
 
     def _checked(self, result: dict[str, Any]) -> None:
+        self._take(result)
+        if (after := self._earlier_result()) is not None:
+            self._take(after["survey"])
+        self._show_cameras()
+        self.rows_changed.emit()
+
+    def _earlier_result(self) -> dict[str, Any] | None:
+        """What a finished reconstruction of these photos has told."""
+        out = self.out()
+        if out is None:
+            return None
+        try:
+            found = json.loads((out / "reconstruction.json").read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return None
+        return found if isinstance(found, dict) and "survey" in found else None
+
+    def _take(self, result: dict[str, Any]) -> None:
+        """The findings of a survey check, before or after the alignment."""
         self.findings, self.verdict = result["findings"], result["verdict"]
+        for each in self.rows:
+            each.findings = []
         by_name = {row.name: row for row in self.rows}
         for facts in result["photos"]:
             if row := by_name.get(facts["name"]):
-                row.gsd_m, row.blur, row.views = facts["gsd_m"], facts["blur"], facts["views"]
+                row.gsd_m, row.views = facts["gsd_m"], facts["views"]
+                if facts["blur"] is not None:
+                    row.blur = facts["blur"]
         for finding in self.findings:
             for name in finding["photos"] or ():
                 if row := by_name.get(name):
                     row.findings.append(finding["text"])
-        self._show_cameras()
-        self.rows_changed.emit()
 
     def _stop_reading(self) -> None:
         if self._reading is not None:
@@ -176,6 +200,7 @@ class PhotoSurvey(QObject):
         def done(result: dict[str, Any]) -> None:
             self._making = None
             self.result = result
+            self._take(result["survey"])
             self._show_cameras()
             self.rows_changed.emit()
             self._studio.notice.emit(

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-from PySide6.QtCore import QSignalBlocker, QSize, Qt, QUrl
-from PySide6.QtGui import QAction, QDesktopServices, QIcon
+from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtGui import QAction, QIcon
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHBoxLayout,
@@ -13,6 +11,7 @@ from PySide6.QtWidgets import (
     QLabel,
     QListWidget,
     QListWidgetItem,
+    QMenu,
     QProgressBar,
     QSplitter,
     QTableWidget,
@@ -36,6 +35,8 @@ _QUALITIES = (
     ("Medium", "medium", "1600 pixels along the long side get a depth"),
     ("High", "high", "3200 pixels along the long side get a depth; hours for many photos"),
 )
+# What there is to look at once the photos are aligned.
+_AFTER = ("show_alignment", "show_tie_points", "open_report")
 _SEVERITIES = {
     "info": "information-outline",
     "warning": "alert-outline",
@@ -44,7 +45,10 @@ _SEVERITIES = {
 
 
 class PhotosPanel(QWidget):
-    """`actions` holds choose_photos, make_model and pause_model."""
+    """`actions` holds choose_photos, make_model, pause_model, show_alignment, show_tie_points and
+    open_report. chosen: a set with the names of the selected photos."""
+
+    chosen = Signal(object)
 
     def __init__(self, survey: PhotoSurvey, actions: dict[str, QAction]) -> None:
         super().__init__()
@@ -62,11 +66,18 @@ class PhotosPanel(QWidget):
         )
         self._verdict = ElidedLabel()
         self._verdict.setObjectName("survey_verdict")
-        self._report = QToolButton()
-        self._report.setText(self.tr("Report"))
-        self._report.setIcon(theme.icon("file-document-outline"))
-        self._report.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        self._report.clicked.connect(self._open_report)
+        self.results = QToolButton()
+        self.results.setObjectName("results")
+        self.results.setText(self.tr("Results"))
+        self.results.setIcon(theme.icon("file-document-outline"))
+        self.results.setToolTip(self.tr("The alignment, its tie points, and the report"))
+        self.results.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.results.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        menu = QMenu(self.results)
+        menu.setToolTipsVisible(True)
+        for name in _AFTER:
+            menu.addAction(actions[name])
+        self.results.setMenu(menu)
         self._bar = QProgressBar()
         self._bar.setMaximumWidth(180)
         self._bar.setTextVisible(False)
@@ -76,7 +87,7 @@ class PhotosPanel(QWidget):
         self._findings.setObjectName("findings")
         self._findings.setWordWrap(True)
         self._findings.itemSelectionChanged.connect(self._finding_chosen)
-        self._plan = PlanView(self._choose)
+        self._plan = PlanView(self.choose)
         middle = QSplitter(Qt.Orientation.Horizontal)
         for widget, stretch in ((self.table, 5), (self._findings, 4), (self._plan, 3)):
             middle.addWidget(widget)
@@ -102,7 +113,7 @@ class PhotosPanel(QWidget):
                 header.addSpacing(8)
                 header.addWidget(QLabel(self.tr("Quality")))
                 header.addWidget(self.quality)
-        header.addWidget(self._report)
+        header.addWidget(self.results)
         header.addSpacing(8)
         header.addWidget(self._bar)
         header.addWidget(self._doing, 2)
@@ -201,7 +212,6 @@ class PhotosPanel(QWidget):
             self.tr("&Continue the model") if survey.begun and job is None
             else self.tr("&Make the model")
         )  # fmt: skip
-        self._report.setVisible(self._report_path() is not None)
 
     def _words(self) -> str:
         survey = self._survey
@@ -221,9 +231,11 @@ class PhotosPanel(QWidget):
 
     def _chosen(self) -> None:
         survey = self._survey
-        self._plan.show_rows(survey.rows, self._chosen_names(), survey.has_north)
+        names = self._chosen_names()
+        self._plan.show_rows(survey.rows, names, survey.has_north)
+        self.chosen.emit(names)
 
-    def _choose(self, name: str) -> None:
+    def choose(self, name: str) -> None:
         for number, row in enumerate(self._survey.rows):
             if row.name == name:
                 self.table.selectRow(number)
@@ -241,16 +253,6 @@ class PhotosPanel(QWidget):
             if row.name in names:
                 self.table.selectRow(number)
         self.table.setSelectionMode(mode.ExtendedSelection)
-
-    def _report_path(self) -> Path | None:
-        out = self._survey.out()
-        report = None if out is None else out / "report.html"
-        return report if report is not None and report.exists() else None
-
-    def _open_report(self) -> None:
-        path = self._report_path()
-        if path is not None:
-            QDesktopServices.openUrl(QUrl.fromLocalFile(str(path)))
 
 
 def _cut(text: str) -> str:

@@ -181,15 +181,17 @@ class ScenePresenter:
             self._viewport.remove_model(PREVIEW + key)
         self._spent_previews.clear()
 
-    def see_all(self) -> None:
-        """All visible models, from the exposed side of the first."""
+    def see_all(self, besides: npt.NDArray[np.float64] | None = None) -> None:
+        """All visible models, from the exposed side of the first, and the World points `besides`
+        (n, 3)."""
         ids = [m.id for m in self._studio.session.of(Model) if self._model_visible(m.id)]
         ids = [i for i in ids if i in self._studio.models]
         if not ids:
             self._viewport.home()
             return
         self._face(ids[0])
-        self._viewport.frame(np.concatenate([self._corners(i) for i in ids]))
+        more = [] if besides is None else [besides]
+        self._viewport.frame(np.concatenate([*(self._corners(i) for i in ids), *more]))
 
     def _face(self, model_id: str) -> None:
         model = self._studio.records[model_id]

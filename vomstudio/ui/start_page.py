@@ -40,7 +40,7 @@ class StartPage(QFrame):
         layout.addSpacing(6)
         layout.addLayout(self._recent)
         layout.addWidget(QLabel(self.tr("or drop a file or a folder of photos onto the window")))
-        studio.settings_changed.connect(self._fill)
+        studio.recent_changed.connect(self._fill)
         self._fill()
 
     def _fill(self) -> None:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from vomstudio.document import edits
 from vomstudio.document.comparison import NearestPick, nearest_picks
@@ -32,7 +32,7 @@ from vomstudio.document.session import Session
 from vomstudio.errors import VomError
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.io.project import Project, create_untitled, is_free, is_project, untitled_projects
-from vomstudio.io.settings import Settings, write_settings
+from vomstudio.io.settings import Settings, SettingsFile
 from vomstudio.jobs.events import Failed
 from vomstudio.tools.context import Tool
 from vomstudio.tools.line import LineTool
@@ -81,6 +81,9 @@ class Studio(QObject):
     preview = Signal(object)  # Preview | None
     notice = Signal(object)  # Notice
     settings_changed = Signal()
+    """Not for the list of what was open lately."""
+    recent_changed = Signal()
+    _not_kept = Signal(str)
     visibility_changed = Signal(object)  # tuple of ids
     layers_written = Signal(str)
     recovery_found = Signal(object)  # list of folders
@@ -88,6 +91,8 @@ class Studio(QObject):
     def __init__(self, settings: Settings) -> None:
         super().__init__()
         self.settings = settings
+        self._settings_file = SettingsFile(lambda text: self._not_kept.emit(text))
+        self._not_kept.connect(self.warn, Qt.ConnectionType.QueuedConnection)
         self.jobs = JobBridge()
         self.selection = Selection()
         self.selection.changed.connect(self.selection_changed.emit)
@@ -251,11 +256,12 @@ class Studio(QObject):
 
     def remember(self, path: Path) -> None:
         self.settings.add_recent(path.resolve())
-        self.keep_settings()
+        self.recent_changed.emit()
+        self._settings_file.write_soon(self.settings)
 
     def keep_settings(self) -> None:
         try:
-            write_settings(self.settings)
+            self._settings_file.write(self.settings)
         except VomError as error:
             self.warn(str(error))
         self.settings_changed.emit()
@@ -345,14 +351,21 @@ class Studio(QObject):
         else:
             self.open_model(path)
 
-    def open_model(self, path: Path, name: str | None = None) -> None:
-        """name: of its record; None for that of the file."""
+    def open_model(
+        self,
+        path: Path,
+        name: str | None = None,
+        like: str | None = None,
+        then: Callable[[str], None] = lambda _: None,
+    ) -> None:
+        """name: of its record; None for that of the file. like: a model whose frame it shares.
+        then: called with its id once it is there."""
         path = path.resolve()
         self.loader.load(
             str(path),
             path,
             self.project.cache,
-            lambda opened: self._add_opened(path, opened, name or path.stem),
+            lambda opened: self._add_opened(path, opened, name or path.stem, like, then),
         )
 
     def _load(self, model: Model) -> None:
@@ -413,7 +426,14 @@ class Studio(QObject):
             on_failed=lambda event: self.warn(event.message, "error"),
         )
 
-    def _add_opened(self, path: Path, opened: OpenModel, name: str) -> None:
+    def _add_opened(
+        self,
+        path: Path,
+        opened: OpenModel,
+        name: str,
+        like: str | None,
+        then: Callable[[str], None],
+    ) -> None:
         same = [m for m in self.session.of(Model) if m.content_hash == opened.content_hash]
         if same:
             if same[0].id not in self.models:
@@ -421,6 +441,10 @@ class Studio(QObject):
             self.info(f"{path.name} is open already.")
             return
         frame = Frame("crs", opened.crs) if opened.crs else Frame()
+        to_world = frame.to_world()
+        other = self.records.get(like or "")
+        if isinstance(other, Model):
+            frame, to_world = other.frame, other.to_world
         model = Model(
             id=edits.new_id("model"),
             name=name,
@@ -428,7 +452,7 @@ class Studio(QObject):
             kind=opened.kind,
             content_hash=opened.content_hash,
             frame=frame,
-            to_world=frame.to_world(),
+            to_world=to_world,
         )
         # The data first: an edit that brings a model without data would read the file again.
         self.models[model.id] = opened
@@ -437,8 +461,9 @@ class Studio(QObject):
             return
         self.remember(path)
         self._attach(model.id, path, opened)
-        if frame.kind == "undeclared":
+        if frame.kind == "undeclared" and not isinstance(other, Model):
             self.frame_wanted.emit(model.id)
+        then(model.id)
 
     def _attach(self, model_id: str, path: Path, opened: OpenModel) -> None:
         self.models[model_id] = opened

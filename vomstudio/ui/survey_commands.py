@@ -5,10 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, QUrl
+from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QFileDialog
 
+from vomstudio.document.records import Model
 from vomstudio.io.project import SUFFIX, is_project
+from vomstudio.photogrammetry.stage_folders import is_aligned
+from vomstudio.rendering.scalars import FieldStyle
 from vomstudio.ui.actions import Command
 
 if TYPE_CHECKING:
@@ -16,6 +20,7 @@ if TYPE_CHECKING:
 
 # Five photos with their thumbnails.
 _HEIGHT = 320
+SPARSE, REPORT = "sparse.ply", "report.html"
 
 
 def commands(w: MainWindow) -> list[Command]:
@@ -29,6 +34,15 @@ def commands(w: MainWindow) -> list[Command]:
         Command("pause_model", "Pause", lambda: w.survey.pause(), "pause", (),
                 "Stop for now; what is finished is kept",
                 lambda: None if w.survey.making else "no model is being made"),
+        Command("show_alignment", "&Alignment…", lambda: _show_alignment(w), "vector-link", (),
+                "What the photos have in common, how well they fit, and their depth maps",
+                lambda: _not_aligned(w)),
+        Command("show_tie_points", "Show &tie points", lambda: _show_tie_points(w),
+                "dots-hexagon", (),
+                "The points that join the photos, coloured by their error in pixels",
+                lambda: _no_tie_points(w)),
+        Command("open_report", "&Report", lambda: _open_report(w), "file-document-outline", (),
+                "All figures of the reconstruction as one page", lambda: _no_report(w)),
     ]  # fmt: skip
 
 
@@ -43,6 +57,83 @@ def open_photos(w: MainWindow, folder: Path) -> None:
     dock = w.docks["photos"]
     if dock.height() < _HEIGHT and not dock.isFloating():
         w.resizeDocks([dock], [_HEIGHT], Qt.Orientation.Vertical)
+
+
+NOT_ALIGNED = "the photos have not been aligned yet; make the model first"
+
+
+def _results(w: MainWindow) -> Path | None:
+    """Where a reconstruction is: of the photos in the panel, else of a model that is open."""
+    out = w.survey.out()
+    if out is not None and is_aligned(out):
+        return out
+    return out if out is not None and w.survey.rows else w.cameras.folder()
+
+
+def _not_aligned(w: MainWindow) -> str | None:
+    out = _results(w)
+    if out is None:
+        return "choose a folder of photos and make their model first"
+    return None if is_aligned(out) else NOT_ALIGNED
+
+
+def _show_alignment(w: MainWindow) -> None:
+    from vomstudio.ui.alignment_dialog import AlignmentDialog
+
+    out = _results(w)
+    if out is None:
+        return
+    for shown in w.findChildren(AlignmentDialog):
+        if shown.folder == out and shown.isVisible():
+            shown.raise_()
+            shown.activateWindow()
+            return
+    AlignmentDialog(w, w.studio, out).show()
+
+
+def _no_tie_points(w: MainWindow) -> str | None:
+    out = _results(w)
+    if out is None:
+        return "choose a folder of photos and make their model first"
+    return None if (out / SPARSE).exists() else NOT_ALIGNED
+
+
+def _show_tie_points(w: MainWindow) -> None:
+    """As a model of its own, in the frame of the model that was made of the same photos."""
+    out = _results(w)
+    if out is None:
+        return
+    folder, studio = out.resolve(), w.studio
+    # Links may lead to the same folder: paths are compared as they truly are.
+    models = {
+        model.id: path.resolve()
+        for model in studio.session.of(Model)
+        if (path := studio.project.find_model(model)) is not None
+    }
+    there = next((i for i, path in models.items() if path == folder / SPARSE), None)
+    if there is not None:
+        studio.set_visible([there], True)
+        studio.display.show_field(there, FieldStyle("error_px"))
+        return
+    like = next((i for i, path in models.items() if path.parent == folder), None)
+    name = studio.records[like].name if like is not None else folder.name
+
+    def opened(model_id: str) -> None:
+        studio.display.show_field(model_id, FieldStyle("error_px"))
+
+    studio.open_model(out / SPARSE, w.tr("{0} tie points").format(name), like=like, then=opened)
+
+
+def _no_report(w: MainWindow) -> str | None:
+    out = _results(w)
+    if out is not None and (out / REPORT).exists():
+        return None
+    return "the report is written when the model is finished"
+
+
+def _open_report(w: MainWindow) -> None:
+    if (out := _results(w)) is not None:
+        QDesktopServices.openUrl(QUrl.fromLocalFile(str(out / REPORT)))
 
 
 def _choose(w: MainWindow) -> None:

@@ -1,0 +1,93 @@
+"""Photos as pyramids in space."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from vomstudio.geometry.cameras import Intrinsics, View
+from vomstudio.geometry.frusta import frusta, frustum, frustum_at, good_size
+
+
+def view(seed: int, k1: float = -0.05) -> View:
+    rng = np.random.default_rng(seed)
+    lens = Intrinsics("SIMPLE_RADIAL", 4000, 3000, (3500.0, 2010.0, 1490.0, k1))
+    rotation = Rotation.random(random_state=seed).as_matrix()
+    return View("p", lens, rotation, rng.normal(0, 10, 3))
+
+
+@given(st.integers(0, 500), st.floats(-0.1, 0.1), st.floats(0.01, 100))
+def test_a_frustums_corners_are_the_corners_of_the_photo(seed, k1, depth) -> None:
+    taken = view(seed, k1)
+    found = frustum(taken, depth)
+    corners = [[0, 0], [4000, 0], [4000, 3000], [0, 3000]]
+    assert np.allclose(taken.project(found.corners), corners, atol=1e-3)
+    assert np.allclose(taken.depths(found.corners), depth)
+    assert np.allclose(found.tip, taken.centre)
+
+
+def test_the_outline_runs_along_the_edge_of_the_photo() -> None:
+    taken = view(3)
+    pixels = taken.project(frustum(taken, 2.0).outline)
+    x, y = pixels.T
+    on_edge = (
+        np.isclose(x, 0, atol=1e-3)
+        | np.isclose(x, 4000, atol=1e-3)
+        | np.isclose(y, 0, atol=1e-3)
+        | np.isclose(y, 3000, atol=1e-3)
+    )
+    assert on_edge.all()
+    assert np.allclose(pixels[0], pixels[-1])
+
+
+def test_a_lens_that_does_not_reach_its_corners_has_a_frustum() -> None:
+    lens = Intrinsics("SIMPLE_RADIAL", 4000, 3000, (1500.0, 2000.0, 1500.0, -0.4))
+    assert np.isnan(lens.rays([[0.0, 0.0]])).any()
+    found = frustum(View("p", lens, np.eye(3), np.zeros(3)), 1.0)
+    assert np.isfinite(found.outline).all()
+
+
+def test_a_moved_frustum_is_that_of_the_moved_photo() -> None:
+    taken, turn = view(5), Rotation.random(random_state=1).as_matrix()
+    shift, origin = np.array([5.0, -3.0, 2.0]), np.array([100.0, 200.0, 300.0])
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = 2.5 * turn, shift
+    there = frustum(taken, 3.0).moved(matrix, origin)
+    again = frustum(taken.moved(2.5, turn, shift + 2.5 * turn @ origin), 7.5)
+    assert np.allclose(there.tip, again.tip)
+    assert np.allclose(there.outline, again.outline)
+
+
+def test_the_size_is_a_share_of_the_spacing_and_of_the_distance() -> None:
+    row = np.column_stack([np.arange(8.0), np.zeros(8), np.zeros(8)])
+    assert 0.2 < good_size(row, 30.0) < 0.6
+    assert good_size(10 * row, 300.0) == pytest.approx(10 * good_size(row, 30.0))
+    # Frames of a video, far closer to each other than to the rock: still to be seen.
+    assert good_size(row / 1000, 30.0) > 0.1
+    # Far apart, but near to the rock: they must not reach into it.
+    assert good_size(100 * row, 4.0) < 1.0
+    assert good_size(row[:1], 10.0) > 0.5
+    # From one spot in all directions.
+    assert good_size(np.zeros((5, 3)), 10.0) > 0.5
+    assert good_size(np.zeros((1, 3)), 0.0) > 0.0
+    assert frusta([], np.zeros(3)) == []
+
+
+def test_the_camera_under_the_cursor_is_found() -> None:
+    tips = np.array([[100.0, 100.0], [300.0, 100.0], [np.nan, np.nan]])
+    corners = np.array(
+        [
+            [[60, 60], [140, 60], [140, 140], [60, 140]],
+            [[290, 90], [310, 90], [310, 110], [290, 110]],
+            [[np.nan, np.nan]] * 4,
+        ]
+    )
+    assert frustum_at(tips, corners, 102, 99, 9.0) == 0
+    assert frustum_at(tips, corners, 65, 65, 9.0) == 0
+    assert frustum_at(tips, corners, 200, 100, 9.0) is None
+    # Mirrored on the screen it is the same photo.
+    assert frustum_at(tips, corners[:, ::-1], 65, 65, 9.0) == 0
+    assert frustum_at(np.zeros((0, 2)), np.zeros((0, 4, 2)), 1, 1, 9.0) is None

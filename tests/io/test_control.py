@@ -1,0 +1,70 @@
+"""Tables of control points and of their marks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from vomstudio.errors import InputError
+from vomstudio.io.control import ControlPoint, Mark, read_control, read_marks
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "table.csv"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_points_are_read_with_their_error_and_use(tmp_path: Path) -> None:
+    path = written(
+        tmp_path,
+        "label,x,y,z,sigma,use\nA,500000.25,5000000.5,120,0.01,control\n7,1,2,3,,check\n"
+        "C,4,5,6,0.02,\n",
+    )
+    assert read_control(path) == [
+        ControlPoint("A", (500000.25, 5000000.5, 120.0), 0.01),
+        ControlPoint("7", (1.0, 2.0, 3.0), None, True),
+        ControlPoint("C", (4.0, 5.0, 6.0), 0.02),
+    ]
+
+
+def test_error_and_use_may_be_missing_and_semicolons_are_understood(tmp_path: Path) -> None:
+    path = written(tmp_path, "Label;X;Y;Z\nA;1,5;2;3\nB;2;2;3\n")
+    assert read_control(path)[0] == ControlPoint("A", (1.5, 2.0, 3.0))
+
+
+def test_marks_are_read(tmp_path: Path) -> None:
+    path = written(tmp_path, "label,photo,x,y\nA,images\\one.jpg,10.5,20\nA,two.jpg,1,2\n")
+    assert read_marks(path) == [
+        Mark("A", "images/one.jpg", 10.5, 20.0),
+        Mark("A", "two.jpg", 1.0, 2.0),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("label,x,y\nA,1,2\n", "no column 'z'"),
+        ("1,2,3,4\n5,6,7,8\n", "has no header"),
+        ("label,x,y,z\nA,1,2,\n", "line 2, z: is missing"),
+        ("label,x,y,z\nA,1,2,high\n", "'high' is not a number"),
+        ("label,x,y,z\nA,1,2,3\nA,1,2,4\n", "line 3, label: 'A' is in line 2 too"),
+        ("label,x,y,z,sigma\nA,1,2,3,0\n", "must be positive"),
+        ("label,x,y,z,use\nA,1,2,3,maybe\n", "neither control nor check"),
+        ("label,x,y,z\n,1,2,3\n", "needs a label"),
+    ],
+)
+def test_what_is_wrong_in_a_table_is_named_with_its_place(
+    tmp_path: Path, text: str, message: str
+) -> None:
+    with pytest.raises(InputError) as caught:
+        read_control(written(tmp_path, text))
+    assert message in str(caught.value)
+    assert "table.csv" in str(caught.value)
+
+
+def test_a_point_marked_twice_in_a_photo_is_refused(tmp_path: Path) -> None:
+    path = written(tmp_path, "label,photo,x,y\nA,a.jpg,1,2\nA,b.jpg,1,2\nA,a.jpg,3,4\n")
+    with pytest.raises(InputError, match=r"marked in a\.jpg in line 2 already"):
+        read_marks(path)

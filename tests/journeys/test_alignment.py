@@ -1,0 +1,266 @@
+"""Looking into a reconstruction: cameras in the outcrop, tie points, matches, residuals, depths."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QWheelEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from tests import driver
+from tests.driver import wait
+from tests.photogrammetry import made_reconstruction
+from tests.photogrammetry.made_reconstruction import NAMES
+from vomstudio.document import edits
+from vomstudio.document.records import Frame, Model
+from vomstudio.ui.alignment_dialog import AlignmentDialog
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory) -> made_reconstruction.Made:
+    return made_reconstruction.make(tmp_path_factory.mktemp("made"))
+
+
+@pytest.fixture
+def opened(window, made):
+    window.open_path(made.out / "dense.ply")
+    model_id = driver.settled(window)
+    wait(lambda: window.cameras.why_not() is None, "the cameras")
+    return model_id
+
+
+def open_dialog(window) -> AlignmentDialog:
+    window.actions_table.run("show_alignment")
+    (dialog,) = window.findChildren(AlignmentDialog)
+    QTest.qWaitForWindowExposed(dialog)
+    wait(lambda: dialog.ready, "the alignment", 60.0)
+    return dialog
+
+
+def show_tab(dialog: AlignmentDialog, page) -> None:
+    """Click on the tab of a page."""
+    bar = dialog.tabs.tabBar()
+    at = bar.tabRect(dialog.tabs.indexOf(page)).center()
+    driver.click(bar, at)
+    assert dialog.tabs.currentWidget() is page
+
+
+def choose(table, row: int) -> None:
+    """Click on a row."""
+    at = table.visualRect(table.model().index(row, 1)).center()
+    driver.click(table.viewport(), at)
+
+
+def turn_wheel(widget, at: QPoint, notches: int) -> None:
+    where = QPointF(at)
+    event = QWheelEvent(
+        where, QPointF(widget.mapToGlobal(at)), QPoint(), QPoint(0, 120 * notches),
+        Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase,
+        False,
+    )  # fmt: skip
+    QApplication.sendEvent(widget, event)
+
+
+def picture(widget) -> np.ndarray:
+    from PySide6.QtGui import QImage
+
+    image = widget.grab().toImage().convertToFormat(QImage.Format.Format_RGB888)
+    raw = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), -1)
+    return raw[:, : 3 * image.width()].reshape(image.height(), image.width(), 3).astype(int)
+
+
+def test_cameras_stand_where_the_photos_were_taken(window, made, opened) -> None:
+    viewport, action = window.viewport, window.actions_table.all["display_cameras"]
+    before = picture(viewport)
+    action.trigger()
+    assert action.isChecked()
+    shown = viewport._frusta
+    centres = made.scene.centres + made.scene.origin
+    assert np.allclose([f.tip for f in shown], centres)
+    # Home brings them into view, which stand outside the outcrop.
+    driver.key(window, Qt.Key.Key_Home)
+    driver.settled(window)
+    wait(lambda: viewport._scene.complete, "the picture")
+    pixels, _ = viewport.project(centres)
+    assert ((pixels > 0) & (pixels < [viewport.width(), viewport.height()])).all()
+    assert np.abs(picture(viewport) - before).max() > 40
+    # Under the cursor they say which photo they are.
+    driver.move(viewport, QPoint(*(int(v) for v in pixels[1])))
+    wait(lambda: viewport._hot_camera == "b.jpg", "the name")
+    driver.keep_picture(window, "alignment-cameras")
+    # They follow when the model is placed anew.
+    record = window.studio.records[opened]
+    assert isinstance(record, Model)
+    moved = Frame("local")
+    assert window.studio.attempt(edits.declare_frame, opened, moved)
+    record = window.studio.records[opened]
+    matrix = np.array(record.to_world)
+    assert np.allclose(viewport._frusta[2].tip, matrix[:3, :3] @ centres[2] + matrix[:3, 3])
+    window.studio.set_visible([opened], False)
+    assert not viewport._frusta
+    window.studio.set_visible([opened], True)
+    action.trigger()
+    assert not viewport._frusta
+
+
+def test_cameras_outlive_the_window(window, made, opened, tmp_path) -> None:
+    window.actions_table.run("display_cameras")
+    folder = tmp_path / "kept.vom"
+    window.studio.save_as(folder)
+    window.close()
+    QApplication.processEvents()
+    again = driver.make_window([folder])
+    try:
+        wait(lambda: again.viewport._frusta, "the cameras")
+        assert again.actions_table.all["display_cameras"].isChecked()
+    finally:
+        driver.dismiss(again)
+
+
+def test_without_photos_the_reasons_are_told(window, outcrop) -> None:
+    for name, words in (
+        ("display_cameras", "open a model"),
+        ("show_alignment", "make their model"),
+        ("show_tie_points", "make their model"),
+        ("open_report", "when the model is finished"),
+    ):
+        action = window.actions_table.all[name]
+        assert not action.isEnabled()
+        assert words in action.toolTip()
+    driver.open_outcrop(window, outcrop)
+    assert "cameras.json" in window.actions_table.all["display_cameras"].toolTip()
+
+
+def test_tie_points_open_in_the_frame_of_the_model_with_their_error(window, made, opened) -> None:
+    window.actions_table.run("show_tie_points")
+    wait(lambda: len(window.studio.models) == 2, "the tie points")
+    points = window.studio.session.of(Model)[-1]
+    assert points.name == "dense tie points"
+    assert points.frame == window.studio.records[opened].frame
+    wait(lambda: window.viewport.scale_of(points.id) is not None, "the colours")
+    scale = window.viewport.scale_of(points.id)
+    assert scale.title == "error"
+    assert scale.unit == "px"
+    assert np.isclose(scale.high, 0.5 / 3, atol=0.01)
+    names = [window.display_panel.field.itemData(i) for i in range(3)]
+    assert {"error_px", "views"} <= set(names) or window.files.current_model().id != points.id
+    # Asked for again, they are not opened twice.
+    window.actions_table.run("show_tie_points")
+    driver.pause(100)
+    assert len(window.studio.session.of(Model)) == 2
+    driver.keep_picture(window, "alignment-tie-points")
+
+
+def test_matches_of_a_pair_are_chosen_and_looked_at(window, made, opened) -> None:
+    dialog = open_dialog(window)
+    page = dialog.matches
+    wait(lambda: page._arrays is not None and len(page._photos) == 2, "the pair")
+    assert page._wanted == ("a.jpg", "b.jpg")
+    assert len(page._arrays["matches"]) == 100
+    assert "100 matches agree of 101" in page._said.text()
+    panes = page.panes
+    left = panes._links.left
+    assert np.allclose(left, made.scene.views[0].project(made.scene.points[:100]), atol=1e-3)
+    driver.keep_picture(dialog, "alignment-matches")
+    # The third photo is shown upright, and so are its marks.
+    choose(page.table, 1)
+    wait(lambda: page._wanted == ("b.jpg", "c.jpg") and len(page._photos) == 2, "the next pair")
+    wait(lambda: page._arrays is not None, "its matches")
+    assert "12 matches agree" in page._said.text()
+    assert "Weak" in page.table.numbers.rows[1][1]
+    assert panes._pictures[1].size == (240, 320)
+    stored = made.scene.views[2].project(made.scene.points[:12])
+    assert np.allclose(
+        panes._links.right, np.column_stack([240 - stored[:, 1], stored[:, 0]]), atol=1e-3
+    )
+    # The cell of the first pair in the matrix brings it back.
+    driver.click(page.matrix, page.matrix._cell(1, 0).center().toPoint())
+    wait(lambda: page._wanted == ("a.jpg", "b.jpg") and page._arrays is not None, "the first")
+    wait(lambda: len(page._photos) == 2, "its photos")
+    # The wheel keeps what is under the cursor; a drag takes it along.
+    at = QPoint(*(int(v) for v in panes.to_screen(0, left[5])[0]))
+    under = panes.to_picture(0, QPointF(at))
+    turn_wheel(panes, at, 4)
+    assert np.allclose(panes.to_picture(0, QPointF(at)), under, atol=1e-6)
+    driver.drag(panes, at, at + QPoint(40, 25))
+    assert np.allclose(panes.to_picture(0, QPointF(at + QPoint(40, 25))), under, atol=1e-6)
+    # A double click on a match brings both its ends into the middle.
+    (spot,) = panes.to_screen(0, left[5])
+    QTest.mouseDClick(panes, Qt.MouseButton.LeftButton, pos=QPoint(*(round(v) for v in spot)))
+    for pane, place in enumerate((left[5], panes._links.right[5])):
+        middle = panes.middle(pane)
+        assert np.allclose(panes.to_screen(pane, place)[0], [middle.x(), middle.y()], atol=1.0)
+    page.refused.click()
+    assert panes._links.faint is not None
+    dialog.close()
+
+
+def test_cameras_residuals_and_depths_are_told(window, made, opened) -> None:
+    dialog = open_dialog(window)
+    show_tab(dialog, dialog.cameras)
+    words = dialog.cameras._words.text()
+    assert "300.0 px" in words
+    assert "± 1.5 px" in words
+    assert "spread by 12.0°" in words
+    table = dialog.cameras.correlation
+    assert [table.verticalHeaderItem(i).text() for i in range(table.rowCount())] == ["f", "k1"] or [
+        table.model().headerData(i, Qt.Orientation.Vertical) for i in range(table.rowCount())
+    ] == ["f", "k1"]
+    assert table.item(0, 1).text() == "-0.95"
+    assert "hardly be told apart" in dialog.cameras._pairing.text()
+    driver.keep_picture(dialog, "alignment-calibration")
+
+    show_tab(dialog, dialog.residuals)
+    page = dialog.residuals
+    wait(lambda: page._arrays is not None and page._photo is not None, "the residuals")
+    # The worst comes first.
+    assert page._wanted == "b.jpg"
+    assert "20 times too long" in page._said.text() or "10 times" in page._said.text()
+    assert "median 0.50 px" in page._said.text()
+    page.factor.setCurrentIndex(page.factor.findData(50))
+    assert "50 times too long" in page._said.text()
+    driver.keep_picture(dialog, "alignment-residuals")
+
+    show_tab(dialog, dialog.depths)
+    depths = dialog.depths
+    wait(lambda: depths._arrays is not None, "the depth map")
+    assert "50% of the pixels of a.jpg" in depths._said.text()
+    wait(lambda: depths.table.numbers.rows[0][0] == ("a.jpg", 0.5), "the coverage")
+    panes = depths.panes
+    spot = panes.to_screen(1, [[20.5, 60.5]])[0]
+    driver.move(panes, QPoint(*(round(float(v)) for v in spot)))
+    assert depths._under.text().startswith("Depth 9.5")
+    for what in ("confidence", "normals", "colors"):
+        depths.what.setCurrentIndex(depths.what.findData(what))
+        driver.pause()
+        driver.keep_picture(dialog, f"alignment-depths-{what}")
+    choose(depths.table, 1)
+    wait(lambda: "no depth map" in panes._words, "the reason")
+    QTest.keyClick(dialog, Qt.Key.Key_Escape)
+    wait(lambda: not window.findChildren(AlignmentDialog), "the end")
+
+
+def test_photos_that_are_gone_are_told_and_their_matches_stay(window, tmp_path) -> None:
+    made = made_reconstruction.make(tmp_path)
+    for name in NAMES:
+        Path(made.photos, name).unlink()
+    window.open_path(made.out / "dense.ply")
+    driver.settled(window)
+    wait(lambda: window.cameras.why_not() is None, "the cameras")
+    dialog = open_dialog(window)
+    page = dialog.matches
+    wait(lambda: page._arrays is not None and len(page._photos) == 2, "the pair")
+    wait(lambda: panes_problem(page), "the reason")
+    assert "no such file" in panes_problem(page)
+    assert len(page.panes._links.left) == 100
+    driver.keep_picture(dialog, "alignment-gone")
+    dialog.close()
+
+
+def panes_problem(page) -> str:
+    shown = page.panes._pictures[0]
+    return "" if shown is None else shown.problem

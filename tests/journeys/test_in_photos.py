@@ -1,0 +1,252 @@
+"""The outcrop seen in its photos, with mouse and keyboard, in the window that people use."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtTest import QTest
+
+from tests import driver
+from tests.driver import click, drag, key, look_at, move, wait
+from vomstudio.document import edits
+from vomstudio.document.records import Patch, Trace
+from vomstudio.geometry.patches import ids_of
+from vomstudio.io.cameras_file import write_cameras
+from vomstudio.io.sample import read_picks, read_true_cameras
+from vomstudio.paths import resource
+
+TRUE = read_true_cameras()
+
+
+@pytest.fixture
+def sample(tmp_path) -> Path:
+    """The sample outcrop with the cameras of its photos beside it."""
+    folder = tmp_path / "models"
+    folder.mkdir()
+    for file in resource("sample").iterdir():
+        if file.name.startswith(("sample.", "face_")):
+            shutil.copy(file, folder)
+    write_cameras(folder / "cameras.json", TRUE)
+    return folder / "sample.obj"
+
+
+@pytest.fixture
+def traced(window, sample):
+    """The sample with one of its beds, one joint and the fault."""
+    window.resize(1400, 900)
+    window.open_path(sample)
+    model_id = driver.settled(window)
+    model, picks = window.studio.records[model_id], read_picks()
+    for i, name in enumerate(picks.names):
+        if name in ("B05", "B14", "F01", "J2-02"):
+            points = tuple(map(tuple, picks.of(i)[:: max(1, len(picks.of(i)) // 40)].tolist()))
+            trace = Trace(name, name, picks.kinds[i], model_id, model.content_hash, points)
+            assert window.studio.attempt(edits.add_trace, trace)
+    return window
+
+
+def points_of(window, name: str) -> np.ndarray:
+    return window.studio.measured([name])[name].points
+
+
+def spot(canvas, panel, world: np.ndarray) -> QPoint:
+    """Where a World point is on the canvas."""
+    photos = panel._photos.views
+    x, y = canvas.screen_of(photos.pixels(panel._view, world[None]))[0]
+    return QPoint(round(float(x)), round(float(y)))
+
+
+def shown(window) -> None:
+    """The dock is open and its picture is there."""
+    panel = window.in_photos
+    wait(lambda: panel.names, "a list of photos", 60.0)
+    wait(lambda: panel.canvas._picture is not None, "the photo", 30.0)
+
+
+def test_a_bed_is_seen_in_its_photos_and_another_is_picked_there(traced):
+    window, studio, panel = traced, traced.studio, traced.in_photos
+    canvas = panel.canvas
+    studio.selection.set(["B05"])
+    window.actions_table.run("show_in_photos")
+    shown(window)
+    wait(lambda: "B05: seen in" in panel.words.text(), "the photos that show it")
+    wait(lambda: any(d.id == "B05" for d in canvas._drawn), "the bed on the photo")
+    points = points_of(window, "B05")
+    views = panel._photos.views
+    # The list holds those photos that truly show it, and the panel one of the best of them.
+    for name in panel.names:
+        assert views.shows(views.row(name), points).any()
+    best = max(views.shows(i, points).mean() for i in range(12))
+    assert views.shows(panel._view, points).mean() >= best - 0.2
+    assert canvas.sees(views.pixels(panel._view, points).mean(axis=0)[None]), "it is in sight"
+    driver.pause(200)
+    driver.keep_picture(window, "in-photos-1-selected")
+
+    # The wheel looks closer at what is under the cursor, a drag moves the photo.
+    at = spot(canvas, panel, points[len(points) // 2])
+    before = canvas.pixel_at(at)
+    for _ in range(5):
+        wheel(canvas, at, 120)
+    assert np.allclose(canvas.pixel_at(at), before, atol=1e-6)
+    drag(canvas, at, at + QPoint(37, -21))
+    assert np.allclose(canvas.pixel_at(at + QPoint(37, -21)), before, atol=1e-6)
+    driver.pause(100)
+    driver.keep_picture(window, "in-photos-2-closer")
+
+    # A trace that is picked in the photo lands on the model.
+    window.viewport.setFocus()
+    key(window, Qt.Key.Key_T)
+    chosen = points_of(window, "B14")
+    studio.selection.set(["B14"])
+    wait(lambda: "B14: seen in" in panel.words.text(), "the other bed")
+    wait(lambda: canvas._picture is not None, "its photo")
+    name, inside = panel.photo, views.shows(panel._view, chosen, 0.02)
+    places = chosen[inside][:: max(1, inside.sum() // 6)]
+    on = [spot(canvas, panel, p) for p in places]
+    on = [p for p in on if canvas.rect().adjusted(4, 4, -4, -4).contains(p)]
+    assert len(on) >= 4
+    for place in on:
+        click(canvas, place)
+        QTest.qWait(450)
+    assert len(studio.trace_tool.vertices) == len(on)
+    gsd = 0.014
+    for place, vertex in zip(on, studio.trace_tool.vertices, strict=True):
+        seen = views.pick(panel._view, canvas.pixel_at(place))
+        assert np.abs(seen.position - vertex).max() < 1e-9
+        there = canvas.screen_of(views.pixels(panel._view, np.array(vertex)[None]))[0]
+        assert np.hypot(there[0] - place.x(), there[1] - place.y()) < 1e-3
+    assert np.linalg.norm(chosen[:, None] - studio.trace_tool.vertices, axis=2).min(
+        axis=0
+    ).max() < (3 * gsd / canvas._scale + 0.05)
+    move(canvas, on[0] + QPoint(9, 14))
+    assert window.viewport._preview.rubber is not None, "the band follows in the outcrop"
+    driver.keep_picture(window, "in-photos-3-picking")
+
+    # A vertex is taken by its handle.
+    vertices = studio.trace_tool.vertices
+    drag(canvas, on[1], on[1] + QPoint(0, 8))
+    changed = [a != b for a, b in zip(vertices, studio.trace_tool.vertices, strict=True)]
+    assert changed == [i == 1 for i in range(len(on))]
+    canvas.setFocus()
+    key(window, Qt.Key.Key_Return)
+    made = [t for t in studio.session.of(Trace) if t.id not in ("B05", "B14", "F01", "J2-02")]
+    assert len(made) == 1
+    wait(lambda: any(d.id == made[0].id for d in canvas._drawn), "the new trace on the photo")
+    assert panel.photo == name, "who works in a photo stays in it"
+    driver.keep_picture(window, "in-photos-4-made")
+
+
+def test_a_click_on_the_outcrop_finds_its_photos_and_a_click_in_a_photo_selects(traced):
+    window, studio, panel = traced, traced.studio, traced.in_photos
+    canvas = panel.canvas
+    window.actions_table.run("show_in_photos")
+    shown(window)
+    assert len(panel.names) == 12
+    # Bare rock, away from every feature.
+    points = points_of(window, "F01")
+    look_at(window, points, 20.0)
+    middle = window.viewport.rect().center()
+    free = next(
+        at for at in (middle + QPoint(dx, dy) for dx in (150, -150, 90) for dy in (60, -60, 0))
+        if window.viewport.pick(at.x(), at.y()) is not None
+        and window.viewport.pick_feature(at.x(), at.y()) is None
+    )  # fmt: skip
+    click(window.viewport, free)
+    wait(lambda: "the place that was clicked" in panel.words.text(), "photos of the place")
+    world = window.viewport.world_of(window.viewport.pick(free.x(), free.y()))
+    views = panel._photos.views
+    assert panel.names
+    for name in panel.names:
+        assert views.shows(views.row(name), world[None]).all()
+    move(window.viewport, free + QPoint(12, 12))
+    move(window.viewport, free)
+    wait(lambda: canvas._cross is not None, "the cursor in the photo")
+    cross = canvas._cross
+    assert np.hypot(*(cross - views.pixels(panel._view, world[None])[0])) < 2.0
+    driver.keep_picture(window, "in-photos-5-place")
+
+    # The fault is selected where the photo shows it.
+    studio.selection.set(["F01"])
+    wait(lambda: "F01: seen in" in panel.words.text(), "the fault's photos")
+    wait(lambda: any(d.id == "F01" for d in canvas._drawn), "the fault on the photo")
+    drawn = next(d for d in canvas._drawn if d.id == "F01")
+    on = canvas.screen_of(drawn.pixels[drawn.seen])
+    x, y = on[len(on) // 2]
+    studio.selection.set([])
+    driver.pause(150)
+    name = panel.photo
+    click(canvas, QPoint(round(x), round(y)))
+    assert studio.selection.ids == ("F01",)
+    driver.pause(200)
+    assert panel.photo == name, "what is selected in a photo is looked at in this photo"
+
+
+def test_a_patch_is_painted_in_a_photo(traced):
+    window, studio, panel = traced, traced.studio, traced.in_photos
+    canvas = panel.canvas
+    studio.selection.set(["J2-02"])
+    window.actions_table.run("show_in_photos")
+    shown(window)
+    wait(lambda: "J2-02: seen in" in panel.words.text(), "the joint's photos")
+    wait(lambda: canvas._picture is not None, "the photo")
+    window.viewport.setFocus()
+    key(window, Qt.Key.Key_P)
+    assert studio.tool_name == "patch"
+    before = canvas.pixel_at(QPoint(5, 5))
+    middle = canvas.rect().center()
+    move(canvas, middle + QPoint(3, 0))
+    move(canvas, middle)
+    drag(canvas, middle, middle + QPoint(60, 25))
+    assert canvas.pixel_at(QPoint(5, 5)) == before, "the left button paints"
+    (patch,) = studio.session.of(Patch)
+    assert patch.n > 5
+    # All of it lies under the brush's way through the photo.
+    mesh = studio.models[patch.model_id].data
+    painted = mesh.vertices[mesh.faces[ids_of(patch.runs)]].mean(axis=1)
+    on = canvas.screen_of(panel._photos.views.pixels(panel._view, painted))
+    assert np.abs(on - [middle.x() + 30, middle.y() + 12]).max() < 150
+    wait(lambda: any(d.id == patch.id for d in canvas._drawn), "the patch's edge on the photo")
+    driver.keep_picture(window, "in-photos-8-patch")
+
+
+def test_photos_that_have_moved_are_found_again_by_their_folder(window, sample, tmp_path):
+    away = tmp_path / "elsewhere"
+    from dataclasses import replace
+
+    write_cameras(sample.parent / "cameras.json", replace(TRUE, photos=away), force=True)
+    window.open_path(sample)
+    driver.settled(window)
+    window.actions_table.run("show_in_photos")
+    panel = window.in_photos
+    wait(lambda: panel.names, "the list", 60.0)
+    assert "say where they are" in panel.canvas.message
+    button = panel._offers["find_photos"]
+    assert button.isVisible()
+    driver.keep_picture(window, "in-photos-6-moved")
+    window.photo_links.find_photos(panel._photos.model_id, resource("sample", "photos"))
+    wait(lambda: panel.canvas._picture is not None, "the photo")
+
+
+def test_a_model_without_cameras_says_what_to_do(window, outcrop):
+    driver.open_outcrop(window, outcrop)
+    window.actions_table.run("show_in_photos")
+    panel = window.in_photos
+    wait(lambda: "cameras.json" in panel.canvas.message, "what is missing")
+    assert panel._offers["open_cameras"].isVisible()
+    assert not panel.names
+    driver.keep_picture(window, "in-photos-7-none")
+
+
+def wheel(widget, at: QPoint, delta: int) -> None:
+    from PySide6.QtGui import QWheelEvent
+    from PySide6.QtWidgets import QApplication
+
+    event = QWheelEvent(
+        QPointF(at), QPointF(widget.mapToGlobal(at)), QPoint(), QPoint(0, delta),
+        Qt.MouseButton.NoButton, driver.NONE, Qt.ScrollPhase.NoScrollPhase, False,
+    )  # fmt: skip
+    QApplication.sendEvent(widget, event)

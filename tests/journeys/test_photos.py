@@ -1,0 +1,115 @@
+"""From a folder of photos to a model in the window, with real mouse and key events."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
+from PySide6.QtGui import QDropEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QListWidget, QToolButton
+
+from tests import driver
+from vomstudio.document.records import Model
+from vomstudio.io.cameras_file import read_cameras
+
+
+@pytest.fixture
+def photos(data_dir, tmp_path) -> Path:
+    """Four photos of a wall, of a third of their size."""
+    from PIL import Image
+
+    folder = tmp_path / "the wall"
+    folder.mkdir()
+    for path in sorted((data_dir / "saint_martin").glob("*.JPG")):
+        with Image.open(path) as image:
+            small = image.resize((image.width * 2 // 5, image.height * 2 // 5))
+            small.save(folder / path.name, quality=92, exif=image.getexif())
+    return folder
+
+
+def drop(window, path: Path) -> None:
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile(str(path))])
+    buttons, keys = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+    action = Qt.DropAction.CopyAction
+    window.dropEvent(QDropEvent(QPointF(300, 300), action, data, buttons, keys))
+
+
+def looked_at(window) -> None:
+    driver.wait(lambda: window.survey.rows and not window.survey.reading, "the check", 120.0)
+
+
+def press(window, action: str) -> None:
+    """Click the panel's button."""
+    wanted = window.actions_table.all[action]
+    button = next(
+        b for b in window.photos_panel.findChildren(QToolButton) if b.defaultAction() is wanted
+    )
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+
+
+def test_dropped_photos_are_judged_and_shown(window, photos) -> None:
+    (photos / "notes.txt").write_text("weather: fine")
+    (photos / "broken.jpg").write_bytes((photos / "IMGP4167.JPG").read_bytes()[:5000])
+    assert "choose a folder" in window.survey.why_not_make()
+    drop(window, photos)
+    looked_at(window)
+    table = window.photos_panel.table
+    assert [table.item(row, 0).text() for row in range(table.rowCount())] == [
+        f"IMGP{n}.JPG" for n in (4167, 4168, 4169, 4170)
+    ]
+    assert not table.item(0, 0).icon().isNull()
+    said = [
+        window.photos_panel.findChild(QListWidget, "findings").item(i).text()
+        for i in range(window.photos_panel.findChild(QListWidget, "findings").count())
+    ]
+    assert any("4 photos" in text for text in said)
+    assert any("broken.jpg" in text for text in said)
+    assert window.survey.why_not_make() is None
+    driver.keep_picture(window, "photos")
+
+
+def test_a_folder_without_photos_says_so_and_the_window_lives(window, tmp_path) -> None:
+    (tmp_path / "empty").mkdir()
+    drop(window, tmp_path / "empty")
+    driver.wait(lambda: window.survey.problem, "the reason")
+    assert "empty" in window.survey.problem
+    assert window.survey.why_not_make() is not None
+
+
+def test_a_model_is_made_paused_and_continued(window, photos) -> None:
+    drop(window, photos)
+    looked_at(window)
+    window.photos_panel.quality.setCurrentIndex(window.photos_panel.quality.findData("preview"))
+    press(window, "make_model")
+    driver.wait(lambda: window.survey.making and window.survey.making.stage, "the work", 60.0)
+    out = window.survey.out()
+    # Stopped within seconds, once something is finished.
+    driver.wait(lambda: list((out / "work").glob("frame-*[!t]")), "the alignment", 180.0)
+    press(window, "pause_model")
+    driver.wait(lambda: window.survey.making is None, "the pause", 10.0)
+    finished = {p.name for p in (out / "work").iterdir() if p.suffix != ".part"}
+    assert any(name.startswith("alignment") for name in finished)
+    assert window.survey.begun
+    assert "Continue" in window.actions_table.all["make_model"].text()
+    begun = {p.name: p.stat().st_mtime_ns for p in (out / "work").iterdir() if p.name in finished}
+    press(window, "make_model")
+    driver.wait(lambda: window.survey.making is not None, "the work")
+    driver.wait(lambda: window.survey.making is None, "the model", 300.0)
+    assert window.survey.result is not None
+    for name, time in begun.items():
+        assert (out / "work" / name).stat().st_mtime_ns == time, "was finished, and done again"
+    driver.wait(lambda: window.studio.models, "the model in the window", 60.0)
+    (model,) = window.studio.session.of(Model)
+    assert model.name == "the wall"
+    assert len(read_cameras(out / "cameras.json").views) == 4
+    assert json.loads((out / "reconstruction.json").read_text())["registered"] == 4
+    assert "report.html" in {p.name for p in out.iterdir()}
+    assert not window.survey.has_north
+    driver.pause(1500)
+    driver.keep_picture(window, "photos-model")
+    shutil.rmtree(out)
