@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtCore import QPoint, QPointF, Qt, QTimer
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
@@ -153,6 +154,45 @@ def test_tie_points_open_in_the_frame_of_the_model_with_their_error(window, made
     driver.pause(100)
     assert len(window.studio.session.of(Model)) == 2
     driver.keep_picture(window, "alignment-tie-points")
+
+
+def test_the_photos_panel_leads_to_the_alignment(window, made) -> None:
+    folder = window.studio.project.folder / "reconstruction" / "photos-medium"
+    shutil.copytree(made.out, folder)
+    window.open_path(made.photos)
+    wait(lambda: window.survey.rows and not window.survey.reading, "the check", 120.0)
+    window.show_dock("photos")
+    button = window.photos_panel.results
+    shown: list[list[bool]] = []
+
+    def look() -> None:
+        menu = button.menu()
+        shown.append([action.isEnabled() for action in menu.actions()])
+        QTest.mouseClick(
+            menu, Qt.MouseButton.LeftButton, pos=menu.actionGeometry(menu.actions()[0]).center()
+        )
+
+    QTimer.singleShot(200, look)
+    driver.click(button, button.rect().center())
+    wait(lambda: window.findChildren(AlignmentDialog), "the window")
+    assert shown == [[True, True, False]]
+    (dialog,) = window.findChildren(AlignmentDialog)
+    wait(lambda: dialog.ready, "the alignment", 60.0)
+    dialog.close()
+    # A photo that is chosen in the table is marked in the outcrop, and the other way round.
+    window.open_path(folder / "dense.ply")
+    driver.settled(window)
+    wait(lambda: window.cameras.why_not() is None, "the cameras")
+    window.actions_table.run("display_cameras")
+    window.actions_table.run("home")
+    driver.settled(window)
+    choose(window.photos_panel.table, 2)
+    assert window.viewport._chosen_cameras == {"c.jpg"}
+    (tip,), _ = window.viewport.project(made.scene.centres[:1] + made.scene.origin)
+    driver.click(window.viewport, QPoint(*(round(float(v)) for v in tip)))
+    wait(lambda: window.viewport._chosen_cameras == {"a.jpg"}, "the other photo")
+    assert window.photos_panel.table.currentRow() == 0
+    driver.keep_picture(window, "alignment-panel")
 
 
 def test_matches_of_a_pair_are_chosen_and_looked_at(window, made, opened) -> None:

@@ -197,7 +197,10 @@ class AlignmentData(QObject):
         return next(photo for photo in self.overview["photos"] if photo["name"] == name)
 
     def _path(self, name: str) -> Path:
-        return Path(self.overview["folder"] or ".") / name
+        """Where the photos were, or where they are once the folder was moved along with them."""
+        were = Path(self.overview["folder"] or ".")
+        places = (were, self.folder.parent / were.name, self.folder / "photos")
+        return next((p / name for p in places if (p / name).is_file()), were / name)
 
     def photo(self, name: str, then: Callable[[ShownPhoto], None]) -> None:
         """Call `then` with a photo; one that cannot be read says why in its place."""

@@ -16,9 +16,8 @@ from vomstudio.io.cameras_file import Cameras, read_cameras
 from vomstudio.rendering.viewport import Viewport
 from vomstudio.tools.types import Button, Pointer, PointerEvent
 from vomstudio.ui.background import Background
+from vomstudio.ui.photo_links import PhotoLinks
 from vomstudio.ui.studio import Studio
-
-CAMERAS = "cameras.json"
 
 Rows = tuple[tuple[float, ...], ...]
 """Of a 4 x 4 matrix."""
@@ -30,9 +29,9 @@ class CameraView(QObject):
     chosen = Signal(str)
     found = Signal()
 
-    def __init__(self, studio: Studio) -> None:
+    def __init__(self, studio: Studio, links: PhotoLinks) -> None:
         super().__init__()
-        self._studio = studio
+        self._studio, self._links = studio, links
         self._viewport: Viewport | None = None
         self._background = Background(self)
         # By model: the file, and what it holds as pyramids in the model's own frame.
@@ -41,6 +40,7 @@ class CameraView(QObject):
         self._shown: list[tuple[Path, Rows]] = []
         studio.project_opened.connect(self._clear)
         studio.model_loaded.connect(self._model_loaded)
+        links.changed.connect(self._links_changed)
         studio.edited.connect(lambda _: self.refresh())
         studio.visibility_changed.connect(lambda _: self.refresh())
         studio.display.changed.connect(lambda what: self.refresh() if what == "cameras" else None)
@@ -75,14 +75,10 @@ class CameraView(QObject):
         record, opened = self._studio.records.get(model_id), self._studio.models.get(model_id)
         if not isinstance(record, Model) or opened is None:
             return
-        model = self._studio.project.find_model(record)
-        path = None if model is None else model.parent / CAMERAS
-        if path is None or not path.is_file():
+        path = self._links.cameras_path(model_id)
+        if path is None:
             return
         self._files[model_id] = path
-        if path in self._frusta:
-            self.refresh()
-            return
         middle = opened.data.bounds.mean(axis=0)
 
         def arrived(made: object) -> None:
@@ -92,6 +88,8 @@ class CameraView(QObject):
                 )
             elif isinstance(made, tuple):
                 self._frusta[path] = made
+                # The file may have been written anew.
+                self._shown = []
                 self.refresh()
                 self.found.emit()
 
@@ -111,6 +109,11 @@ class CameraView(QObject):
             if model_id in studio.models and studio.visible(model_id):
                 found.append((path, record.to_world))
         return list(dict.fromkeys(found))
+
+    def _links_changed(self, model_id: str) -> None:
+        """Cameras may have been chosen that do not lie beside the model."""
+        if self._links.cameras_path(model_id) != self._files.get(model_id):
+            self._model_loaded(model_id)
 
     def shown(self) -> list[Frustum]:
         """In World."""

@@ -116,7 +116,7 @@ class MainWindow(QMainWindow):
         self.files = Files(self, self.studio)
         self.survey = PhotoSurvey(self.studio)
         self.photo_links = PhotoLinks(self.studio)
-        self.cameras = CameraView(self.studio)
+        self.cameras = CameraView(self.studio, self.photo_links)
         self.actions_table = Actions(self)
         for command in commands(self):
             self.actions_table.add(command)

@@ -35,7 +35,7 @@ class PairMatrix(QWidget):
         super().__init__()
         self._names: list[str] = []
         self._pairs: dict[tuple[int, int], tuple[int, int]] = {}
-        self._weak_below = 0
+        self._weak_below, self._most = 0, 1
         self._now: tuple[int, int] | None = None
         self._table = map_table("viridis")
         self.setMouseTracking(True)
@@ -52,6 +52,7 @@ class PairMatrix(QWidget):
         """pairs: (i, j, matches, those that agree)"""
         self._names = list(names)
         self._pairs = {(i, j): (tried, kept) for i, j, tried, kept in pairs}
+        self._most = max((kept for _, kept in self._pairs.values()), default=1)
         self._weak_below = weak_below
         self.updateGeometry()
         self.update()
@@ -75,8 +76,7 @@ class PairMatrix(QWidget):
         return QRectF(left + j * side, top + i * side, side - gap, side - gap)
 
     def _color(self, kept: int) -> QColor:
-        most = max((k for _, k in self._pairs.values()), default=1)
-        place = math.log1p(kept) / math.log1p(max(most, 1))
+        place = math.log1p(kept) / math.log1p(max(self._most, 1))
         red, green, blue = (int(v) for v in self._table[round(255 * place)])
         return QColor(red, green, blue)
 
