@@ -26,7 +26,7 @@ def views(count: int = 6) -> list[View]:
 
 
 def write_photos(folder: Path, count: int = 6, quality: int = 95) -> Path:
-    """`count` overlapping JPEG photos, `photo 1.jpg` and so on, whose EXIF tells the focal length."""
+    """`count` overlapping JPEG photos, `photo 1.jpg` ..., whose EXIF tells the focal length."""
     folder.mkdir(parents=True, exist_ok=True)
     face = rock_face.rough_face(9.0, 6.0, 0.03)
     scene = face.scene()

@@ -43,6 +43,21 @@ def test_stages_of_other_settings_are_swept_away(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == [f"depths-{key_of('depths', 2)}"]
 
 
+def test_halves_of_files_and_of_stages_that_a_killed_run_left_are_removed(tmp_path):
+    old = Checkpoints(tmp_path).stage("depths", "other settings")
+    stage = Checkpoints(tmp_path).stage("depths")
+    (stage.folder / ".a.npz.part").write_bytes(b"half")
+    (stage.folder / "b.npz").write_bytes(b"whole")
+    now = Checkpoints(tmp_path)
+    now.tidy()
+    assert [p.name for p in stage.folder.iterdir()] == ["b.npz"]
+    assert old.folder.exists(), "other settings may be gone on with"
+    now.stage("depths").finish()
+    now.sweep()
+    assert not old.folder.exists()
+    assert now.size() == sum(p.stat().st_size for p in tmp_path.glob("*/*"))
+
+
 def test_a_file_that_cannot_be_written_whole_is_not_there(tmp_path):
     def full(path):
         path.write_bytes(b"half")

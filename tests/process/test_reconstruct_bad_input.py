@@ -106,9 +106,8 @@ def mixed(photos: Path, tmp_path: Path) -> Path:
     face, views = rock_face.rough_face(9.0, 6.0, 0.03), photo_set.views()
     scene = face.scene()
     upright = rock_face.photograph(face, views[4], scene=scene, seed=5)
-    Image.fromarray(np.ascontiguousarray(np.rot90(upright))).save(
-        folder / "photo 5.jpg", quality=95
-    )
+    turned = np.ascontiguousarray(np.rot90(upright))
+    Image.fromarray(turned).save(folder / "photo 5.jpg", quality=95)
     lens = views[5].intrinsics.scaled(480, 360)
     larger = View(views[5].name, lens, views[5].rotation, views[5].translation)
     Image.fromarray(rock_face.photograph(face, larger, scene=scene, seed=6)).save(

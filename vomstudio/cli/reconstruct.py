@@ -111,5 +111,7 @@ def _in_words(result: dict[str, Any]) -> str:
         f"{result['mesh']} ({sum(result['seconds'].values()):.0f} s, "
         f"{result['peak_memory_mb']:.0f} MB)",
         f"report: {result['report']}",
+        f"the folder work beside it holds {result['work_mb']:.0f} MB for another go and may be "
+        "removed",
     ]
     return "\n".join(lines)

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import itertools
+import logging
 import os
+import threading
+import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from typing import Any, TypeVar
@@ -16,6 +19,10 @@ Result = TypeVar("Result")
 
 # How long a wish to stop may go unheard.
 _PATIENCE_S = 0.25
+# How often a part of the work may take a worker of a cluster down with it.
+_TRIES = 3
+# How long a cluster may be without any worker.
+_RESTART_S = 10.0
 
 
 class Threads:
@@ -68,6 +75,9 @@ class Cluster:
                 "a cluster needs Dask; install it with: pip install 'vomstudio[cluster]'",
                 field="--scheduler",
             ) from error
+        for name in ("distributed", "distributed.client", "distributed.core", "tornado"):
+            # What it says of lost connections, in tracebacks, is said here in sentences.
+            logging.getLogger(name).setLevel(logging.CRITICAL)
         try:
             self._client = distributed.Client(address, timeout=10, set_as_default=False)
         except (OSError, ValueError, TypeError) as error:
@@ -75,7 +85,7 @@ class Cluster:
                 f"no Dask scheduler answers at {address}; start one, or leave this out",
                 field="--scheduler",
             ) from error
-        if not self.workers:
+        if not self._workers_come():
             self.close()
             raise UsageError(
                 f"the scheduler at {address} has no workers; start some: dask worker {address}",
@@ -92,49 +102,76 @@ class Cluster:
     ) -> Iterator[tuple[int, Result]]:
         import distributed
 
+        lost = (distributed.KilledWorker, distributed.CancelledError)
         done = 0
         progress.step(0)
-        running: dict[Any, int] = {}
+        running: dict[Any, tuple[int, Item, int]] = {}
         numbered = enumerate(items)
+        heard = threading.Event()
 
-        def submit(count: int) -> None:
-            for number, item in itertools.islice(numbered, count):
-                # A large item travels as data of its own, not inside the task's description.
-                sent = self._client.scatter(item, direct=False, hash=False)
-                future = self._client.submit(work, sent, pure=False, retries=2)
-                running[future] = number
+        def submit(number: int, item: Item, tries: int = 1) -> None:
+            # A large item travels as data of its own, not inside the task's description.
+            sent = self._client.scatter(item, direct=False, hash=False)
+            future = self._client.submit(work, sent, pure=False)
+            running[future] = (number, item, tries)
+            future.add_done_callback(lambda _: heard.set())
 
         try:
-            submit(self.workers + 1)
+            for number, item in itertools.islice(numbered, self.workers + 1):
+                submit(number, item)
             while running:
-                try:
-                    with self._client.as_current():
-                        finished = distributed.wait(
-                            list(running), timeout=_PATIENCE_S, return_when="FIRST_COMPLETED"
-                        ).done
-                except TimeoutError:
-                    progress.step(done)
-                    if not self._client.nthreads():
-                        raise WorkerError(
-                            "the cluster has lost all its workers; what is finished is kept, "
-                            "start workers and try again"
-                        ) from None
-                    continue
+                # Not distributed.wait: it raises for all where one was lost with its worker.
+                heard.wait(_PATIENCE_S)
+                heard.clear()
+                progress.step(done)
+                finished = [future for future in running if future.done()]
+                if not finished:
+                    self._require_workers()
                 for future in finished:
-                    number = running.pop(future)
+                    number, item, tries = running.pop(future)
                     try:
                         result = future.result()
-                    except (distributed.KilledWorker, distributed.CancelledError) as error:
-                        raise WorkerError(
-                            f"the cluster lost a part of the work ({type(error).__name__}); what "
-                            "is finished is kept, try again"
-                        ) from error
-                    submit(1)
+                    except lost as error:
+                        # What a dead worker held is gone with it, and is sent again.
+                        self._require_workers()
+                        if tries == _TRIES:
+                            raise WorkerError(
+                                f"the cluster lost the same part of the work {_TRIES} times "
+                                f"({type(error).__name__}), perhaps for want of memory; what is "
+                                "finished is kept, try again"
+                            ) from error
+                        submit(number, item, tries + 1)
+                        continue
+                    for next_number, next_item in itertools.islice(numbered, 1):
+                        submit(next_number, next_item)
                     done += 1
                     yield number, result
                     progress.step(done)
         finally:
             self._client.cancel(list(running))
+
+    def _require_workers(self) -> None:
+        if not self._workers_come():
+            raise WorkerError(
+                "the cluster has lost all its workers; what is finished is kept, start workers and "
+                "try again"
+            )
+
+    def _workers_come(self) -> bool:
+        """A worker may just be starting, or starting again in place of one that died."""
+        end = time.monotonic() + _RESTART_S
+        while not self._threads():
+            if self._client.status != "running" or time.monotonic() > end:
+                return False
+            time.sleep(_PATIENCE_S)
+        return True
+
+    def _threads(self) -> int:
+        try:
+            return self.workers
+        except OSError:
+            # The scheduler itself is gone.
+            return 0
 
     def close(self) -> None:
         self._client.close()

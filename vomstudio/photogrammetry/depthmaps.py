@@ -90,7 +90,8 @@ class DepthMap:
         import json
 
         try:
-            with np.load(path) as arrays:
+            # numpy leaves a path of its own open where the file is cut off.
+            with open(path, "rb") as file, np.load(file) as arrays:
                 view = view_from_dict(json.loads(str(arrays["view"])))
                 return cls(
                     view.name,
@@ -235,9 +236,8 @@ def _check(task: DepthTask) -> None:
     for photo in (task.reference, *task.sources):
         if photo.view.intrinsics.distorts:
             raise GeometryError("the photo must be undistorted first", file=photo.view.name)
-        if not np.linalg.norm(photo.view.centre - task.reference.view.centre) > 0 and (
-            photo is not task.reference
-        ):
+    for photo in task.sources:
+        if not np.linalg.norm(photo.view.centre - task.reference.view.centre) > 0:
             raise GeometryError(f"{photo.view.name} was taken from the same place", file=name)
 
 

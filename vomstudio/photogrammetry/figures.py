@@ -173,7 +173,6 @@ def model(cloud: PointCloud, mesh: Mesh, texture: Mapping[str, Any]) -> dict[str
         "texture_pages": ", ".join(f"{w} x {h}" for w, h in texture["pages"]),
         "texel": texture["texel_m"],
         "share_of_the_surface_that_no_photo_sees": texture["unseen_share"],
-        "exposure": {name: round(sum(gain) / 3, 3) for name, gain in texture["gains"].items()},
     }
 
 

@@ -534,6 +534,9 @@ class _Run:
         survey = check_scene(scene, unregistered=missing, other_parts=alignment.parts[1:])
         lengths = scene.track_lengths
         rows = figures.photo_rows(photos.photos, scene, placed.registration)
+        for row in rows:
+            gain = dressed.facts["report"]["gains"].get(row["name"])
+            row["exposure"] = None if gain is None else sum(gain) / 3
         result = {
             "photos": len(photos.photos),
             "registered": len(scene.views),

@@ -110,7 +110,10 @@ def undistort(task: UndistortTask) -> Undistorted:
             fully = np.asarray(cv2.resize(fully, small, interpolation=cv2.INTER_AREA))
     if lens.distorts:
         x, y, shown = _where(ideal, lens, small)
-        image = np.asarray(cv2.remap(image, x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE))
+        # OpenCV's cubic weights move what they interpolate by up to 0.05 pixel.
+        image = np.asarray(
+            cv2.remap(image, x, y, cv2.INTER_LANCZOS4, borderMode=cv2.BORDER_REPLICATE)
+        )
         image[~shown] = 0
         if fully is not None:
             fully = np.asarray(

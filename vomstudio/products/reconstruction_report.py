@@ -109,13 +109,17 @@ def _photos(result: Mapping[str, Any]) -> str:
                     f"{row['tie_points']:,}" if row["placed"] else "not placed",
                     _number(row["error_px"], 2),
                     _number(row["gsd_m"], 4),
+                    _number(row["exposure"], 2),
                     _number(row["residual_m"], 2),
                 ],
             )
         )
     unit = "m" if result["scaled"] else "units"
     return _table(
-        ["photo", "size", "camera", "tie points", "error, px", f"GSD, {unit}", "GPS residual, m"],
+        [
+            *("photo", "size", "camera", "tie points", "error, px", f"GSD, {unit}"),
+            *("brightened by", "GPS residual, m"),
+        ],
         rows,
     )
 
@@ -150,7 +154,23 @@ def _registration(result: Mapping[str, Any]) -> str:
     found = result["registration"]
     if refused := found.get("refused"):
         return f"<p>Local: {escape(refused)}</p>"
-    return _facts({key: value for key, value in found.items() if not isinstance(value, list)})
+    facts = _facts({key: value for key, value in found.items() if not isinstance(value, list)})
+    return facts + _points(found.get("points", []))
+
+
+def _points(points: Sequence[Mapping[str, Any]]) -> str:
+    """Control and check points with what they miss by."""
+    if not points:
+        return ""
+    rows = []
+    for point in points:
+        miss = point["residual_m"] or (None, None, None)
+        cells = [point["label"], point["role"], str(point["photos"])]
+        cells += [_number(value, 3) for value in miss] + [_number(point["residual_px"], 2)]
+        rows.append(("out" if point["role"] in ("left out", "unseen") else "", cells))
+    return "<p>Model less survey</p>" + _table(
+        ["point", "used as", "photos", "east, m", "north, m", "up, m", "error, px"], rows
+    )
 
 
 def _facts(values: Mapping[str, Any]) -> str:

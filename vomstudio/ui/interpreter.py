@@ -19,6 +19,11 @@ def take_short_turns() -> None:
     gc.set_threshold(YOUNG, *gc.get_threshold()[1:])
 
 
+def spares_nothing() -> bool:
+    """Whether this is the first window of the process."""
+    return gc.get_freeze_count() == 0
+
+
 def spare_what_is_there() -> None:
     """Whatever has been imported and made stays until the end: going through all of it for
     garbage, in whichever thread, stops every thread for 50 ms and more."""

@@ -370,7 +370,10 @@ class MainWindow(QMainWindow):
         viewport.point_budget = self._settings.point_budget
         viewport.navigation = "turntable" if self._settings.turntable else "trackball"
         viewport.setFocus()
-        interpreter.spare_what_is_there()
+        # A window that is closed before the process ends is not to stay for ever.
+        self._first = interpreter.spares_nothing()
+        if self._first:
+            interpreter.spare_what_is_there()
         self._camera_timer = QTimer(self)
         self._camera_timer.setSingleShot(True)
         self._camera_timer.setInterval(500)
@@ -423,8 +426,8 @@ class MainWindow(QMainWindow):
             )
 
     def _be_ready(self) -> None:
-        # A model is not to stay for ever.
-        if self._filled and not self.studio.models:
+        # Nor is a model.
+        if self._filled and self._first and not self.studio.models:
             interpreter.spare_what_is_there()
 
     # --- files -------------------------------------------------------------------------------
