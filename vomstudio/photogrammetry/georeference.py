@@ -87,7 +87,8 @@ def by_gps(
     crs = crs_of(placed, crs)
     world = world_positions(placed, crs)
     spread = world - world.mean(axis=0)
-    if float(np.linalg.norm(spread, axis=1).max()) < _SAME_SPOT_M:
+    # In plan: a receiver that has lost its satellites repeats a place and may still vary heights.
+    if float(np.linalg.norm(spread[:, :2], axis=1).max()) < _SAME_SPOT_M:
         raise GeometryError(
             f"the GPS positions of all {len(placed)} photos are the same spot; they place nothing"
         )
