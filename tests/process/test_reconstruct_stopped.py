@@ -28,7 +28,7 @@ EVERY_STAGE = [
     ("Finding depths", 0), ("Finding depths", 4), ("Fusing depth maps", 3),
     ("Looking at the spacing", 0), ("Poisson", 0), ("Drawing the surface", 0), ("Simplifying", 0),
     ("Checking the surface", 0), ("Looking at the surface", 3), ("Dividing", 0), ("Packing", 0),
-    ("Averaging", 2), ("Drawing the texture", 0), ("Writing", 0), ("Writing", 2),
+    ("Averaging", 2), ("Drawing the texture", 0), ("Writing", 0),
 ]  # fmt: skip
 
 
@@ -41,6 +41,7 @@ def stopped(run: Run, how: str) -> None:
         run.kill()
     else:
         end = run.interrupt()
+        assert "error" in end.json, end.err[-1000:]
         assert end.json["error"]["code"] == "cancelled"
         assert end.code == 130
         assert "Traceback" not in end.err
