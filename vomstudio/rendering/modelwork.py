@@ -187,9 +187,9 @@ class ModelWork:
                 emit(preparation.Problem(f"{what}: {error}"))
 
 
-def give_way() -> None:
-    """Let the window's thread, and those that draw for it, go before this thread. Only Linux has
-    priorities of threads."""
+def give_way(niceness: int = 5) -> None:
+    """Let the window's thread, and those that draw for it, go before this thread; with 19 it works
+    only while nobody else does. Only Linux has priorities of threads."""
     if sys.platform == "linux":
         with contextlib.suppress(OSError):
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), 5)
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), niceness)

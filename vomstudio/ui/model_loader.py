@@ -214,8 +214,8 @@ class ModelLoader(QObject):
             result["content_hash"],
         )
         self._mapped.emit(key, opened, then)
-        # The picture first.
-        give_way()
+        # The picture first, and the next ones: nobody waits for this.
+        give_way(19)
         surface.build()
 
     def _hand_over(self, key: str, outcome: OpenModel | str, then: Then) -> None:
