@@ -137,7 +137,9 @@ def test_ten_times_the_scene_is_ten_times_the_depth(front, method):
     assert np.mean(np.abs(ten.depth[both] / one.depth[both] - 10.0) < 0.05) > 0.95
 
 
-@pytest.mark.parametrize("lens", [LENS, BENT], ids=["straight", "bent"])
+@pytest.mark.parametrize(
+    "lens", [LENS, pytest.param(BENT, marks=pytest.mark.slow)], ids=["straight", "bent"]
+)
 def test_a_face_seen_in_parallel_is_met(rock, lens):
     views = parallel(lens)
     photos = taken(rock, views)

@@ -48,6 +48,9 @@ def _cost(u, v, rx, ry, z, nx, ny, nz, source, wide, tall, a, b, lens, patch, we
     for dy in range(-RADIUS, RADIUS + 1, STRIDE):
         y = v + np.float32(dy)
         for dx in range(-RADIUS, RADIUS + 1, STRIDE):
+            if weights[k] == np.float32(0.0):
+                k += 1
+                continue
             x = u + np.float32(dx)
             w = h20 * x + h21 * y + h22
             if w <= np.float32(1e-6):
@@ -83,6 +86,9 @@ def _look(ref, x, y, patch, weights, moments):  # type: ignore[no-untyped-def]
             value = ref[min(max(y + dy, 0), h - 1), min(max(x + dx, 0), w - 1)]
             away = np.float32(dx * dx + dy * dy) * np.float32(0.5 / (RADIUS * RADIUS))
             weight = math.exp(-abs(value - centre) * np.float32(_FALL) - away)
+            if y + dy < 0 or x + dx < 0 or y + dy >= h or x + dx >= w:
+                # What the photo does not show is like nothing in the others.
+                weight = 0.0
             patch[k], weights[k] = value, weight
             total += weight
             k += 1
