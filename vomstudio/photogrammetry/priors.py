@@ -14,9 +14,10 @@ The rest of the lens, k2 and the principal point, is tried where the focal lengt
 are photos enough, the principal point of convergent photos only: others cannot tell it from a turn
 of the camera. Each is kept where what it does in the corner of the photo, beyond what k1, the focal
 length and a turn of the camera can do in its stead, is `LEAST_EFFECT_PX` or more, and it is
-`LEAST_SIGMAS` of its errors from nothing, neighbouring tie points counted as one; and both only
-where tie points that the adjustment has not seen fit no worse with them. Decentring (p1, p2) does
-nearly what a shift of the principal point does, and is left to it.
+determined, neighbouring tie points counted as one: k2 `LEAST_SIGMAS` of its errors from nothing,
+the principal point to `LARGEST_CENTRE_SIGMA`, well within what cameras differ by. Both are kept
+only where tie points that the adjustment has not seen fit no worse with them. Decentring (p1, p2)
+does nearly what a shift of the principal point does, and is left to it.
 """
 
 from __future__ import annotations
@@ -34,6 +35,10 @@ _FEWEST_FOR_DISTORTION = 2
 LARGEST_SIGMA = 0.01
 LEAST_EFFECT_PX = 0.1
 LEAST_SIGMAS = 3.0
+# Of the diagonal of the photo: the principal points of sound cameras lie some 0.5 % from the
+# middle, so an estimate with less than a third of that is the better guess.
+LARGEST_CENTRE_SIGMA = 0.0016
+FARTHEST_CENTRE = 0.02
 # The misfit of the lens's model is shared by neighbouring points: so many regions of a photo speak
 # for themselves.
 _INDEPENDENT_PER_PHOTO = 50
@@ -159,14 +164,27 @@ def judge_centre(
     """Whether the principal point is kept `shift` (2,) pixels off the middle, and why; covariance
     (2, 2) with neighbouring points counted as one."""
     # What is left of the shift when the camera is turned to make up for it.
-    effect = float(np.linalg.norm(shift)) * (corner_px / focal) ** 2
-    try:
-        squared = float(shift @ np.linalg.solve(covariance, shift))
-        sigmas = squared**0.5 if squared > 0 else 0.0
-    except np.linalg.LinAlgError:
-        sigmas = 0.0
-    name = f"the principal point ({shift[0]:+.1f}, {shift[1]:+.1f} px from the middle)"
-    return _judged(name, effect, sigmas)
+    distance = float(np.linalg.norm(shift))
+    effect = distance * (corner_px / focal) ** 2
+    sigma = float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
+    kept = (
+        effect >= LEAST_EFFECT_PX
+        and sigma <= LARGEST_CENTRE_SIGMA * 2 * corner_px
+        and distance <= FARTHEST_CENTRE * 2 * corner_px
+    )
+    return kept, (
+        f"the principal point ({shift[0]:+.1f}, {shift[1]:+.1f} px from the middle, ± {sigma:.1f}) "
+        + (f"freed: {effect:.2f} px in the corner" if kept else "held: freed, it would ")
+        + ("" if kept else _of_centre(effect, sigma, distance, 2 * corner_px))
+    )
+
+
+def _of_centre(effect: float, sigma: float, distance: float, diagonal: float) -> str:
+    if effect < LEAST_EFFECT_PX:
+        return f"matter by {effect:.2f} px in the corner only ({LEAST_EFFECT_PX} wanted)"
+    if distance > FARTHEST_CENTRE * diagonal:
+        return "lie farther off than in any sound camera"
+    return f"be no better known than before ({LARGEST_CENTRE_SIGMA * diagonal:.1f} px wanted)"
 
 
 def _judged(name: str, effect: float, sigmas: float) -> tuple[bool, str]:
