@@ -82,7 +82,31 @@ def test_convergent_photos_correct_a_wrong_focal_length(tmp_path: Path) -> None:
     assert camera.strongest is not None
 
 
-def test_photos_that_look_one_way_leave_the_focal_length_as_exif_has_it(tmp_path: Path) -> None:
+def test_convergent_photos_tell_the_whole_lens(tmp_path: Path) -> None:
+    lens = Intrinsics("OPENCV", 1600, 1200, (1500, 1500, 810, 594, -0.1, 0.1, 0, 0))
+    made = make(tmp_path / "photos", around(12, lens), face(), noise_px=0.1, focal_px=1450.0)
+    alignment = aligned(made, tmp_path / "work")
+    camera = alignment.cameras[0]
+    true = {"f": 1500.0, "cx": 810.0, "cy": 594.0, "k1": -0.1, "k2": 0.1}
+    assert camera.model == "RADIAL"
+    for name, value, sigma in zip(camera.names, camera.values, camera.sigma, strict=True):
+        assert abs(value - true[name]) < 3 * sigma
+    assert np.isfinite(camera.correlation).all()
+    assert "principal point (+" in camera.reason
+    assert np.median(camera_errors(alignment, made)) < 0.004
+
+
+def test_photos_that_look_one_way_leave_the_principal_point_in_the_middle(tmp_path: Path) -> None:
+    lens = Intrinsics("OPENCV", 1600, 1200, (1500, 1500, 810, 594, -0.06, 0.03, 0, 0))
+    made = make(tmp_path / "photos", abreast(8, lens), face(relief=0.2))
+    camera = aligned(made, tmp_path / "work").cameras[0]
+    assert camera.focal == "held"
+    assert camera.values[1:3] == (800.0, 600.0)
+
+
+def test_photos_that_look_one_way_leave_the_focal_the_focal_length_as_exif_has_it(
+    tmp_path: Path,
+) -> None:
     made = make(tmp_path / "photos", abreast(), face(relief=0.2), focal_px=1450.0)
     camera = aligned(made, tmp_path / "work").cameras[0]
     assert camera.focal == "held"

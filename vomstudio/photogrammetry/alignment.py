@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -19,11 +19,11 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.photogrammetry import mapping, matching, priors
-from vomstudio.photogrammetry.adjustment import adjust, free_parameters
+from vomstudio.photogrammetry import mapping, matching
+from vomstudio.photogrammetry.calibration import calibrate
 from vomstudio.photogrammetry.features import ExtractTask, FeatureOptions, Features, extract
 from vomstudio.photogrammetry.matching import MatchingRule, PhotoLike
-from vomstudio.photogrammetry.priors import Calibration, Freedom
+from vomstudio.photogrammetry.priors import Calibration
 from vomstudio.photogrammetry.scene import SparseScene
 from vomstudio.progress import Executor, Progress
 
@@ -155,7 +155,9 @@ def align(
     trusted = not any("without it" in note for note in notes)
     for number, reconstruction in enumerate(found):
         progress.step(number)
-        cameras += _calibrate(reconstruction, photos, threads, trusted, progress)
+        reconstruction, own = calibrate(reconstruction, photos, threads, trusted, progress)
+        found[number] = reconstruction
+        cameras += own
         parts.append(mapping.scene_of(reconstruction, photos, features))
     for number, reconstruction in enumerate(found):
         model = work / f"part{number}" / "colmap"
@@ -241,118 +243,6 @@ def _best_matches(count: int, counts: dict[tuple[int, int], int]) -> list[int]:
     for (i, j), matches in counts.items():
         best[i], best[j] = max(best[i], matches), max(best[j], matches)
     return best
-
-
-def _calibrate(
-    reconstruction: Any,
-    photos: Sequence[PhotoLike],
-    threads: int,
-    trusted: bool,
-    progress: Progress,
-) -> list[Calibration]:
-    """Decide what is free of each camera, adjust, and take back what turns out undetermined."""
-    images = sorted(reconstruction.reg_image_ids())
-    by_camera: dict[int, list[int]] = {}
-    for image in images:
-        by_camera.setdefault(reconstruction.image(image).camera_id, []).append(image - 1)
-    convergence = priors.convergence_deg(priors.part_axes(reconstruction))
-    freedoms: dict[int, Freedom] = {}
-    reasons: dict[int, str] = {}
-    for number, rows in by_camera.items():
-        known = photos[rows[0]].focal_px is not None
-        freedoms[number], reasons[number] = priors.decide(known, len(rows), convergence, trusted)
-    covariances = adjust(reconstruction, freedoms, threads=threads, progress=progress)
-    factors = _factors(reconstruction, by_camera)
-    back = False
-    for number, rows in by_camera.items():
-        exif = photos[rows[0]].focal_px
-        if exif is None or not freedoms[number].focal or not trusted:
-            continue
-        relative = _focal_sigma(reconstruction, number, covariances) * factors[number]
-        if not relative <= priors.LARGEST_SIGMA:
-            freedoms[number] = replace(freedoms[number], focal=False)
-            priors.set_focal(reconstruction, number, exif)
-            reasons[number] = (
-                f"held at the value from EXIF: freed, its error would be {100 * relative:.1f} %"
-            )
-            back = True
-    if back:
-        covariances = adjust(reconstruction, freedoms, threads=threads, progress=progress)
-        factors = _factors(reconstruction, by_camera)
-    return [
-        _describe(
-            reconstruction.camera(number),
-            freedoms[number],
-            covariances.get(number),
-            factors[number],
-            [photos[row] for row in rows],
-            reasons[number],
-            convergence,
-        )
-        for number, rows in sorted(by_camera.items())
-    ]
-
-
-def _focal_sigma(
-    reconstruction: Any, number: int, covariances: dict[int, npt.NDArray[np.float64]]
-) -> float:
-    """Relative, formal, for residuals of unit variance; infinite where it could not be had."""
-    if number not in covariances:
-        return float("inf")
-    # The focal length is the first parameter of every model.
-    camera = reconstruction.camera(number)
-    return float(np.sqrt(covariances[number][0, 0]) / camera.params[0])
-
-
-def _factors(reconstruction: Any, by_camera: dict[int, list[int]]) -> dict[int, float]:
-    """What formal errors of each camera are multiplied by: the scatter of the residuals, and that
-    neighbouring points err together."""
-    reconstruction.update_point_3d_errors()
-    observations = reconstruction.compute_num_observations()
-    photos = reconstruction.num_reg_images()
-    redundancy = 2 * observations - 3 * reconstruction.num_points3D() - 6 * photos
-    # Mean error to root mean square per coordinate, of a Gaussian in the plane.
-    rms = reconstruction.compute_mean_reprojection_error() / np.sqrt(np.pi / 2)
-    scatter = rms * np.sqrt(2 * observations / max(redundancy, 1))
-    factors = {}
-    for number, rows in by_camera.items():
-        own = sum(reconstruction.image(row + 1).num_points3D for row in rows)
-        factors[number] = float(scatter * priors.correlated_factor(own, len(rows)))
-    return factors
-
-
-def _describe(
-    camera: Any,
-    freedom: Freedom,
-    covariance: npt.NDArray[np.float64] | None,
-    factor: float,
-    photos: list[PhotoLike],
-    reason: str,
-    convergence: float,
-) -> Calibration:
-    count = len(camera.params)
-    sigma = np.zeros(count)
-    correlation = np.full((count, count), np.nan)
-    free = free_parameters(camera, freedom)
-    if covariance is not None and len(covariance) == len(free):
-        formal = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-        sigma[free] = formal * factor
-        correlation[np.ix_(free, free)] = covariance / np.outer(formal, formal)
-    elif free:
-        sigma[free] = np.nan
-    model = str(camera.model_name)
-    return Calibration(
-        model,
-        priors.parameter_names(model),
-        tuple(float(p) for p in camera.params),
-        tuple(sigma.tolist()),
-        tuple(tuple(row) for row in correlation.tolist()),
-        tuple(p.name for p in photos),
-        "freed" if freedom.focal else "held",
-        reason,
-        photos[0].focal_px,
-        convergence,
-    )
 
 
 def _camera_note(camera: Calibration) -> str:

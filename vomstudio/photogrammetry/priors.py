@@ -9,11 +9,20 @@ there are enough of them, and the error of the freed value is small even when ne
 points are counted as one. Otherwise it is held. An unknown one is always freed, and it is said
 where nothing determines it. Radial distortion is seen in the overlap of any two photos and is free
 where a camera has some photos.
+
+The rest of the lens, k2 and the principal point, is tried where the focal length is free and there
+are photos enough, the principal point of convergent photos only: others cannot tell it from a turn
+of the camera. Each is kept where what it does in the corner of the photo, beyond what k1, the focal
+length and a turn of the camera can do in its stead, is `LEAST_EFFECT_PX` or more, and it is
+determined, neighbouring tie points counted as one: k2 `LEAST_SIGMAS` of its errors from nothing,
+the principal point to `LARGEST_CENTRE_SIGMA`, well within what cameras differ by. Both are kept
+only where tie points that the adjustment has not seen fit no worse with them. Decentring (p1, p2)
+does nearly what a shift of the principal point does, and is left to it.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -24,6 +33,12 @@ FEWEST_PHOTOS = 6
 # A camera with fewer photos keeps the distortion it has.
 _FEWEST_FOR_DISTORTION = 2
 LARGEST_SIGMA = 0.01
+LEAST_EFFECT_PX = 0.1
+LEAST_SIGMAS = 3.0
+# Of the diagonal of the photo: the principal points of sound cameras lie some 0.5 % from the
+# middle, so an estimate with less than a third of that is the better guess.
+LARGEST_CENTRE_SIGMA = 0.0016
+FARTHEST_CENTRE = 0.02
 # The misfit of the lens's model is shared by neighbouring points: so many regions of a photo speak
 # for themselves.
 _INDEPENDENT_PER_PHOTO = 50
@@ -80,10 +95,13 @@ def convergence_deg(axes: npt.NDArray[np.float64]) -> float:
 
 @dataclass(frozen=True)
 class Freedom:
-    """Which parameters of one camera the adjustment may change."""
+    """Which parameters of one camera the adjustment may change: the focal length, k1, k2 and the
+    principal point."""
 
     focal: bool
     distortion: bool
+    second: bool = False
+    centre: bool = False
 
 
 HELD = Freedom(False, False)
@@ -119,6 +137,63 @@ def decide(
             f"held at the value from EXIF: {photos} photos of this camera ({FEWEST_PHOTOS} wanted)"
         )
     return Freedom(True, distortion), f"estimated: {axes}"
+
+
+def enriched(freedom: Freedom, photos: int, convergence: float) -> Freedom:
+    """What more of a camera is worth a trial, after `decide`."""
+    enough = freedom.distortion and photos >= FEWEST_PHOTOS
+    second = enough and freedom.focal
+    return replace(freedom, second=second, centre=second and convergence >= CONVERGENT_DEG)
+
+
+def judge_second(focal: float, corner_px: float, k2: float, sigma: float) -> tuple[bool, str]:
+    """Whether k2 is kept, and why; corner_px : distance of the corner from the middle."""
+    radius = np.linspace(0.02, 1.0, 50) * corner_px / focal
+    bend = focal * k2 * radius**5
+    instead = np.column_stack([radius, radius**3])
+    left = bend - instead @ np.linalg.lstsq(instead, bend, rcond=None)[0]
+    return _judged("k2", float(np.abs(left).max()), abs(k2) / sigma if sigma > 0 else 0.0)
+
+
+def judge_centre(
+    focal: float,
+    corner_px: float,
+    shift: npt.NDArray[np.float64],
+    covariance: npt.NDArray[np.float64],
+) -> tuple[bool, str]:
+    """Whether the principal point is kept `shift` (2,) pixels off the middle, and why; covariance
+    (2, 2) with neighbouring points counted as one."""
+    # What is left of the shift when the camera is turned to make up for it.
+    distance = float(np.linalg.norm(shift))
+    effect = distance * (corner_px / focal) ** 2
+    sigma = float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
+    kept = (
+        effect >= LEAST_EFFECT_PX
+        and sigma <= LARGEST_CENTRE_SIGMA * 2 * corner_px
+        and distance <= FARTHEST_CENTRE * 2 * corner_px
+    )
+    return kept, (
+        f"the principal point ({shift[0]:+.1f}, {shift[1]:+.1f} px from the middle, ± {sigma:.1f}) "
+        + (f"freed: {effect:.2f} px in the corner" if kept else "held: freed, it would ")
+        + ("" if kept else _of_centre(effect, sigma, distance, 2 * corner_px))
+    )
+
+
+def _of_centre(effect: float, sigma: float, distance: float, diagonal: float) -> str:
+    if effect < LEAST_EFFECT_PX:
+        return f"matter by {effect:.2f} px in the corner only ({LEAST_EFFECT_PX} wanted)"
+    if distance > FARTHEST_CENTRE * diagonal:
+        return "lie farther off than in any sound camera"
+    return f"be no better known than before ({LARGEST_CENTRE_SIGMA * diagonal:.1f} px wanted)"
+
+
+def _judged(name: str, effect: float, sigmas: float) -> tuple[bool, str]:
+    kept = effect >= LEAST_EFFECT_PX and sigmas >= LEAST_SIGMAS
+    said = f"{effect:.2f} px in the corner, {sigmas:.1f} times its error"
+    if kept:
+        return True, f"{name} freed: {said}"
+    wanted = f"{LEAST_EFFECT_PX} px and {LEAST_SIGMAS:.0f} times wanted"
+    return False, f"{name} held: freed, {said} ({wanted})"
 
 
 def correlated_factor(observations: int, photos: int) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -11,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.geometry.cameras import Intrinsics, View
+from vomstudio.photogrammetry.adjustment import given
 from vomstudio.photogrammetry.engine import cancellable, colmap
 from vomstudio.photogrammetry.mapping import intrinsics_of, point_errors
 from vomstudio.photogrammetry.scene import SparseScene
@@ -77,21 +77,15 @@ def adjust_tied(
         if point.position is not None:
             prior = pyceres.factors.NormalPrior(point.position, np.eye(3) * point.sigma**2)
             block = reconstruction.point3D(number).xyz
-            adjuster.problem.add_residual_block(_given(prior), None, [block])
+            adjuster.problem.add_residual_block(given(prior), None, [block])
     for centre in centres:
         frame = reconstruction.image(centre.view + 1).frame
         prior = costs.AbsolutePosePositionPriorCost(np.diag(centre.sigma**2), centre.position)
         adjuster.problem.add_residual_block(
-            _given(prior), _given(pyceres.CauchyLoss(2.0)), [frame.rig_from_world.params]
+            given(prior), given(pyceres.CauchyLoss(2.0)), [frame.rig_from_world.params]
         )
     cancellable(lambda _token: adjuster.solve(), progress or Silent())
     return _updated(scene, reconstruction)
-
-
-def _given(thing: Any) -> Any:
-    """For a problem of COLMAP's, which deletes its parts itself: Python must not do so again."""
-    ctypes.pythonapi.Py_IncRef(ctypes.py_object(thing))
-    return thing
 
 
 def reconstruction_of(
