@@ -120,7 +120,7 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
         {
             "photos": str(sample_photos()),
             "out": str((folder / "photos").resolve()),
-            "quality": "low",
+            "quality": "preview",
             "control": str(sample_control()),
             "marks": str(sample_marks()),
             "crs": "EPSG:32633",
