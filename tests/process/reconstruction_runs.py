@@ -24,6 +24,10 @@ PROGRAM = [sys.executable, "-m", "vomstudio", "reconstruct"]
 PATIENCE_S = 300.0
 
 
+def _heed_interrupts() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 class Run:
     """One run. `events` of its progress are read as they come."""
 
@@ -34,6 +38,8 @@ class Run:
              "--progress", "json", *map(str, words)],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8",
             env={**os.environ, "PYTHONPATH": str(ROOT)}, cwd=ROOT,
+            # A shell that runs the tests in the background has Ctrl+C ignored in all its children.
+            preexec_fn=_heed_interrupts if os.name == "posix" else None,
         )  # fmt: skip
         self.lines: list[str] = []
         self._events: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
