@@ -159,7 +159,7 @@ def calibration(cameras: Sequence[Calibration], photos: Sequence[Photo]) -> list
                 "correlation": [[camera.correlation[i][j] for j in free] for i in free],
                 "focal": camera.focal,
                 "focal_exif_px": camera.exif_px,
-                "rule": f"Focal length {camera.focal}: {camera.reason}.",
+                "rule": f"Focal length {camera.reason}.",
             }
         )
     return rows
