@@ -97,8 +97,6 @@ def _incremental(
     settings.random_seed = options.seed
     settings.num_threads = options.threads
     settings.min_model_size = 2
-    # Two photos have no other tracks.
-    settings.triangulation.ignore_two_view_tracks = len(photos) > 2
     settings.ba_refine_focal_length = free != "none"
     settings.mapper.abs_pose_refine_focal_length = free != "none"
     # Among many photos, points that only two of them see are mistaken matches more often; of two

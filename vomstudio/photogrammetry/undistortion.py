@@ -139,18 +139,25 @@ def decode_photo(photo: bytes, name: str) -> npt.NDArray[np.uint8]:
     """
     import cv2
 
-    image = None
-    if photo:
-        try:
-            image = cv2.imdecode(
-                np.frombuffer(photo, np.uint8),
-                cv2.IMREAD_COLOR_RGB | cv2.IMREAD_IGNORE_ORIENTATION,
-            )
-        except cv2.error:
-            image = None
+    image = _decoded(photo, cv2.IMREAD_COLOR_RGB)
     if image is None:
         raise InputError("cannot be read as a picture; copy it from the camera again", file=name)
-    return np.asarray(image)
+    return image
+
+
+def _decoded(content: bytes, kind: int) -> npt.NDArray[np.uint8] | None:
+    """The pixels of an image file as stored; None where they cannot be had."""
+    import cv2
+
+    if not content:
+        return None
+    try:
+        image = cv2.imdecode(
+            np.frombuffer(content, np.uint8), kind | cv2.IMREAD_IGNORE_ORIENTATION
+        )
+    except cv2.error:
+        return None
+    return None if image is None else np.asarray(image)
 
 
 def decode_mask(mask: bytes, width: int, height: int, name: str) -> npt.NDArray[np.bool_]:
@@ -161,18 +168,9 @@ def decode_mask(mask: bytes, width: int, height: int, name: str) -> npt.NDArray[
     """
     import cv2
 
-    image = None
-    if mask:
-        try:
-            image = cv2.imdecode(
-                np.frombuffer(mask, np.uint8),
-                cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION,
-            )
-        except cv2.error:
-            image = None
+    image = _decoded(mask, cv2.IMREAD_GRAYSCALE)
     if image is None:
         raise InputError("the photo's mask cannot be read as a picture", file=name)
-    image = np.asarray(image)
     if image.shape != (height, width):
         if abs(image.shape[1] * height - image.shape[0] * width) > 2 * max(width, height):
             raise InputError(
