@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.geometry.similarity import rotation_covariance
+
 if TYPE_CHECKING:
     from vomstudio.io.photos import Photo
 
@@ -55,17 +57,11 @@ def rotation_error95_deg(positions: Array, sigma_m: float) -> tuple[float, Array
     """95 % error of the orientation of a model registered by positions (n, 3) of independent error
     sigma, about the axis that they hold worst, and that axis.
 
-    A rotation about an axis moves points by their distance r from it: its variance is
-    sigma^2 / sum(r^2). 180 where nothing holds it: all positions in one line, or at one place.
+    180 where nothing holds it: all positions in one line, or at one place.
     """
-    centred = positions - positions.mean(axis=0)
-    _, s, axes = np.linalg.svd(centred, full_matrices=False)
-    s = np.concatenate([s, np.zeros(3 - len(s))]) ** 2
-    # About the longest axis only the two shorter extents count.
-    held = s.sum() - s.max()
-    if held <= (1e-6 * max(s.max(), 1e-12)) or len(positions) < 3:
-        return 180.0, axes[0]
-    return min(180.0, math.degrees(_Z95 * sigma_m / math.sqrt(held))), axes[0]
+    values, axes = np.linalg.eigh(rotation_covariance(positions, sigma_m))
+    worst = math.degrees(_Z95 * math.sqrt(values[-1]))
+    return (180.0 if len(positions) < 3 else min(180.0, worst)), axes[:, -1]
 
 
 def straightness(positions: Array) -> float:
