@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from vomstudio.geometry.jit import kernel
+from vomstudio.photogrammetry._triangle_parts import frame_of, weights_at
 
 
 @kernel("void(f8[:,::1], f8[:,::1], i4[:,::1], f8[:,::1], f8, f8, i8, i4[::1])")
@@ -49,34 +50,23 @@ def find_overlap(corners, members, grid, overlaps):  # type: ignore[no-untyped-d
     for at in range(len(members)):
         f = members[at]
         ax, ay = corners[f, 0, 0], corners[f, 0, 1]
-        ex, ey = corners[f, 1, 0] - ax, corners[f, 1, 1] - ay
-        fx, fy = corners[f, 2, 0] - ax, corners[f, 2, 1] - ay
-        det = ex * fy - ey * fx
-        if abs(det) < 1e-12:
+        bx, by = corners[f, 1, 0], corners[f, 1, 1]
+        cx, cy = corners[f, 2, 0], corners[f, 2, 1]
+        ex, ey, fx, fy, inverse, i0, i1, j0, j1 = frame_of(ax, ay, bx, by, cx, cy, w, h)
+        if inverse == 0.0:
             continue
-        i0 = max(math.ceil(ax + min(0.0, ex, fx) - 0.5), 0)
-        i1 = min(math.floor(ax + max(0.0, ex, fx) - 0.5), w - 1)
-        j0 = max(math.ceil(ay + min(0.0, ey, fy) - 0.5), 0)
-        j1 = min(math.floor(ay + max(0.0, ey, fy) - 0.5), h - 1)
-        inverse = 1.0 / det
         clash = False
         for j in range(j0, j1 + 1):
-            y = j + 0.5 - ay
             for i in range(i0, i1 + 1):
-                x = i + 0.5 - ax
-                u = (x * fy - y * fx) * inverse
-                v = (ex * y - ey * x) * inverse
+                u, v = weights_at(i, j, ax, ay, ex, ey, fx, fy, inverse)
                 if u > 1e-6 and v > 1e-6 and u + v < 1 - 1e-6 and grid[j, i] >= 0:
                     clash = True
         if clash:
             overlaps[f] = True
             continue
         for j in range(j0, j1 + 1):
-            y = j + 0.5 - ay
             for i in range(i0, i1 + 1):
-                x = i + 0.5 - ax
-                u = (x * fy - y * fx) * inverse
-                v = (ex * y - ey * x) * inverse
+                u, v = weights_at(i, j, ax, ay, ex, ey, fx, fy, inverse)
                 if u >= -1e-9 and v >= -1e-9 and u + v <= 1 + 1e-9:
                     grid[j, i] = f
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
-
 from vomstudio.geometry.jit import kernel, part
+from vomstudio.photogrammetry._triangle_parts import frame_of, weights_at
 
 
 @kernel("void(i4[::1], i4[::1], f4[::1], i4[:,::1], i8, f4[::1])")
@@ -151,22 +150,14 @@ def draw_faces(corners, left, top, owner):  # type: ignore[no-untyped-def]
     h, w = owner.shape
     for f in range(len(corners)):
         ax, ay = corners[f, 0, 0] - left, corners[f, 0, 1] - top
-        ex, ey = corners[f, 1, 0] - left - ax, corners[f, 1, 1] - top - ay
-        fx, fy = corners[f, 2, 0] - left - ax, corners[f, 2, 1] - top - ay
-        det = ex * fy - ey * fx
-        if abs(det) < 1e-12:
+        bx, by = corners[f, 1, 0] - left, corners[f, 1, 1] - top
+        cx, cy = corners[f, 2, 0] - left, corners[f, 2, 1] - top
+        ex, ey, fx, fy, inverse, i0, i1, j0, j1 = frame_of(ax, ay, bx, by, cx, cy, w, h)
+        if inverse == 0.0:
             continue
-        inverse = 1.0 / det
-        i0 = max(math.ceil(ax + min(0.0, ex, fx) - 0.5), 0)
-        i1 = min(math.floor(ax + max(0.0, ex, fx) - 0.5), w - 1)
-        j0 = max(math.ceil(ay + min(0.0, ey, fy) - 0.5), 0)
-        j1 = min(math.floor(ay + max(0.0, ey, fy) - 0.5), h - 1)
         for j in range(j0, j1 + 1):
-            y = j + 0.5 - ay
             for i in range(i0, i1 + 1):
-                x = i + 0.5 - ax
-                u = (x * fy - y * fx) * inverse
-                v = (ex * y - ey * x) * inverse
+                u, v = weights_at(i, j, ax, ay, ex, ey, fx, fy, inverse)
                 if u >= -1e-9 and v >= -1e-9 and u + v <= 1.0 + 1e-9 and owner[j, i] < 0:
                     owner[j, i] = f
 

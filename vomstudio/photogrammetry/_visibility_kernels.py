@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from vomstudio.geometry.jit import kernel
+from vomstudio.photogrammetry._triangle_parts import frame_of, weights_at
 
 
 @kernel("void(f8[:,::1], f8[::1], i4[:,::1], i4[::1], f4[:,::1])")
@@ -19,23 +20,15 @@ def draw_depths(pixels, depths, faces, chosen, buffer):  # type: ignore[no-untyp
         f = chosen[at]
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         ax, ay = pixels[a, 0], pixels[a, 1]
-        ex, ey = pixels[b, 0] - ax, pixels[b, 1] - ay
-        fx, fy = pixels[c, 0] - ax, pixels[c, 1] - ay
-        det = ex * fy - ey * fx
-        if abs(det) < 1e-12:
+        ex, ey, fx, fy, inverse, i0, i1, j0, j1 = frame_of(
+            ax, ay, pixels[b, 0], pixels[b, 1], pixels[c, 0], pixels[c, 1], w, h
+        )
+        if inverse == 0.0:
             continue
-        inverse = 1.0 / det
         za, zb, zc = 1.0 / depths[a], 1.0 / depths[b], 1.0 / depths[c]
-        i0 = max(math.ceil(ax + min(0.0, ex, fx) - 0.5), 0)
-        i1 = min(math.floor(ax + max(0.0, ex, fx) - 0.5), w - 1)
-        j0 = max(math.ceil(ay + min(0.0, ey, fy) - 0.5), 0)
-        j1 = min(math.floor(ay + max(0.0, ey, fy) - 0.5), h - 1)
         for j in range(j0, j1 + 1):
-            y = j + 0.5 - ay
             for i in range(i0, i1 + 1):
-                x = i + 0.5 - ax
-                u = (x * fy - y * fx) * inverse
-                v = (ex * y - ey * x) * inverse
+                u, v = weights_at(i, j, ax, ay, ex, ey, fx, fy, inverse)
                 if u < -1e-9 or v < -1e-9 or u + v > 1.0 + 1e-9:
                     continue
                 z = 1.0 / (za + u * (zb - za) + v * (zc - za))
@@ -61,21 +54,16 @@ def count_seen(  # type: ignore[no-untyped-def]
         f = chosen[at]
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         ax, ay = pixels[a, 0], pixels[a, 1]
-        ex, ey = pixels[b, 0] - ax, pixels[b, 1] - ay
-        fx, fy = pixels[c, 0] - ax, pixels[c, 1] - ay
-        det = ex * fy - ey * fx
-        if abs(det) < 1e-12:
+        ex, ey, fx, fy, inverse, i0, i1, j0, j1 = frame_of(
+            ax, ay, pixels[b, 0], pixels[b, 1], pixels[c, 0], pixels[c, 1], w, h
+        )
+        if inverse == 0.0:
             continue
-        inverse = 1.0 / det
         za, zb, zc = 1.0 / depths[a], 1.0 / depths[b], 1.0 / depths[c]
         # Change of the inverse depth from pixel to pixel.
         gx = ((zb - za) * fy - (zc - za) * ey) * inverse
         gy = ((zc - za) * ex - (zb - za) * fx) * inverse
         slope = abs(gx) + abs(gy)
-        i0 = max(math.ceil(ax + min(0.0, ex, fx) - 0.5), 0)
-        i1 = min(math.floor(ax + max(0.0, ex, fx) - 0.5), w - 1)
-        j0 = max(math.ceil(ay + min(0.0, ey, fy) - 0.5), 0)
-        j1 = min(math.floor(ay + max(0.0, ey, fy) - 0.5), h - 1)
         total, good, free = 0, 0, 0
         for attempt in range(2):
             if attempt == 1:
@@ -87,11 +75,8 @@ def count_seen(  # type: ignore[no-untyped-def]
                 if i0 < 0 or j0 < 0 or i0 >= w or j0 >= h:
                     break
             for j in range(j0, j1 + 1):
-                y = j + 0.5 - ay
                 for i in range(i0, i1 + 1):
-                    x = i + 0.5 - ax
-                    u = (x * fy - y * fx) * inverse
-                    v = (ex * y - ey * x) * inverse
+                    u, v = weights_at(i, j, ax, ay, ex, ey, fx, fy, inverse)
                     if attempt == 1:
                         u = v = 1.0 / 3.0
                     elif u < 0.0 or v < 0.0 or u + v > 1.0:

@@ -152,9 +152,7 @@ def _decoded(content: bytes, kind: int) -> npt.NDArray[np.uint8] | None:
     if not content:
         return None
     try:
-        image = cv2.imdecode(
-            np.frombuffer(content, np.uint8), kind | cv2.IMREAD_IGNORE_ORIENTATION
-        )
+        image = cv2.imdecode(np.frombuffer(content, np.uint8), kind | cv2.IMREAD_IGNORE_ORIENTATION)
     except cv2.error:
         return None
     return None if image is None else np.asarray(image)
