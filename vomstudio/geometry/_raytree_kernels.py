@@ -33,6 +33,22 @@ def _enters(low, high, node, start, way, last):  # type: ignore[no-untyped-def]
     return near
 
 
+@part
+def _descend(low, high, node, start, way, last, stack, entry, top):  # type: ignore[no-untyped-def]
+    """Put the children of a node that a ray enters on the stack, the nearer one on top."""
+    a, b = 2 * node + 1, 2 * node + 2
+    ta, tb = _enters(low, high, a, start, way, last), _enters(low, high, b, start, way, last)
+    if ta > tb:
+        a, b, ta, tb = b, a, tb, ta
+    if tb < np.inf:
+        top += 1
+        stack[top], entry[top] = b, tb
+    if ta < np.inf:
+        top += 1
+        stack[top], entry[top] = a, ta
+    return top
+
+
 @kernel(
     "void(f8[:,::1], i4[:,::1], i8[::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[::1],"
     "i8[::1], f8[::1], f8[:,::1])"
@@ -53,16 +69,7 @@ def first_faces(points, faces, order, low, high, starts, ways, ends, index, dist
             if at == np.inf or at > best:
                 continue
             if node < leaves - 1:
-                a, b = 2 * node + 1, 2 * node + 2
-                ta, tb = _enters(low, high, a, s, w, best), _enters(low, high, b, s, w, best)
-                if ta > tb:
-                    a, b, ta, tb = b, a, tb, ta
-                if tb < np.inf:
-                    top += 1
-                    stack[top], entry[top] = b, tb
-                if ta < np.inf:
-                    top += 1
-                    stack[top], entry[top] = a, ta
+                top = _descend(low, high, node, s, w, best, stack, entry, top)
                 continue
             first = (node - (leaves - 1)) * LEAF
             for k in range(first, min(first + LEAF, len(order))):
@@ -123,16 +130,7 @@ def first_points(points, order, low, high, starts, ways, ends, reach, thick, ind
                 if at == np.inf or at > limit:
                     continue
                 if node < leaves - 1:
-                    a, b = 2 * node + 1, 2 * node + 2
-                    ta, tb = _enters(low, high, a, s, w, limit), _enters(low, high, b, s, w, limit)
-                    if ta > tb:
-                        a, b, ta, tb = b, a, tb, ta
-                    if tb < np.inf:
-                        top += 1
-                        stack[top], entry[top] = b, tb
-                    if ta < np.inf:
-                        top += 1
-                        stack[top], entry[top] = a, ta
+                    top = _descend(low, high, node, s, w, limit, stack, entry, top)
                     continue
                 first = (node - (leaves - 1)) * LEAF
                 for k in range(first, min(first + LEAF, len(order))):

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QConicalGradient, QFontMetricsF, QImage, QPainter, QPen
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QSplitter, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
 from vomstudio.rendering.barpainting import ColorBar
 from vomstudio.rendering.painting import DARK, PANEL, TEXT, system_font
@@ -18,7 +18,7 @@ from vomstudio.rendering.scalars import Scale, map_table
 from vomstudio.ui.alignment_data import AlignmentData, Arrays, to_image
 from vomstudio.ui.number_table import Column, NumberTable
 from vomstudio.ui.picture_panes import Painter, Picture, PicturePanes
-from vomstudio.ui.widgets import ComboBox, ElidedLabel
+from vomstudio.ui.widgets import ComboBox, ElidedLabel, column_of, side_by_side
 
 _WIDTH = 260
 _BAR = 118.0
@@ -70,9 +70,7 @@ class DepthPage(QWidget):
         self.panes = PicturePanes(2, together=True, reserve=_BAR)
         self.panes.setObjectName("depth_panes")
         self.panes.hovered.connect(self._hovered)
-        right = QWidget()
-        rows = QVBoxLayout(right)
-        rows.setContentsMargins(0, 0, 0, 0)
+        right, rows = column_of()
         row = QHBoxLayout()
         row.addWidget(self._said, 1)
         row.addWidget(QLabel(self.tr("Show")))
@@ -80,14 +78,7 @@ class DepthPage(QWidget):
         rows.addLayout(row)
         rows.addWidget(self.panes, 1)
         rows.addWidget(self._under)
-        split = QSplitter(Qt.Orientation.Horizontal)
-        split.addWidget(self.table)
-        split.addWidget(right)
-        split.setStretchFactor(1, 1)
-        split.setSizes([_WIDTH, 1000])
-        split.setChildrenCollapsible(False)
-        layout = QHBoxLayout(self)
-        layout.addWidget(split)
+        side_by_side(self, self.table, right, [_WIDTH, 1000])
 
     @property
     def unit(self) -> str:

@@ -6,15 +6,14 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLabel, QSplitter, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLabel, QWidget
 
 from vomstudio.ui.alignment_data import AlignmentData, Arrays, ShownPhoto
 from vomstudio.ui.number_table import Column, NumberTable
 from vomstudio.ui.pair_matrix import PairMatrix
 from vomstudio.ui.picture_panes import Links, PicturePanes, both, dots
-from vomstudio.ui.widgets import ComboBox, ElidedLabel
+from vomstudio.ui.widgets import ComboBox, ElidedLabel, column_of, side_by_side
 
 _LINES = (60, 250, 1000)
 _FEATURE = QColor(86, 180, 233, 150)
@@ -77,16 +76,12 @@ class MatchPage(QWidget):
         self._arrange()
 
     def _arrange(self) -> None:
-        side = QWidget()
-        column = QVBoxLayout(side)
-        column.setContentsMargins(0, 0, 0, 0)
+        side, column = column_of()
         self._legend.setWordWrap(True)
         column.addWidget(self._legend)
         column.addWidget(self.matrix)
         column.addWidget(self.table, 1)
-        right = QWidget()
-        rows = QVBoxLayout(right)
-        rows.setContentsMargins(0, 0, 0, 0)
+        right, rows = column_of()
         row = QHBoxLayout()
         row.addWidget(self._said, 1)
         for widget in (self.lines, self.features, self.refused):
@@ -94,14 +89,7 @@ class MatchPage(QWidget):
         rows.addLayout(row)
         rows.addWidget(self.panes, 1)
         rows.addWidget(self._hint)
-        split = QSplitter(Qt.Orientation.Horizontal)
-        split.addWidget(side)
-        split.addWidget(right)
-        split.setStretchFactor(1, 1)
-        split.setSizes([440, 820])
-        split.setChildrenCollapsible(False)
-        layout = QHBoxLayout(self)
-        layout.addWidget(split)
+        side_by_side(self, side, right, [440, 820])
 
     # --- choosing ----------------------------------------------------------------------------
     def fill(self) -> None:

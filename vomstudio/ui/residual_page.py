@@ -6,15 +6,14 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QSplitter, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
 from vomstudio.photogrammetry.residual_scale import exaggeration
 from vomstudio.ui.alignment_data import AlignmentData, Arrays, ShownPhoto
 from vomstudio.ui.number_table import Column, NumberTable
 from vomstudio.ui.picture_panes import PicturePanes, vectors
-from vomstudio.ui.widgets import ComboBox, ElidedLabel
+from vomstudio.ui.widgets import ComboBox, ElidedLabel, column_of, side_by_side
 
 _FACTORS = (1, 10, 20, 50, 100, 200, 500, 1000)
 _MOST = 2000
@@ -64,28 +63,17 @@ class ResidualPage(QWidget):
         self._arrange()
 
     def _arrange(self) -> None:
-        side = QWidget()
-        column = QVBoxLayout(side)
-        column.setContentsMargins(0, 0, 0, 0)
+        side, column = column_of()
         column.addWidget(self._summary)
         column.addWidget(self.table, 1)
-        right = QWidget()
-        rows = QVBoxLayout(right)
-        rows.setContentsMargins(0, 0, 0, 0)
+        right, rows = column_of()
         row = QHBoxLayout()
         row.addWidget(self._said, 1)
         row.addWidget(QLabel(self.tr("Exaggeration")))
         row.addWidget(self.factor)
         rows.addLayout(row)
         rows.addWidget(self.panes, 1)
-        split = QSplitter(Qt.Orientation.Horizontal)
-        split.addWidget(side)
-        split.addWidget(right)
-        split.setStretchFactor(1, 1)
-        split.setSizes([520, 740])
-        split.setChildrenCollapsible(False)
-        layout = QHBoxLayout(self)
-        layout.addWidget(split)
+        side_by_side(self, side, right, [520, 740])
 
     def fill(self) -> None:
         facts = self._data.overview

@@ -6,7 +6,17 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QAction, QPainter, QPaintEvent, QWheelEvent
-from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QSizePolicy, QToolButton
+from PySide6.QtWidgets import (
+    QComboBox,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QSizePolicy,
+    QSplitter,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 
 class ComboBox(QComboBox):
@@ -57,3 +67,22 @@ class ElidedLabel(QLabel):
             painter, room, int(self.alignment().value), self.palette(), self.isEnabled(), text,
             self.foregroundRole(),
         )  # fmt: skip
+
+
+def column_of() -> tuple[QWidget, QVBoxLayout]:
+    """A plain widget and its column of widgets, without margins."""
+    widget = QWidget()
+    column = QVBoxLayout(widget)
+    column.setContentsMargins(0, 0, 0, 0)
+    return widget, column
+
+
+def side_by_side(page: QWidget, left: QWidget, right: QWidget, sizes: list[int]) -> None:
+    """Fill a page with two widgets whose border can be dragged; the right one grows with it."""
+    split = QSplitter(Qt.Orientation.Horizontal)
+    split.addWidget(left)
+    split.addWidget(right)
+    split.setStretchFactor(1, 1)
+    split.setSizes(sizes)
+    split.setChildrenCollapsible(False)
+    QHBoxLayout(page).addWidget(split)
