@@ -236,3 +236,18 @@ def test_an_intersection_with_a_folded_set_says_that_its_mean_is_no_plane():
     limb = [t for i, t in enumerate(limbs) if i % 2]
     one = Measurements().of(records(*limb, fault, crossing), ["i1"])["i1"]
     assert not any("limb" in reason for reason in one.verdict.reasons)
+
+
+def test_lengths_of_a_model_of_unknown_scale_are_marked_as_units():
+    """Declaring metres makes them metres, without north."""
+    features = [
+        trace("t1", Plane(120.0, 40.0), "bedding", 1),
+        patch(on_plane(Plane(30.0, 60.0), 2)),
+        lineation(np.array([1.0, 0.0, 0.0])),
+    ]
+    for kind, metric in (("undeclared", False), ("scaled", True), ("local", True)):
+        frame = Frame(kind)
+        records = {"m1": replace(MODEL, frame=frame), **{f.id: f for f in features}}
+        assert {m.metric for m in measure_all(records, features)} == {metric}
+        assert frame.has_north == (kind == "local")
+    assert codec.decode(codec.encode(replace(MODEL, frame=Frame("scaled")))).frame.kind == "scaled"

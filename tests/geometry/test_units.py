@@ -31,3 +31,10 @@ def test_an_area_stands_in_the_unit_that_suits_it_without_an_exponent(value, tex
 
 def test_an_error_has_the_digits_that_it_is_asked_for():
     assert length_text(0.0174899, 2) == "1.7 cm"
+
+
+def test_a_length_of_unknown_scale_is_never_called_metres():
+    assert length_text(12345.6, metric=False) == "12346 units"
+    assert length_text(0.01234, metric=False) == "0.0123 units"
+    assert area_text(2.5, metric=False) == "2.50 units²"
+    assert length_text(None, metric=False) == "–"

@@ -451,6 +451,24 @@ def test_stopping_or_failing_leaves_nothing(tmp_path: Path, monkeypatch: Any) ->
 # Sheets ---------------------------------------------------------------------------------------
 
 
+def test_a_view_of_a_model_without_north_and_scale_names_no_winds_and_no_metres(
+    tmp_path: Path,
+) -> None:
+    from vomstudio.products.ortho_sheet import end_labels
+
+    known = view_along_line(90, 0)
+    unknown = replace(known, north_known=False, metric=False)
+    assert end_labels(known) == ("N (000)", "S (180)", "up")
+    assert end_labels(unknown) == ("000, local", "180, local", "up")
+    assert " m over" in orthophoto.cost_of_direction(2.0, 3.0)
+    assert " m over" not in orthophoto.cost_of_direction(2.0, 3.0, metric=False)
+    mesh, _ = marked_mesh(tmp_path)
+    made, *_ = make(mesh, unknown, tmp_path, 0.01, sheet=tmp_path / "s.png")
+    facts = json.loads(made.sidecar.read_text())
+    assert "metre" not in facts["depth_means"] + facts["unit"]
+    assert facts["north"].startswith("not known")
+
+
 def test_the_sheet_says_which_way_is_which_and_how_long_a_metre_is(tmp_path: Path) -> None:
     from PIL import Image
 

@@ -61,6 +61,7 @@ class Measurement:
     angle_deg : between the planes of an intersection
     area_m2 : of a patch's faces
     dimension : figures of a dimension by name, in m or m2
+    metric : False where the model's scale is not known: lengths are then in units of its file
     """
 
     points: Floats
@@ -81,6 +82,7 @@ class Measurement:
     angle_deg: float | None = None
     area_m2: float | None = None
     dimension: Mapping[str, float] | None = None
+    metric: bool = True
 
 
 class Measurements:
@@ -188,10 +190,13 @@ def _measure_other(
         return measure_patch(feature, _model(records, feature.model_id), thresholds)
     if isinstance(feature, Reading):
         return _measure_reading(feature)
-    if isinstance(feature, Lineation):
-        return _measure_lineation(records, feature, thresholds, known)
-    if isinstance(feature, Dimension):
-        return _measure_dimension(records, feature, known)
+    if isinstance(feature, Lineation | Dimension):
+        measured = (
+            _measure_lineation(records, feature, thresholds, known)
+            if isinstance(feature, Lineation)
+            else _measure_dimension(records, feature, known)
+        )
+        return replace(measured, metric=_metric(_model(records, feature.model_id)))
     assert isinstance(feature, Intersection)
     return _measure_intersection(records, feature, thresholds, known)
 
@@ -232,7 +237,11 @@ def measure(
             if fit is None
             else judge(fit, resolution_m=resolution, outcrop_normal=face, thresholds=thresholds)
         )
-        result.append(Measurement(own, resolution, face, fit, verdict, problem, **_of_fit(fit)))
+        result.append(
+            Measurement(
+                own, resolution, face, fit, verdict, problem, **_of_fit(fit), metric=_metric(model)
+            )
+        )
     return result
 
 
@@ -255,13 +264,16 @@ def measure_patch(
     turn = rows[:3, :3]
     centre = transform.apply(rows, [patch.mean])
     resolution = _length(patch.resolution, rows)
-    area = None if patch.area is None else patch.area * scale**2
+    size: dict[str, Any] = {
+        "area_m2": None if patch.area is None else patch.area * scale**2,
+        "metric": _metric(model),
+    }
     try:
         fit = fit_moments(
             patch.n, centre[0], turn @ np.asarray(patch.scatter) @ turn.T, patch.n_effective
         )
     except GeometryError as error:
-        return Measurement(centre, resolution, None, None, None, str(error), area_m2=area)
+        return Measurement(centre, resolution, None, None, None, str(error), **size)
     verdict = judge(
         fit,
         resolution_m=resolution,
@@ -269,7 +281,7 @@ def measure_patch(
         kind="patch",
         thresholds=thresholds or Thresholds(),
     )
-    return Measurement(centre, resolution, None, fit, verdict, None, area_m2=area, **_of_fit(fit))
+    return Measurement(centre, resolution, None, fit, verdict, None, **_of_fit(fit), **size)
 
 
 def _measure_reading(reading: Reading) -> Measurement:
@@ -545,6 +557,10 @@ def world_points(feature: Trace | Lineation | Dimension, model: Model | None) ->
 def _model(records: Records, model_id: str) -> Model | None:
     model = records.get(model_id)
     return model if isinstance(model, Model) else None
+
+
+def _metric(model: Model | None) -> bool:
+    return model is None or model.frame.has_metres
 
 
 def _rows(model: Model | None) -> Floats:

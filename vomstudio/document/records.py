@@ -20,7 +20,7 @@ IDENTITY: Matrix = (
     (0.0, 0.0, 0.0, 1.0),
 )
 
-FrameKind = Literal["crs", "local", "undeclared"]
+FrameKind = Literal["crs", "local", "scaled", "undeclared"]
 UpAxis = Literal["z", "y"]
 
 
@@ -29,7 +29,8 @@ class Frame:
     """What is known of a model's frame.
 
     kind: "crs" (World is the projected CRS `crs`), "local" (metres, up and north are known, the
-    place is not) or "undeclared" (no north, no up, no metre: angles are shown as local frame).
+    place is not), "scaled" (metres are known, up and north are not) or "undeclared" (no north, no
+    up, no metre: angles are shown as local frame, lengths in units).
     unit_m: metres per unit of the file. up_axis: the file's axis that points up; with "y" the file
     is taken as x East, y Up, z South (glTF).
     """
@@ -41,6 +42,10 @@ class Frame:
 
     @property
     def has_north(self) -> bool:
+        return self.kind in ("crs", "local")
+
+    @property
+    def has_metres(self) -> bool:
         return self.kind != "undeclared"
 
     def to_world(self) -> Matrix:
@@ -66,6 +71,8 @@ class Frame:
             return f"{self.crs}, grid north"
         if self.kind == "local":
             return "local, north known"
+        if self.kind == "scaled":
+            return "local frame in metres: not registered"
         return "local frame: not registered"
 
 

@@ -8,10 +8,13 @@ NOTHING_M = 1e-7
 """A length below this is rounding, not measurement."""
 
 
-def length_text(value_m: float | None, digits: int = 3) -> str:
-    """A length to so many significant digits, whole units at least."""
+def length_text(value_m: float | None, digits: int = 3, *, metric: bool = True) -> str:
+    """A length to so many significant digits, whole units at least; `metric` is False for a model
+    of unknown scale, whose lengths are in units of its file."""
     if value_m is None:
         return "–"
+    if not metric:
+        return f"{_rounded(value_m, digits)} units"
     if abs(value_m) < NOTHING_M:
         return "0 mm"
     for unit, size in (("mm", 1e-3), ("cm", 1e-2), ("m", 1.0)):
@@ -21,9 +24,11 @@ def length_text(value_m: float | None, digits: int = 3) -> str:
     return f"{_rounded(value_m / 1000.0, digits)} km"
 
 
-def area_text(value_m2: float | None, digits: int = 3) -> str:
+def area_text(value_m2: float | None, digits: int = 3, *, metric: bool = True) -> str:
     if value_m2 is None:
         return "–"
+    if not metric:
+        return f"{_rounded(value_m2, digits)} units²"
     if abs(value_m2) < NOTHING_M**2:
         return "0 cm²"
     for unit, size, below in (("cm²", 1e-4, 100.0), ("m²", 1.0, 1e4)):

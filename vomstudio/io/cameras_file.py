@@ -18,6 +18,7 @@ from vomstudio.errors import GeometryError, InputError
 from vomstudio.geometry.cameras import MODELS, Intrinsics, View
 from vomstudio.io.atomic import atomic_write
 
+FILE_NAME = "cameras.json"
 _FORMAT = "vomstudio cameras"
 _VERSION = 1
 
@@ -27,12 +28,14 @@ class Cameras:
     """views : in the model's frame minus `origin`
     photos : the folder that the views' names are relative to
     crs : "EPSG:n", or None where the model's frame is local
+    scaled : the frame is in metres with known north and up, though it may have no CRS
     """
 
     views: tuple[View, ...]
     photos: Path
     origin: tuple[int, int, int] = (0, 0, 0)
     crs: str | None = None
+    scaled: bool = False
 
 
 def view_to_dict(view: View) -> dict[str, Any]:
@@ -72,6 +75,7 @@ def write_cameras(path: str | Path, cameras: Cameras, *, force: bool = False) ->
         "forward; pixels of the photo as stored, (0.5, 0.5) is the centre of the top-left one; "
         "lens models and parameters as in COLMAP",
         "crs": cameras.crs,
+        "scaled": cameras.scaled,
         "origin": list(cameras.origin),
         "photos": str(cameras.photos),
         "views": [view_to_dict(view) for view in cameras.views],
@@ -103,6 +107,7 @@ def read_cameras(path: str | Path) -> Cameras:
             Path(head["photos"]),
             (x, y, z),
             head["crs"],
+            bool(head.get("scaled", head["crs"] is not None)),
         )
     except (KeyError, TypeError, ValueError, GeometryError) as error:
         raise InputError(

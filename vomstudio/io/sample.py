@@ -86,7 +86,7 @@ def read_true_cameras(path: Path | None = None) -> Cameras:
             rotation = np.array(turn)
             views.append(View(row["name"], lens, rotation, -rotation @ centre))
         x, y, z = (int(value) for value in origin)
-        return Cameras(tuple(views), sample_photos(), (x, y, z), "EPSG:32633")
+        return Cameras(tuple(views), sample_photos(), (x, y, z), "EPSG:32633", True)
     except (KeyError, ValueError, TypeError) as error:
         raise InputError("the truth of the sample is damaged; install again", file=path) from error
 

@@ -140,6 +140,7 @@ def orthophoto(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
         "width": plan.grid.width,
         "height": plan.grid.height,
         "gsd_m": plan.grid.gsd,
+        "unit": "m" if plan.view.metric else "units",
         "coverage": made.coverage,
         "warnings": list(made.warnings),
     }

@@ -83,7 +83,9 @@ class Outputs:
 
     @property
     def poses(self) -> Path:
-        return self.folder / "cameras.json"
+        from vomstudio.io.cameras_file import FILE_NAME
+
+        return self.folder / FILE_NAME
 
     @property
     def sparse(self) -> Path:
@@ -482,7 +484,7 @@ class _Run:
         from vomstudio.io.writing import write_model
 
         scene = placed.scene
-        cameras = Cameras(scene.views, self.folder, scene.origin, scene.crs)
+        cameras = Cameras(scene.views, self.folder, scene.origin, scene.crs, scene.scaled)
         write_cameras_csv(self.outputs.cameras, cameras, force=True)
         write_cameras(self.outputs.poses, cameras, force=True)
         write_model(tie_points(scene), scene.crs, self.outputs.sparse, force=True)

@@ -48,8 +48,11 @@ def end_labels(view: View) -> tuple[str, str, str]:
     """What stands at the left end, at the right end and beside the arrow that points up."""
     frame = view.frame
     azimuth = math.degrees(math.atan2(frame.right[0], frame.right[1])) % 360.0
-    up = "N" if abs(view.plunge_deg) >= STEEP_DEG else "up"
-    return _wind(azimuth + 180.0), _wind(azimuth), up
+    steep = abs(view.plunge_deg) >= STEEP_DEG
+    if not view.north_known:
+        left, right = (f"{round(a) % 360:03d}, local" for a in (azimuth + 180.0, azimuth))
+        return left, right, "y" if steep else "up"
+    return _wind(azimuth + 180.0), _wind(azimuth), "N" if steep else "up"
 
 
 def draw_sheet(
@@ -74,10 +77,15 @@ def draw_sheet(
     font = ImageFont.load_default(size)
     pad, line = 2 * size, round(1.5 * size)
     left, right, up = end_labels(view)
+    unknown = [
+        *([] if view.north_known else ["north"]),
+        *([] if view.metric else ["scale"]),
+    ]
     text = [
         f"View toward {view.trend_deg % 360:05.1f}/{view.plunge_deg:.1f} (trend/plunge, deg), "
         f"{view.sense}",
         *_wrapped(view.reason, max(30, round((picture.width - pad) / (0.52 * size)))),
+        *([f"Not registered: {' and '.join(unknown)} not known"] if unknown else []),
     ]
     width = max(picture.width, _NARROWEST, round(font.getlength(text[0]))) + 2 * pad
     bottom = pad + line + picture.height
@@ -93,7 +101,8 @@ def draw_sheet(
     draw.text((x + picture.width, pad // 2), right, _INK, font, anchor="ra")
     _arrow(draw, width // 2, pad // 2, size, up, font)
     length = bar_length(picture.width * metres_per_pixel)
-    _bar(draw, x, bottom + pad // 2, length, length / metres_per_pixel, size, font)
+    words = _metres(length) if view.metric else f"{length:g} units"
+    _bar(draw, x, bottom + pad // 2, words, length / metres_per_pixel, size, font)
     for i, words in enumerate(text):
         draw.text((x, bottom + pad // 2 + round(line * (i + 2.2))), words, _INK, font)
     options: dict[str, Any] = {"resolution": 150} if format_ == "PDF" else {}
@@ -107,13 +116,13 @@ def _arrow(draw: Any, x: int, y: int, size: int, label: str, font: Any) -> None:
     draw.text((x + size // 2 + 2, y), label, _INK, font)
 
 
-def _bar(draw: Any, x: int, y: int, length: float, pixels: float, size: int, font: Any) -> None:
+def _bar(draw: Any, x: int, y: int, length: str, pixels: float, size: int, font: Any) -> None:
     """Two halves, dark and light, with 0 and the length at their ends."""
     thick = max(4, size // 3)
     draw.rectangle((x, y, x + pixels, y + thick), (255, 255, 255), _INK)
     draw.rectangle((x, y, x + pixels / 2, y + thick), _INK, _INK)
     draw.text((x, y + thick + 2), "0", _INK, font)
-    draw.text((x + pixels, y + thick + 2), _metres(length), _INK, font, anchor="ma")
+    draw.text((x + pixels, y + thick + 2), length, _INK, font, anchor="ma")
 
 
 def _metres(length: float) -> str:

@@ -45,12 +45,16 @@ class View:
     sense : "as given", "against the upward normal", "along the upward normal", "down-plunge",
         "up-plunge"
     reason : one sentence
+    north_known, metric : False for a model whose north or whose scale is not known: the sheet then
+        names no winds, and counts units
     """
 
     trend_deg: float
     plunge_deg: float
     sense: str
     reason: str
+    north_known: bool = True
+    metric: bool = True
 
     @property
     def frame(self) -> ViewFrame:
@@ -413,6 +417,7 @@ def _source(data: Mesh | PointCloud, plan: Plan) -> Source:
 
 def _facts(plan: Plan, crs: str | None, transform: tuple[float, ...]) -> dict[str, Any]:
     grid, frame, view = plan.grid, plan.frame, plan.view
+    unit = "metres" if view.metric else "units"
     return {
         "width": grid.width,
         "height": grid.height,
@@ -428,27 +433,30 @@ def _facts(plan: Plan, crs: str | None, transform: tuple[float, ...]) -> dict[st
         "pixel_to_world_means": "(column, row, depth_m, 1) to World x, y, z; (0, 0) is the outer "
         "corner of the top left pixel, its centre is (0.5, 0.5)",
         "reference_point": plan.reference.tolist(),
-        "depth_means": "metres along the view direction from the plane through the reference "
+        "depth_means": f"{unit} along the view direction from the plane through the reference "
         "point, growing away from the viewer; NaN where nothing is seen",
+        "unit": "metre" if view.metric else "unit of the model, whose scale is not known",
+        "north": None if view.north_known else "not known: angles are of the model's own frame",
         "crs": crs,
         "geotransform": list(transform),
         "plane_coordinates": None
         if frame.is_vertical
-        else "metres right and up of the reference point",
+        else f"{unit} right and up of the reference point",
     }
 
 
-def cost_of_direction(error_deg: float | None, depth_m: float) -> str:
+def cost_of_direction(error_deg: float | None, depth_m: float, *, metric: bool = True) -> str:
     """What a direction that is off costs in a picture so deep (CONVENTIONS: lengths times cos d in
     the direction of tilt, displacements h sin d along the view), in a sentence. error_deg: the
     larger 95 % semi-axis of the direction; None where unknown, and 5 degrees are supposed."""
     off = 5.0 if error_deg is None else error_deg
+    unit = "m" if metric else "units"
     known = "" if error_deg is None else ", the semi-axis of its 95 % confidence,"
     return (
         f"an axis wrong by {off:.1f} deg{known} shortens lengths in the direction of tilt by "
         f"{1 - math.cos(math.radians(off)):.1%} and displaces points against each other by up to "
-        f"{depth_m * math.sin(math.radians(off)):.3g} m over the {depth_m:.3g} m that this view is "
-        "deep."
+        f"{depth_m * math.sin(math.radians(off)):.3g} {unit} over the {depth_m:.3g} {unit} that "
+        "this view is deep."
     )
 
 

@@ -119,6 +119,7 @@ class Viewport(QWidget):
         self._preview: Preview | None = None
         self._fitted: Array | None = None
         self._north_known = True
+        self._unit_known = True
         self._frame_dirty = True
         self._features_dirty = False
         self._moving = False
@@ -756,9 +757,11 @@ class Viewport(QWidget):
         self._framing.clear()
         self._moved()
 
-    def set_frame(self, *, north_known: bool) -> None:
-        """Whether World's y is North; if not, the compass says "local frame"."""
+    def set_frame(self, *, north_known: bool, unit_known: bool = True) -> None:
+        """Whether World's y is North; if not, the compass says "local frame". Whether its unit is
+        the metre; if not, the scale bar counts units."""
         self._north_known = north_known
+        self._unit_known = unit_known
         self._features_dirty = True
         self.update()
 
@@ -932,6 +935,7 @@ class Viewport(QWidget):
                 width,
                 height,
                 orthographic=self._camera.orthographic,
+                unit_known=self._unit_known,
             )
         painter.end()
         self._base = base
@@ -943,6 +947,8 @@ class Viewport(QWidget):
             for m in self._scene.models.values()
             if m.visible and m.field is not None and self._scene.look.shows_field(m)
         ]
+        if not self._unit_known:
+            shown = [(replace(s, unit="units") if s.unit == "m" else s, id_) for s, id_ in shown]
         several = len(shown) > 1
         return barpainting.lay_out_bars(
             [

@@ -188,31 +188,35 @@ class MeasureTool(PolylineTool[Dimension]):
         measured = self._live()
         if measured is None or not measured.dimension:
             return (points_text(len(self.vertices)),)
-        return tuple(dimension_lines(measured.dimension))
+        return tuple(dimension_lines(measured.dimension, metric=measured.metric))
 
 
-def dimension_lines(figures: Mapping[str, float]) -> list[str]:
+def dimension_lines(figures: Mapping[str, float], *, metric: bool = True) -> list[str]:
     """The figures of a dimension in words, the one it is made for first."""
+
+    def length(value: float, digits: int = 3) -> str:
+        return length_text(value, digits, metric=metric)
+
     lines = []
     if (value := figures.get("thickness_m")) is not None:
         error = figures.get("thickness_error95_m")
         lines.append(
-            f"{length_text(value)} thick, 95 %: "
-            + ("unknown" if error is None else f"± {length_text(error, 2)}")
+            f"{length(value)} thick, 95 %: "
+            + ("unknown" if error is None else f"± {length(error, 2)}")
         )
     if (value := figures.get("area_m2")) is not None:
-        lines.append(area_text(value))
+        lines.append(area_text(value, metric=metric))
     for name, words in (
         ("length_m", "along the line"),
         ("distance_m", "straight"),
         ("perimeter_m", "around"),
     ):
         if name in figures:
-            lines.append(f"{length_text(figures[name])} {words}")
+            lines.append(f"{length(figures[name])} {words}")
     if "horizontal_m" in figures:
         up = figures["vertical_m"]
         lines.append(
-            f"{length_text(figures['horizontal_m'])} horizontal, "
-            f"{length_text(abs(up))} {'up' if up >= 0.0 else 'down'}"
+            f"{length(figures['horizontal_m'])} horizontal, "
+            f"{length(abs(up))} {'up' if up >= 0.0 else 'down'}"
         )
     return lines

@@ -25,6 +25,7 @@ from vomstudio.geometry import transform
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.patches import ids_of, moments, outline, runs_of
+from vomstudio.geometry.units import area_text
 from vomstudio.tools.context import ToolContext
 from vomstudio.tools.types import Area, BrushRing, Button, Hit, Pointer, PointerEvent, Preview
 
@@ -515,7 +516,7 @@ class PatchTool:
         size = (
             f"{fit.n} points"
             if measurement.area_m2 is None
-            else f"{measurement.area_m2:.3g} m²   n {fit.n}"
+            else f"{area_text(measurement.area_m2, metric=measurement.metric)}   n {fit.n}"
         )
         if self._down:
             # What is about to be painted must not be covered; the panel has the rest.

@@ -82,7 +82,7 @@ class FitView(QWidget):
         self._badge.setPixmap(theme.verdict_icon(quality).pixmap(18, 18))
         self._word.setText(quality or "")
         values = dict.fromkeys(self._values, "–")
-        if fit is not None:
+        if measured is not None and fit is not None:
             values = {
                 "confidence": f"{degrees(fit.max_confidence95_deg)} × "
                 f"{degrees(fit.min_confidence95_deg)}",
@@ -91,7 +91,8 @@ class FitView(QWidget):
                 f"{degrees(fit.min_angular_error_deg)}",
                 "indices": f"{number(fit.M)} / {number(fit.K)}",
                 "textbook": f"{number(fit.coplanarity)} / {number(fit.collinearity)}",
-                "size": f"{length(fit.extent)} / {length(fit.rms)}   (n {fit.n})",
+                "size": f"{length(fit.extent, metric=measured.metric)} / "
+                f"{length(fit.rms, metric=measured.metric)}   (n {fit.n})",
             }
         elif measured is not None:
             values |= _line_values(measured)
@@ -122,7 +123,8 @@ def _line_values(measured: Measurement) -> dict[str, str]:
         if measured.confidence_axis is not None:
             values["confidence"] += f" × {degrees(measured.min_confidence95_deg)}"
     if (fit := measured.line_fit) is not None:
-        values["size"] = f"{length(fit.length)} / {length(fit.rms)}   (n {fit.n})"
+        sizes = (length(size, metric=measured.metric) for size in (fit.length, fit.rms))
+        values["size"] = f"{' / '.join(sizes)}   (n {fit.n})"
     return values
 
 
@@ -130,7 +132,7 @@ def _more(measured: Measurement) -> list[str]:
     """What only lines, patches, intersections and dimensions have."""
     lines = []
     if measured.area_m2 is not None:
-        lines.append(f"Area {area(measured.area_m2)}")
+        lines.append(f"Area {area(measured.area_m2, metric=measured.metric)}")
     if measured.rake_deg is not None:
         lines.append(
             f"Rake {measured.rake_deg:.0f}°, {degrees(measured.off_plane_deg)} off its plane"
@@ -140,5 +142,5 @@ def _more(measured: Measurement) -> list[str]:
     if measured.angle_deg is not None:
         lines.append(f"Angle between the planes {degrees(measured.angle_deg)}")
     if measured.dimension:
-        lines += dimension_lines(measured.dimension)
+        lines += dimension_lines(measured.dimension, metric=measured.metric)
     return lines

@@ -45,9 +45,19 @@ class FrameDialog(QDialog):
         self._local_button = QRadioButton(
             self.tr("Local: metres, up and grid north are right, the place is not")
         )
-        self._none_button = QRadioButton(self.tr("Not known: angles are shown as local frame"))
+        self._scaled_button = QRadioButton(
+            self.tr("Only the unit is known: angles are shown as local frame")
+        )
+        self._none_button = QRadioButton(
+            self.tr("Not known: angles are shown as local frame, lengths in units")
+        )
         group = QButtonGroup(self)
-        for button in (self._crs_button, self._local_button, self._none_button):
+        for button in (
+            self._crs_button,
+            self._local_button,
+            self._scaled_button,
+            self._none_button,
+        ):
             group.addButton(button)
             button.toggled.connect(self._check)
         self._crs = QLineEdit(model.frame.crs or "")
@@ -92,6 +102,7 @@ class FrameDialog(QDialog):
         layout.addWidget(self._crs)
         layout.addWidget(self._crs_says)
         layout.addWidget(self._local_button)
+        layout.addWidget(self._scaled_button)
         layout.addWidget(self._none_button)
         layout.addLayout(form)
         layout.addWidget(self._buttons)
@@ -102,6 +113,8 @@ class FrameDialog(QDialog):
             self._crs.setFocus()
         elif model.frame.kind == "local":
             self._local_button.setChecked(True)
+        elif model.frame.kind == "scaled":
+            self._scaled_button.setChecked(True)
         else:
             self._none_button.setChecked(True)
         self._check()
@@ -117,6 +130,10 @@ class FrameDialog(QDialog):
         self._pause.stop()
         ok = self._buttons.button(QDialogButtonBox.StandardButton.Ok)
         self._crs.setEnabled(self._crs_button.isChecked())
+        self._unit.setEnabled(not self._none_button.isChecked())
+        self._unit.setToolTip(
+            self.tr("Not now: choose above what is known") if self._none_button.isChecked() else ""
+        )
         if not self._crs_button.isChecked():
             self._crs_says.setText("")
             ok.setEnabled(True)
@@ -142,8 +159,10 @@ class FrameDialog(QDialog):
             self.frame = Frame("crs", code, unit, up)
         elif self._local_button.isChecked():
             self.frame = Frame("local", None, unit, up)
+        elif self._scaled_button.isChecked():
+            self.frame = Frame("scaled", None, unit, up)
         else:
-            self.frame = Frame("undeclared", None, unit, up)
+            self.frame = Frame("undeclared", None, 1.0, up)
         super().accept()
 
 

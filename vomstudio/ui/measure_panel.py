@@ -80,8 +80,10 @@ class MeasurePanel(QWidget):
         self.kind_box.setToolTip(
             self.tr("Not now: a continued measurement keeps its kind") if tool.continued else ""
         )
-        figures = tool.measurement.dimension if tool.measurement else None
-        lines = dimension_lines(figures) if figures else []
+        measured = tool.measurement
+        lines = []
+        if measured and measured.dimension:
+            lines = dimension_lines(measured.dimension, metric=measured.metric)
         if lines:
             lines[0] = f"<b>{lines[0]}</b>"
         elif tool.measurement and tool.measurement.problem and len(tool.vertices) > 1:

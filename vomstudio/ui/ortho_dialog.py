@@ -94,7 +94,8 @@ class OrthoDialog(QDialog):
         self._size.setWordWrap(True)
         pixel = QHBoxLayout()
         pixel.addWidget(self.gsd)
-        pixel.addWidget(QLabel("m  "))
+        self._unit = QLabel()
+        pixel.addWidget(self._unit)
         pixel.addWidget(self._size, 1)
         self.sheet = QCheckBox(self.tr("a sheet to look at beside it, with scale bar and labels"))
         self.sheet_format = ComboBox()
@@ -177,7 +178,9 @@ class OrthoDialog(QDialog):
         self.gsd.setText(f"{gsd:g}")
         box = self._box()
         deep = float(np.ptp(box[:, 2]))
-        cost = orthophoto.cost_of_direction(self._error_deg, deep)
+        metric = model.frame.has_metres
+        self._unit.setText("m  " if metric else self.tr("units  "))
+        cost = orthophoto.cost_of_direction(self._error_deg, deep, metric=metric)
         self._cost.setText(cost[:1].upper() + cost[1:])
         self._check()
         # Labels of several lines have their text only now.
@@ -189,14 +192,15 @@ class OrthoDialog(QDialog):
         width, height = self._extent()
         why = None
         if gsd is None or gsd <= 0:
-            why = "the pixel size is a length in metres, such as 0.005"
+            why = "the pixel size is a length, such as 0.005"
         elif not (width and height):
             why = "the view shows nothing of this model"
         else:
             pixels = (width / gsd) * (height / gsd)
+            size = [length(v, metric=self._model().frame.has_metres) for v in (width, height)]
             self._size.setText(
-                f"up to {width / gsd:,.0f} × {height / gsd:,.0f} pixels, {length(width)} × "
-                f"{length(height)}\nproposed: {self._why}"
+                f"up to {width / gsd:,.0f} × {height / gsd:,.0f} pixels, "
+                f"{' × '.join(size)}\nproposed: {self._why}"
             )
             if pixels > orthophoto.MAX_PIXELS:
                 why = f"{pixels / 1e6:,.0f} million pixels are too many; make them larger"
@@ -251,6 +255,8 @@ class OrthoDialog(QDialog):
                     "plunge_deg": view.plunge_deg,
                     "sense": view.sense,
                     "reason": view.reason,
+                    "north_known": model.frame.has_north,
+                    "metric": model.frame.has_metres,
                 },
                 "to_world": [list(row) for row in model.to_world],
                 "crs": model.frame.crs,
@@ -277,7 +283,7 @@ class OrthoDialog(QDialog):
 def _say_done(window: MainWindow, result: dict[str, Any]) -> None:
     words = (
         f"Written: {result['image']}, {result['width']} × {result['height']} pixels of "
-        f"{result['gsd_m']:g} m, {result['coverage']:.0%} covered by the model"
+        f"{result['gsd_m']:g} {result['unit']}, {result['coverage']:.0%} covered by the model"
     )
     window.studio.info(words + (f"; sheet: {result['sheet']}" if result["sheet"] else "") + ".")
     if result["warnings"]:

@@ -38,7 +38,6 @@ class PatchPanel(QWidget):
         self.radius.setDecimals(3)
         self.radius.setRange(SMALLEST_RADIUS, LARGEST_RADIUS)
         self.radius.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
-        self.radius.setSuffix(" m")
         self.radius.setKeyboardTracking(False)
         self.radius.setToolTip(self.tr("Radius of the brush; [ and ] over the outcrop"))
         self.radius.valueChanged.connect(self._tool.set_radius)
@@ -131,6 +130,7 @@ class PatchPanel(QWidget):
             self._show_fit()
 
     def _show_fit(self) -> None:
+        self.radius.setSuffix(" m" if self._studio.metres_known() else self.tr(" units"))
         self._shown = measured = self._tool.measurement
         self.fit_view.show_measurement(
             measured, self._studio.settings.notation, local=not self._studio.north_known()

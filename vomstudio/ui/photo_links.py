@@ -16,11 +16,10 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.octree import StreamedCloud
 from vomstudio.geometry.raytree import RayTree
-from vomstudio.io.cameras_file import Cameras, read_cameras
+from vomstudio.io.cameras_file import FILE_NAME, Cameras, read_cameras
 from vomstudio.photogrammetry.photo_views import PhotoViews
 from vomstudio.ui.studio import Studio
 
-BESIDE = "cameras.json"
 _KEPT = "cameras"
 # Of a cloud a line of sight meets points within so many times their usual spacing.
 _REACH_SPACINGS = 1.0
@@ -108,7 +107,7 @@ class PhotoLinks(QObject):
         if chosen:
             return Path(chosen)
         file = self._studio.project.find_model(record)
-        beside = None if file is None else file.with_name(BESIDE)
+        beside = None if file is None else file.with_name(FILE_NAME)
         return beside if beside is not None and beside.is_file() else None
 
     def _begin(self, model_id: str) -> None:

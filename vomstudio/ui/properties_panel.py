@@ -247,7 +247,8 @@ class PropertiesPanel(QWidget):
             if isinstance(opened.data, StreamedCloud):
                 lines.append("Read as it is looked at: measured on what is loaded for the view.")
         if opened is not None and opened.resolution:
-            lines.append(f"Resolution: {length(opened.resolution * model.frame.unit_m)}")
+            spacing = opened.resolution * model.frame.unit_m
+            lines.append(f"Resolution: {length(spacing, metric=model.frame.has_metres)}")
         lines.append(f"Frame: {model.frame.name()}")
         if opened is not None:
             lines += list(opened.warnings)

@@ -229,7 +229,9 @@ class ScenePresenter:
         return self._studio.visible(model_id) and self._studio.visible("models")
 
     def _frame(self) -> None:
-        self._viewport.set_frame(north_known=self._studio.north_known())
+        self._viewport.set_frame(
+            north_known=self._studio.north_known(), unit_known=self._studio.metres_known()
+        )
 
     # --- features ----------------------------------------------------------------------------
     def _edited(self, edit: Edit) -> None:

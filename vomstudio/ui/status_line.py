@@ -102,7 +102,8 @@ class StatusLine(QStatusBar):
         point = transform.apply(model.to_world, [event.hit.position])[0]
         names = ("E", "N", "Z") if model.frame.has_north else ("x", "y", "z")
         words = "  ".join(f"{name} {value:,.3f}" for name, value in zip(names, point, strict=True))
-        self._position.setText(words.replace(",", "\N{NARROW NO-BREAK SPACE}") + " m")
+        words = words.replace(",", "\N{NARROW NO-BREAK SPACE}")
+        self._position.setText(f"{words} {'m' if model.frame.has_metres else self.tr('units')}")
 
     def _jobs_changed(self) -> None:
         if not self._studio.jobs.visible():

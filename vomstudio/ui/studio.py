@@ -31,6 +31,7 @@ from vomstudio.document.selection import Selection
 from vomstudio.document.session import Session
 from vomstudio.errors import VomError
 from vomstudio.geometry.brush import PaintSurface
+from vomstudio.io import cameras_file
 from vomstudio.io.project import Project, create_untitled, is_free, is_project, untitled_projects
 from vomstudio.io.settings import Settings, SettingsFile
 from vomstudio.jobs.events import Failed
@@ -440,7 +441,7 @@ class Studio(QObject):
                 self._attach(same[0].id, path, opened)
             self.info(f"{path.name} is open already.")
             return
-        frame = Frame("crs", opened.crs) if opened.crs else Frame()
+        frame = _frame_of(path, opened)
         to_world = frame.to_world()
         other = self.records.get(like or "")
         if isinstance(other, Model):
@@ -521,6 +522,10 @@ class Studio(QObject):
         """Every model of the project knows its north."""
         models = self.session.of(Model)
         return bool(models) and all(m.frame.has_north for m in models)
+
+    def metres_known(self) -> bool:
+        """No model of the project is of unknown scale."""
+        return all(m.frame.has_metres for m in self.session.of(Model))
 
     def frame_name(self) -> str:
         names = list(dict.fromkeys(m.frame.name() for m in self.session.of(Model)))
@@ -636,3 +641,13 @@ class Studio(QObject):
 
     def fail(self, error: VomError) -> None:
         self.notice.emit(Notice(str(error), "error"))
+
+
+def _frame_of(path: Path, opened: OpenModel) -> Frame:
+    """The file's own; a model made of photos in a local system of control has metres and north."""
+    if opened.crs:
+        return Frame("crs", opened.crs)
+    with contextlib.suppress(VomError):
+        if cameras_file.read_cameras(path.with_name(cameras_file.FILE_NAME)).scaled:
+            return Frame("local")
+    return Frame()

@@ -124,8 +124,18 @@ COLUMNS: tuple[Column, ...] = (
     _fit("Coplan.", "coplanarity", "Coplanarity index 1/l3 (textbook eq. 20)", number),
     _fit("Collin.", "collinearity", "Collinearity index l1/l2 (textbook eq. 21)", number),
     _fit("n", "n", "Number of points", lambda v: "–" if v is None else str(v)),
-    _fit("Extent", "extent", "Longest axis of the trace, diameter of the patch", length),
-    _measured("Area", "area_m2", "Area of the patch's faces", area),
+    Column(
+        "Extent",
+        "Longest axis of the trace, diameter of the patch",
+        lambda r: length(r.fit("extent"), metric=r.measured.metric),
+        lambda r: r.fit("extent"),
+    ),
+    Column(
+        "Area",
+        "Area of the patch's faces",
+        lambda r: area(r.measured.area_m2, metric=r.measured.metric),
+        lambda r: r.measured.area_m2,
+    ),
     Column(
         "Rake",
         "Of a line in its plane, from the right-hand-rule strike; of a slip -180 to 180, positive "
@@ -146,7 +156,12 @@ COLUMNS: tuple[Column, ...] = (
         lambda r: number(r.ratio, 2),
         lambda r: r.ratio,
     ),
-    _fit("RMS", "rms", "Root mean square distance from the plane", length),
+    Column(
+        "RMS",
+        "Root mean square distance from the plane",
+        lambda r: length(r.fit("rms"), metric=r.measured.metric),
+        lambda r: r.fit("rms"),
+    ),
     Column("Reasons", "Why the verdict is what it is", lambda r: r.reasons, lambda r: r.reasons,
            None, True),
     Column("Notes", "Notes", lambda r: r.feature.notes, lambda r: r.feature.notes, "notes", True),

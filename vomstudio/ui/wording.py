@@ -44,7 +44,7 @@ def orientation_text(measured: Measurement, notation: str, decimals: int | None 
             decimals = 1 if error is not None and error < 1.0 else 0
         return format_line(measured.line, decimals)
     if measured.dimension:
-        return dimension_text(measured.dimension)
+        return dimension_text(measured.dimension, metric=measured.metric)
     return "–"
 
 
@@ -52,15 +52,15 @@ def orientation_text(measured: Measurement, notation: str, decimals: int | None 
 _MAIN: tuple[str, ...] = ("thickness_m", "area_m2", "length_m", "distance_m")
 
 
-def dimension_text(figures: Mapping[str, float]) -> str:
+def dimension_text(figures: Mapping[str, float], *, metric: bool = True) -> str:
     """The main figure of a dimension, with its error where that is known."""
     for name in _MAIN:
         if name in figures:
             if name == "area_m2":
-                return area(figures[name])
+                return area(figures[name], metric=metric)
             error = figures.get(name.replace("_m", "_error95_m"))
-            text = length(figures[name])
-            return text if error is None else f"{text} ± {length(error, 2)}"
+            text = length(figures[name], metric=metric)
+            return text if error is None else f"{text} ± {length(error, 2, metric=metric)}"
     return "–"
 
 
