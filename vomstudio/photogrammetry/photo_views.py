@@ -9,13 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.raytree import RayTree
 from vomstudio.io.cameras_file import Cameras
+
+if TYPE_CHECKING:
+    from vomstudio.geometry.raytree import RayTree
 
 Array = npt.NDArray[np.float64]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from PySide6.QtCore import QObject, Qt, Signal
@@ -15,10 +16,12 @@ from vomstudio.errors import VomError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.octree import StreamedCloud
-from vomstudio.geometry.raytree import RayTree
 from vomstudio.io.cameras_file import FILE_NAME, Cameras, read_cameras
-from vomstudio.photogrammetry.photo_views import PhotoViews
 from vomstudio.ui.studio import Studio
+
+if TYPE_CHECKING:
+    from vomstudio.geometry.raytree import RayTree
+    from vomstudio.photogrammetry.photo_views import PhotoViews
 
 _KEPT = "cameras"
 # Of a cloud a line of sight meets points within so many times their usual spacing.
@@ -139,6 +142,10 @@ class PhotoLinks(QObject):
         resolution: float,
         tree: RayTree | None,
     ) -> None:
+        # Kernels take a third of a second to import: not while the window starts.
+        from vomstudio.geometry.raytree import RayTree
+        from vomstudio.photogrammetry.photo_views import PhotoViews
+
         try:
             cameras = read_cameras(path)
             if tree is None:
