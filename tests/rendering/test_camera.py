@@ -171,3 +171,22 @@ def test_a_damaged_view_is_refused_and_changes_nothing(damage: dict[str, object]
     with pytest.raises(ValueError, match="camera state"):
         camera.restore({**before, **damage})
     assert camera.as_dict() == before
+
+
+@pytest.mark.parametrize("orthographic", [False, True])
+@pytest.mark.parametrize("away", [-4.7e6, 4.7e6])
+def test_a_model_in_another_frame_far_away_does_not_swallow_what_is_looked_at(
+    orthographic: bool, away: float
+) -> None:
+    """Nearness to the pivot stays in the depth range, and 24 bits tell millimetres apart there."""
+    camera = looking(0.0, 0.0, orthographic=orthographic)
+    own = camera.pivot + 0.2 * camera.distance * np.array([[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]])
+    eye = camera.eye(np.concatenate([own, own + away * camera.direction]))
+    depth = eye.depth(own)
+    assert (depth > eye.near).all()
+    assert (depth < eye.far).all()
+    if orthographic:
+        step = (eye.far - eye.near) / 2**24
+    else:
+        step = depth.max() ** 2 * (1 / eye.near - 1 / eye.far) / 2**24
+    assert step < 2e-4 * camera.distance

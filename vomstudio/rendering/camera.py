@@ -32,6 +32,9 @@ STANDARD_VIEWS: dict[str, tuple[float, float]] = {
 }
 """Trend and plunge by the direction in which the viewer looks: "north" stands in the south."""
 
+# What lies so many times the pivot's distance before or behind it is not drawn in parallel view.
+_REACH = 1000.0
+
 VIEW_ALIASES = {"top": "down", "bottom": "up"}
 """A top view is seen from above, so it looks down."""
 
@@ -148,7 +151,9 @@ class Camera:
         return math.degrees(math.atan2(x, y)) % 360.0, plunge
 
     def eye(self, corners: Array) -> Eye:
-        """The eye with a depth range that holds `corners` (n, 3) World (n may be 0).
+        """The eye with a depth range that holds `corners` (n, 3) World (n may be 0), as far as a
+        depth buffer of 24 bits can tell depths apart at the pivot: another model thousands of
+        kilometres away, as in another frame, must not swallow what is looked at.
 
         An orthographic eye stands back until everything is before it; this changes no pixel.
         """
@@ -161,13 +166,16 @@ class Camera:
         margin = 0.05 * (farthest - nearest) + 0.02 * self.distance + 1e-6
         nearest, farthest = nearest - margin, farthest + margin
         if self.orthographic:
+            reach = _REACH * self.distance
+            nearest = max(nearest, min(farthest, self.distance) - reach)
+            farthest = min(farthest, max(nearest, self.distance) + reach)
             back = max(0.0, 1e-3 * (farthest - nearest) - nearest)
             position = position - back * self.direction
             nearest, farthest = nearest + back, farthest + back
             half = self.distance * self.tangent
         else:
             farthest = max(farthest, 1e-3 * self.distance)
-            nearest = max(nearest, 5e-4 * farthest, 1e-6)
+            nearest = max(nearest, min(5e-4 * farthest, 0.1 * self.distance), 1e-6)
             nearest = min(nearest, 0.5 * farthest)
             half = self.tangent
         right, up, direction = self.frame
