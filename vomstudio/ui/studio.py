@@ -366,7 +366,7 @@ class Studio(QObject):
             str(path),
             path,
             self.project.cache,
-            lambda opened: self._add_opened(path, opened, name or path.stem, like, then),
+            lambda opened: self._add_opened(path, opened, name or _name_of(path), like, then),
         )
 
     def _load(self, model: Model) -> None:
@@ -641,6 +641,13 @@ class Studio(QObject):
 
     def fail(self, error: VomError) -> None:
         self.notice.emit(Notice(str(error), "error"))
+
+
+def _name_of(path: Path) -> str:
+    """The file's name; every model made of photos has the same, so its folder's."""
+    if not path.with_name(cameras_file.FILE_NAME).is_file():
+        return path.stem
+    return path.parent.name if path.stem == "model" else f"{path.parent.name} {path.stem}"
 
 
 def _frame_of(path: Path, opened: OpenModel) -> Frame:
