@@ -168,8 +168,8 @@ def zoom(app: QApplication, view, heart: Heartbeat) -> None:  # type: ignore[no-
     rests = []
     heart.restart()
     for _ in range(8):
-        view._camera.zoom(0.72, about)
-        view._moved()
+        view.camera.zoom(0.72, about)
+        view.moved()
         pump(app, 0.02)
         rests.append(pump(app, 30.0, lambda: bool(scene.complete)))
     levels = [s.level for m in scene.models.values() for s in m.skins.values()]
@@ -279,7 +279,7 @@ def display(app: QApplication, view, heart: Heartbeat, steps: int) -> None:  # t
     view.set_clip_box(box)
     pump(app, 0.1)
     pump(app, 60.0, whole)
-    at = view._clip_places()[1][1]
+    at = view.clip.places(view.extent())[1][1]
     heart.restart()
     times = clip_drag(app, view, float(at[0]), float(at[1]), steps)
     assert view.clip_box.high[0] < box.high[0]

@@ -29,7 +29,7 @@ def test_a_field_and_a_clipping_box_outlive_the_window(window, outcrop, tmp_path
     before = picture(window)
     menu_of_fields(window, "Elevation").trigger()
     wait(lambda: window.viewport.scale_of(model_id) is not None, "the field")
-    wait(lambda: window.viewport._bars, "the colour bar")
+    wait(lambda: window.viewport.overlays.bars, "the colour bar")
     driver.settled(window)
     assert np.abs(picture(window) - before).max() > 80
     window.actions_table.run("clipping_box")

@@ -50,7 +50,7 @@ def well_seen(window, points: np.ndarray) -> np.ndarray:
 
 
 def reading(window) -> tuple[str, ...]:
-    preview = window.viewport._preview
+    preview = window.viewport.preview
     return () if preview is None else preview.reading
 
 
@@ -118,7 +118,7 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
     key(window, Qt.Key.Key_Backspace)
     assert tool.vertices == before
     between = pixel(window, (points[4] + points[5]) / 2) + QPoint(0, 4)
-    assert viewport._handle_at(between.x(), between.y()) is None
+    assert viewport.gestures.handle_at(between.x(), between.y()) is None
     click(viewport, between, driver.CTRL)
     assert len(tool.vertices) == len(before) + 1
     assert tool.vertices[:5] == before[:5]

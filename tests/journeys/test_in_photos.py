@@ -123,7 +123,7 @@ def test_a_bed_is_seen_in_its_photos_and_another_is_picked_there(traced):
         axis=0
     ).max() < (3 * gsd / canvas._scale + 0.05)
     move(canvas, on[0] + QPoint(9, 14))
-    assert window.viewport._preview.rubber is not None, "the band follows in the outcrop"
+    assert window.viewport.preview.rubber is not None, "the band follows in the outcrop"
     driver.keep_picture(window, "in-photos-3-picking")
 
     # A vertex is taken by its handle.

@@ -36,7 +36,7 @@ def picked(window, outcrop, picks):
 
 
 def reading(window) -> tuple[str, ...]:
-    preview = window.viewport._preview
+    preview = window.viewport.preview
     return () if preview is None else preview.reading
 
 

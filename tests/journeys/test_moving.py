@@ -35,7 +35,7 @@ def free_place(window) -> QPoint:
         for y in range(height // 3, height, 15):
             if (
                 window.viewport.pick(x, y) is not None
-                and window.viewport._handle_at(x, y) is None
+                and window.viewport.gestures.handle_at(x, y) is None
                 and window.viewport.pick_feature(x, y) is None
             ):
                 return QPoint(x, y)
@@ -131,7 +131,7 @@ def test_a_double_click_without_a_trace_sets_the_pivot_and_begins_nothing(pickin
     QTest.mouseClick(picking.viewport, driver.LEFT, driver.NONE, at)
     QTest.mouseDClick(picking.viewport, driver.LEFT, driver.NONE, at)
     assert on_screen(picking.studio) == before
-    pivot = np.array(picking.viewport._camera.pivot)
+    pivot = np.array(picking.viewport.camera.pivot)
     assert pivot == pytest.approx(picking.viewport.world_of(hit))
 
 

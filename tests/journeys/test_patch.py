@@ -60,7 +60,7 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     at = ready(window, outcrop, picks)
     assert window.docks["patch"].isVisible()
     move(viewport, at)
-    assert viewport._preview.brush is not None
+    assert viewport.preview.brush is not None
     window.patch_panel.radius.setValue(0.25)
     assert tool.radius == 0.25
 
@@ -68,8 +68,8 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     camera = viewport.camera_state()
     drag(viewport, at, at + QPoint(60, 20), release=False)
     assert tool.open
-    assert viewport._preview.area is not None
-    assert viewport._preview.reading[1].startswith("95 %: ")
+    assert viewport.preview.area is not None
+    assert viewport.preview.reading[1].startswith("95 %: ")
     assert window.patch_panel.fit_view.isVisible()
     driver.keep_picture(window, "patch-1-painting")
     drag(viewport, at, at + QPoint(60, 20))
@@ -122,7 +122,7 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     assert not tool.open
     QTest.mouseRelease(viewport, driver.LEFT, driver.NONE, at + 2 * NORTH)
     assert patches(window) == [grown]
-    assert viewport._preview.area is None
+    assert viewport.preview.area is None
 
     # Another one, of another type, in an orthographic view.
     key(window, Qt.Key.Key_Return)

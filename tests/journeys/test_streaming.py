@@ -53,8 +53,8 @@ def test_a_large_copc_file_is_streamed_and_its_points_are_those_of_the_file(wind
     assert np.array_equal(hit.position, whole.points[hit.index])
     before = len(opened.data.store.loaded())
     for _ in range(5):
-        viewport._camera.zoom(0.6, viewport.world_of(hit))
-        viewport._moved()
+        viewport.camera.zoom(0.6, viewport.world_of(hit))
+        viewport.moved()
         driver.pause(20)
     settle(window, model_id)
     assert len(opened.data.store.loaded()) > before

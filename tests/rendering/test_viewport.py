@@ -224,7 +224,7 @@ def test_orbiting_turns_about_the_point_under_the_cursor(stage: Stage) -> None:
     stage.drag([(300.0, 200.0), (320.0, 215.0), (360.0, 230.0)])
     pixels, _ = stage.view.project(point[None])
     np.testing.assert_allclose(pixels[0], (300.0, 200.0), atol=1e-3)
-    assert abs(stage.view._camera.frame[0, 2]) < 1e-9
+    assert abs(stage.view.camera.frame[0, 2]) < 1e-9
 
 
 @pytest.mark.parametrize(
@@ -332,7 +332,7 @@ def test_the_feature_under_the_cursor_is_named(stage: Stage) -> None:
     assert stage.view.pick_feature(middle[0], middle[1] + 2.0) == "trace"
     assert stage.view.pick_feature(*pixels[2:].mean(axis=0)) == "disc"
     assert stage.view.pick_feature(5.0, 5.0) is None
-    label = stage.view._annotations.label_boxes[0]
+    label = stage.view.overlays.annotations.label_boxes[0]
     assert stage.view.pick_feature(label[1].center().x(), label[1].center().y()) == "trace"
     stage.view.set_features({"trace": None})
     QApplication.processEvents()
@@ -387,7 +387,7 @@ def test_the_scale_bar_is_true_in_the_orthographic_view(stage: Stage) -> None:
     QApplication.processEvents()
     length, pixels = painting.scale_bar(stage.view.metres_per_pixel(), stage.view.width())
     assert length in {m * 10.0**e for m in (1.0, 2.0, 5.0) for e in range(-3, 3)}
-    right = stage.view._camera.frame[0]
+    right = stage.view.camera.frame[0]
     for start in UTM + np.array([[0.0, 0.0, 0.0], [8.0, 5.0, 3.0]]):
         marks, _ = stage.view.project(np.stack([start, start + length * right]))
         assert np.hypot(*(marks[1] - marks[0])) == pytest.approx(pixels, abs=0.01)
@@ -507,8 +507,8 @@ def test_a_symbol_keeps_its_size_and_is_clicked(stage: Stage) -> None:
     stage.view.set_features({"s": drawing})
     widths = []
     for zoom in (1.0, 2.0):
-        stage.view._camera.zoom(zoom, place)
-        stage.view._moved()
+        stage.view.camera.zoom(zoom, place)
+        stage.view.moved()
         stage.settle()
         shown = np.abs(stage.picture() - 255.0 * np.array(color)).max(axis=2) <= 12
         columns = np.flatnonzero(shown.any(axis=0))
@@ -537,10 +537,10 @@ def test_a_disc_too_small_to_be_seen_is_a_dot_that_is_clicked(stage: Stage) -> N
     assert 20 < shown.sum() < 120
     assert stage.view.pick_feature(x + 4.0, y) == "s"
     # Large on the screen it is a disc and nothing else.
-    stage.view._camera.zoom(0.02, place)
-    stage.view._moved()
+    stage.view.camera.zoom(0.02, place)
+    stage.view.moved()
     stage.settle()
-    assert not len(stage.view._annotations._strokes)
+    assert not len(stage.view.overlays.annotations._strokes)
 
 
 def test_a_line_on_the_surface_does_not_hide_its_own_points(stage: Stage) -> None:
@@ -565,14 +565,14 @@ def test_a_trace_is_named_where_it_is_seen(stage: Stage) -> None:
     )
     stage.view.set_features({"f": FeatureDrawing("f", line, None, (0.9, 0.6, 0.0), "f", line[20])})
     stage.settle()
-    assert stage.view._annotations.label_boxes
-    stage.view._camera.set_pivot(line[10])
-    stage.view._camera.zoom(0.2, line[10])
-    stage.view._moved()
+    assert stage.view.overlays.annotations.label_boxes
+    stage.view.camera.set_pivot(line[10])
+    stage.view.camera.zoom(0.2, line[10])
+    stage.view.moved()
     stage.settle()
     pixels, seen = stage.view.project(line[[10, 20]])
     assert seen.tolist() == [True, False]
-    ((_, box),) = stage.view._annotations.label_boxes
+    ((_, box),) = stage.view.overlays.annotations.label_boxes
     assert abs(box.center().x() - pixels[0, 0]) < 60.0
 
 
@@ -592,13 +592,13 @@ def test_labels_do_not_come_and_go_while_the_view_turns(stage: Stage) -> None:
     stage.settle()
 
     def shown() -> set[str]:
-        return {key for key, _ in stage.view._annotations.label_boxes}
+        return {key for key, _ in stage.view.overlays.annotations.label_boxes}
 
     first = last = shown()
     changes = 0
     for _ in range(20):
-        stage.view._camera.orbit(0.2, 0.05)
-        stage.view._moved()
+        stage.view.camera.orbit(0.2, 0.05)
+        stage.view.moved()
         stage.view.repaint()
         changes += len(shown() ^ last)
         last = shown()

@@ -60,7 +60,7 @@ def test_a_field_is_shown_with_its_bar(stage: Stage) -> None:
     for (x, y), height in zip(pixels, (2.0, 6.0), strict=True):
         expected = np.array(colormaps["viridis"](height / 8.0, bytes=True)[:3], int)
         assert np.abs(picture[round(y), round(x)] - expected).max() < 12
-    (bar,) = stage.view._bars
+    (bar,) = stage.view.overlays.bars
     right = picture[round(bar.box.center().y()), int(bar.box.left()) : int(bar.box.right())]
     middle = np.array(colormaps["viridis"](0.5, bytes=True)[:3], int)
     assert np.abs(right - middle).max(axis=1).min() < 12
@@ -75,7 +75,7 @@ def test_a_typed_range_and_another_field_take_the_place_of_the_first(stage: Stag
     stage.view.set_display("textured")
     at_rest(stage)
     assert stage.view.scale_of("w") is None
-    assert not stage.view._bars
+    assert not stage.view.overlays.bars
     scene = stage.view._scene
     assert scene is not None
     assert scene.models["w"].field is None
@@ -89,7 +89,7 @@ def test_a_field_that_was_chosen_first_is_shown_when_the_model_comes(stage: Stag
     stage.view.set_field("w", FieldStyle(ELEVATION))
     stage.wait(lambda: bool(told))
     at_rest(stage)
-    assert stage.view._bars
+    assert stage.view.overlays.bars
 
 
 def test_elevation_follows_the_frame_of_the_model(stage: Stage) -> None:
@@ -166,7 +166,7 @@ def test_a_face_is_dragged_by_its_handle_and_the_model_ends_there(stage: Stage) 
     stage.view.clip_changed.connect(told.append)
     before = json.dumps(stage.view.camera_state())
     face = FACES.index((0, 1))
-    x, y = stage.view._clip_places()[1][face]
+    x, y = stage.view.clip.places(stage.view.extent())[1][face]
     goal = box.face_centre(0, 1)
     goal[0] = UTM[0] + 6.0
     (gx, gy), _ = (v[0] for v in stage.view.project(goal[None]))
@@ -190,7 +190,7 @@ def test_without_handles_a_drag_turns_the_view(stage: Stage) -> None:
     box = clip(stage, handles=False)
     before = stage.view.camera_state()
     stage.view.set_clip_box(box, handles=True)
-    x, y = stage.view._clip_places()[1][0]
+    x, y = stage.view.clip.places(stage.view.extent())[1][0]
     stage.view.set_clip_box(box, handles=False)
     stage.drag([(x, y), (x + 20, y), (x + 40, y)])
     assert stage.view.camera_state() != before
@@ -203,11 +203,11 @@ def test_a_face_that_is_looked_at_head_on_cannot_be_dragged(stage: Stage) -> Non
     stage.view.set_orthographic(True)
     stage.view.standard_view("north")
     at_rest(stage)
-    _, places, usable = stage.view._clip_places()
+    _, places, usable = stage.view.clip.places(stage.view.extent())
     for k, (axis, _side) in enumerate(FACES):
         assert usable[k] == (axis != 1)
-    assert stage.view._face_at(*places[FACES.index((1, 0))]) is None
-    assert stage.view._face_at(*places[FACES.index((2, 1))]) == FACES.index((2, 1))
+    assert stage.view.face_at(*places[FACES.index((1, 0))]) is None
+    assert stage.view.face_at(*places[FACES.index((2, 1))]) == FACES.index((2, 1))
 
 
 def test_turning_the_view_on_and_off_gives_the_whole_model_back(stage: Stage) -> None:

@@ -169,7 +169,7 @@ def _views(w: MainWindow) -> list[Command]:
     def trackball() -> None:
         studio.settings.turntable = not studio.settings.turntable
         if w.viewport is not None:
-            w.viewport.navigation = "turntable" if studio.settings.turntable else "trackball"
+            w.viewport.gestures.set_turntable(studio.settings.turntable)
         studio.keep_settings()
 
     table = [

@@ -368,7 +368,7 @@ class MainWindow(QMainWindow):
         viewport.camera_changed.connect(self._camera_changed)
         viewport.problem.connect(lambda text: self.studio.warn(text))
         viewport.point_budget = self._settings.point_budget
-        viewport.navigation = "turntable" if self._settings.turntable else "trackball"
+        viewport.gestures.set_turntable(self._settings.turntable)
         viewport.setFocus()
         # A window that is closed before the process ends is not to stay for ever.
         self._first = interpreter.spares_nothing()
@@ -541,7 +541,7 @@ class MainWindow(QMainWindow):
             cursor = Qt.CursorShape.CrossCursor if picking else Qt.CursorShape.ArrowCursor
             self.viewport.setCursor(cursor)
             # A brush paints with the left button.
-            self.viewport.orbit_button = (
+            self.viewport.gestures.orbit_button = (
                 Qt.MouseButton.RightButton if name == "patch" else Qt.MouseButton.LeftButton
             )
         self._refresh()
