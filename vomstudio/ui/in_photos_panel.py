@@ -3,20 +3,16 @@ click in a photo is a click on the model."""
 
 from __future__ import annotations
 
-import threading
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
-from PySide6.QtCore import QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QAction, QHideEvent, QIcon, QImage, QPixmap, QShowEvent
+from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtGui import QAction, QHideEvent, QShowEvent
 from PySide6.QtWidgets import (
     QHBoxLayout,
-    QListView,
-    QListWidget,
-    QListWidgetItem,
     QSplitter,
     QToolButton,
     QVBoxLayout,
@@ -25,31 +21,23 @@ from PySide6.QtWidgets import (
 
 from vomstudio.document.records import FEATURES, Model
 from vomstudio.geometry import transform
-from vomstudio.photogrammetry.photo_views import Sighting
-from vomstudio.rendering.drawing import FeatureDrawing
 from vomstudio.rendering.viewport import Viewport
 from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent, Preview
 from vomstudio.ui.photo_canvas import Drawn, PhotoCanvas, PhotoPointer
-from vomstudio.ui.photo_images import THUMBNAIL, PhotoImages, Picture
+from vomstudio.ui.photo_images import PhotoImages, Picture
 from vomstudio.ui.photo_links import ModelPhotos, PhotoLinks
+from vomstudio.ui.sighting_list import SightingList, sighting_words
+from vomstudio.ui.sighting_thread import SightingThread
 from vomstudio.ui.studio import Studio
 from vomstudio.ui.widgets import ElidedLabel
 from vomstudio.ui.wording import drawn_points
 
+if TYPE_CHECKING:
+    from vomstudio.photogrammetry.photo_views import Sighting
+
 Array = npt.NDArray[np.float64]
 
 _MOST_POINTS = 80  # of a feature, to find the photos that show it
-_MOST_EDGES = 3000  # of a patch
-_STEP_PX = 5.0
-
-
-@dataclass(frozen=True, eq=False)
-class _Found:
-    """What the thread has worked out: the photos that show the target, or what a photo shows."""
-
-    token: int
-    sightings: list[Sighting] | None = None
-    drawn: list[Drawn] | None = None
 
 
 class InPhotosPanel(QWidget):
@@ -57,7 +45,6 @@ class InPhotosPanel(QWidget):
 
     pointer = Signal(object)
     listed = Signal()
-    _found = Signal(object)
 
     def __init__(self, studio: Studio, links: PhotoLinks, actions: dict[str, QAction]) -> None:
         super().__init__()
@@ -73,13 +60,13 @@ class InPhotosPanel(QWidget):
         self._follow = True
         self._own_choice = False
         self._token, self._slack = 0, 0.0
-        self._jobs: dict[str, Any] = {}
-        self._more = threading.Condition()
-        self._thread: threading.Thread | None = None
-        self._closed = False
+        self._text = ""
+        self._thread = SightingThread()
         self.words = ElidedLabel()
         self.words.setObjectName("in_photos_words")
-        self.list = self._make_list()
+        self.list = SightingList(self.images)
+        self.list.chosen.connect(self._photo_chosen)
+        self.list.listed.connect(self.listed)
         self.canvas = PhotoCanvas()
         self.canvas.pointed.connect(self._pointed)
         split = QSplitter(Qt.Orientation.Horizontal)
@@ -97,9 +84,9 @@ class InPhotosPanel(QWidget):
         self._soon.setSingleShot(True)
         self._soon.setInterval(40)
         self._soon.timeout.connect(self.refresh)
-        self._found.connect(self._take, Qt.ConnectionType.QueuedConnection)
+        self._thread.sighted.connect(self._sighted, Qt.ConnectionType.QueuedConnection)
+        self._thread.drawn.connect(self._drawn, Qt.ConnectionType.QueuedConnection)
         self.images.pictured.connect(self._pictured, Qt.ConnectionType.QueuedConnection)
-        self.images.thumbnailed.connect(self._thumbnailed, Qt.ConnectionType.QueuedConnection)
         links.changed.connect(self._links_changed)
         studio.selection_changed.connect(self._selected)
         for signal in (
@@ -132,18 +119,6 @@ class InPhotosPanel(QWidget):
             header.addWidget(button)
         return header
 
-    def _make_list(self) -> QListWidget:
-        made = QListWidget()
-        made.setObjectName("photos_that_show_it")
-        made.setIconSize(THUMBNAIL)
-        made.setUniformItemSizes(True)
-        made.setTextElideMode(Qt.TextElideMode.ElideRight)
-        made.setViewMode(QListView.ViewMode.ListMode)
-        made.setMinimumWidth(210)
-        made.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        made.currentRowChanged.connect(self._row_chosen)
-        return made
-
     def watch(self, viewport: Viewport) -> None:
         """Draw what it draws; follow its cursor."""
         self._viewport = viewport
@@ -160,7 +135,7 @@ class InPhotosPanel(QWidget):
     @property
     def names(self) -> list[str]:
         """The photos in the list."""
-        return [self.list.item(i).data(Qt.ItemDataRole.UserRole) for i in range(self.list.count())]
+        return self.list.names
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802
         super().showEvent(event)
@@ -173,11 +148,7 @@ class InPhotosPanel(QWidget):
 
     def close_threads(self) -> None:
         self.images.close()
-        with self._more:
-            self._closed = True
-            self._more.notify()
-        if self._thread is not None:
-            self._thread.join(5.0)
+        self._thread.close()
 
     def _later(self, *_: object) -> None:
         if self.isVisible():
@@ -236,7 +207,8 @@ class InPhotosPanel(QWidget):
             self.words.setText("")
             return
         self._target, self._what = self._wanted()
-        self._ask("target")
+        self._token += 1
+        self._thread.find(self._token, self._photos, self._target)
         self._draw()
 
     def _choose_model(self) -> ModelPhotos | None:
@@ -270,61 +242,14 @@ class InPhotosPanel(QWidget):
             return self._place[None], self.tr("the place that was clicked")
         return np.zeros((0, 3)), ""
 
-    # --- the thread --------------------------------------------------------------------------
-    def _ask(self, kind: str) -> None:
-        """Have something worked out; of each kind only the newest."""
-        photos = self._photos
-        if photos is None:
-            return
-        if kind == "target":
-            self._token += 1
-            work: Any = (self._token, photos, self._target)
-        else:
-            selected = self._studio.selection.ids
-            features = {} if self._viewport is None else self._viewport.features
-            shown = [d for d in features.values() if d.visible]
-            # The selected ones are there first.
-            shown.sort(key=lambda d: d.id not in selected)
-            work = (self._view, photos, shown)
-        with self._more:
-            self._jobs[kind] = work
-            if self._thread is None:
-                self._thread = threading.Thread(target=self._work, name="in photos", daemon=True)
-                self._thread.start()
-            self._more.notify()
+    # --- the answers -------------------------------------------------------------------------
+    def _sighted(self, token: int, sightings: list[Sighting]) -> None:
+        if token == self._token:
+            self._list(sightings)
 
-    def _work(self) -> None:
-        while True:
-            with self._more:
-                while not (self._closed or self._jobs):
-                    self._more.wait()
-                if self._closed:
-                    return
-                kind = "target" if "target" in self._jobs else "drawn"
-                work = self._jobs.pop(kind)
-            if kind == "target":
-                token, photos, target = work
-                self._found.emit(_Found(token, sightings=photos.views.sightings(target)))
-            else:
-                view, photos, drawings = work
-                made: list[Drawn] = []
-                for number, drawing in enumerate(drawings, start=1):
-                    made += _draw(photos, view, drawing)
-                    with self._more:
-                        if self._closed or "drawn" in self._jobs:
-                            break
-                    if number % 25 == 0:
-                        self._found.emit(_Found(view, drawn=list(made)))
-                else:
-                    self._found.emit(_Found(view, drawn=made))
-
-    def _take(self, found: _Found) -> None:
-        if found.drawn is not None:
-            if found.token == self._view:
-                chosen = frozenset(self._studio.selection.ids)
-                self.canvas.set_drawn(found.drawn, chosen)
-        elif found.sightings is not None and found.token == self._token:
-            self._list(found.sightings)
+    def _drawn(self, view: int, drawn: list[Drawn]) -> None:
+        if view == self._view:
+            self.canvas.set_drawn(drawn, frozenset(self._studio.selection.ids))
 
     # --- the list ----------------------------------------------------------------------------
     def _list(self, sightings: list[Sighting]) -> None:
@@ -334,7 +259,7 @@ class InPhotosPanel(QWidget):
         self._sightings = sightings
         views = photos.views.views
         if len(self._target):
-            rows = [(s.name, _words(s, self._metric())) for s in sightings]
+            rows = [(s.name, sighting_words(s, self._metric())) for s in sightings]
             count = f"{len(sightings)} of {len(views)} photos"
             text = self.tr("{0}: seen in {1}").format(self._what, count)
         else:
@@ -343,50 +268,9 @@ class InPhotosPanel(QWidget):
                 "{0} photos of {1}. Select a feature or click on the outcrop to see it here."
             ).format(len(views), photos.name)
         self._text = text
-        if rows != getattr(self, "_rows", None) or self.list.count() != len(rows):
-            self._rows = rows
-            self._fill(rows)
+        self.list.show_rows(rows, lambda name: photos.path(photos.views.row(name)))
         self._choose_photo()
         self._say()
-
-    def _fill(self, rows: list[tuple[str, str]]) -> None:
-        photos = self._photos
-        assert photos is not None
-        self.list.blockSignals(True)
-        self.list.clear()
-        blank = QPixmap(THUMBNAIL)
-        blank.fill(Qt.GlobalColor.transparent)
-        for name, words in rows:
-            item = QListWidgetItem(QIcon(blank), f"{name.rpartition('/')[2]}\n{words}".strip())
-            item.setData(Qt.ItemDataRole.UserRole, name)
-            item.setSizeHint(QSize(0, THUMBNAIL.height() + 6))
-            item.setToolTip(self._tip(name, words))
-            self.list.addItem(item)
-            path = photos.path(photos.views.row(name))
-            if path is not None and (image := self.images.thumbnail(path)) is not None:
-                item.setIcon(_icon(image))
-        self._mark_row()
-        self.list.blockSignals(False)
-        self.listed.emit()
-
-    def _tip(self, name: str, words: str) -> str:
-        meaning = self.tr("size of a pixel on the rock · angle between line of sight and normal")
-        return f"{name}\n{words}\n({meaning})" if words else name
-
-    def _mark_row(self) -> None:
-        names = self.names
-        row = names.index(self.photo) if self.photo in names else -1
-        self.list.blockSignals(True)
-        self.list.setCurrentRow(row)
-        self.list.blockSignals(False)
-
-    def _thumbnailed(self, key: str, image: QImage) -> None:
-        photos = self._photos
-        if photos is None or photos.folder is None or image.isNull():
-            return
-        for i, name in enumerate(self.names):
-            if str(photos.folder / name) == key:
-                self.list.item(i).setIcon(_icon(image))
 
     def _choose_photo(self) -> None:
         """The best photo for something new; the present one as long as it shows as much."""
@@ -402,18 +286,12 @@ class InPhotosPanel(QWidget):
             self._show(best.view)
         else:
             self._look_at_target(only_if_lost=True)
-        self._mark_row()
+        self.list.mark(self.photo)
 
-    def _row_chosen(self, row: int) -> None:
-        if self._photos is not None and row >= 0:
-            name = self.list.item(row).data(Qt.ItemDataRole.UserRole)
+    def _photo_chosen(self, name: str) -> None:
+        if self._photos is not None:
             self._show(self._photos.views.row(name))
             self._say()
-
-    def step(self, by: int) -> None:
-        """The next photo of the list, or one before."""
-        if count := self.list.count():
-            self.list.setCurrentRow((max(self.list.currentRow(), 0) + by) % count)
 
     # --- the photo ---------------------------------------------------------------------------
     def _show(self, view: int, look: bool = True) -> None:
@@ -437,7 +315,7 @@ class InPhotosPanel(QWidget):
         if look:
             self._look_at_target()
         self._draw()
-        self._mark_row()
+        self.list.mark(self.photo)
 
     def _pictured(self, key: str, picture: Picture | str) -> None:
         photos = self._photos
@@ -480,7 +358,13 @@ class InPhotosPanel(QWidget):
         if place is not None and asked and views.shows(self._view, place[None])[0]:
             spot = views.pixels(self._view, place[None])[0]
         self.canvas.set_spot(spot)
-        self._ask("drawn")
+        selected = self._studio.selection.ids
+        features = {} if self._viewport is None else self._viewport.features
+        # The selected ones are there first.
+        shown = sorted(
+            (d for d in features.values() if d.visible), key=lambda d: d.id not in selected
+        )
+        self._thread.draw(self._view, self._photos, shown)
 
     def _preview(self, preview: Preview | None) -> None:
         if not self.isVisible() or self.canvas.look_through is None:
@@ -558,16 +442,16 @@ class InPhotosPanel(QWidget):
         """Lengths of the model are metres, as far as anybody knows."""
         photos = self._photos
         model = None if photos is None else self._studio.records.get(photos.model_id)
-        return isinstance(model, Model) and model.frame.has_north
+        return isinstance(model, Model) and model.frame.has_metres
 
     def _say(self) -> None:
         name = self.photo
         here = [s for s in self._sightings if s.view == self._view]
-        words = getattr(self, "_text", "")
+        words = self._text
         if name is not None:
             words += f"   ·   {name.rpartition('/')[2]}"
             if here and len(self._target):
-                words += f": {_words(here[0], self._metric()).replace(chr(10), ', ')}"
+                words += f": {sighting_words(here[0], self._metric()).replace(chr(10), ', ')}"
             elif len(self._target):
                 words += self.tr(" does not show it")
         self.words.setText(words)
@@ -599,49 +483,6 @@ class InPhotosPanel(QWidget):
             self.canvas.update()
 
 
-def _draw(photos: ModelPhotos, view: int | None, drawing: FeatureDrawing) -> list[Drawn]:
-    """A feature over a photo; nothing where it does not reach into it."""
-    views = photos.views
-    if view is None:
-        return []
-    pairs = False
-    if len(drawing.line) > 1:
-        pixels, seen = views.course(view, drawing.line, _STEP_PX)
-    elif drawing.area is not None:
-        edges = drawing.area.border[:: max(1, len(drawing.area.border) // _MOST_EDGES)]
-        world = drawing.area.origin + edges.reshape(-1, 3).astype(np.float64)
-        pixels, seen = views.pixels(view, world), views.shows(view, world)
-        pairs = True
-    else:
-        return []
-    if not seen.any():
-        return []
-    anchor = None
-    if views.shows(view, drawing.anchor[None])[0]:
-        anchor = views.pixels(view, drawing.anchor[None])[0]
-    elif not pairs:
-        rows = np.flatnonzero(seen)
-        anchor = pixels[rows[len(rows) // 2]]
-    return [Drawn(drawing.id, pixels, seen, drawing.color, drawing.label, anchor, pairs)]
-
-
 def _some(points: Array) -> Array:
     step = max(1, -(-len(points) // _MOST_POINTS))
     return np.asarray(points[::step], np.float64)
-
-
-def _words(sighting: Sighting, metric: bool) -> str:
-    """How well a photo shows it: size of a pixel, angle off the surface's normal, part of it."""
-    parts = []
-    if metric:
-        gsd = sighting.gsd_m
-        parts.append(f"{gsd * 1000:.1f} mm/px" if gsd < 0.01 else f"{gsd * 100:.1f} cm/px")
-    if sighting.obliquity_deg is not None:
-        parts.append(f"{sighting.obliquity_deg:.0f}°")
-    if sighting.share < 0.995:
-        parts.append(f"{100 * sighting.share:.0f} % of it")
-    return "\n".join([" · ".join(parts[:2]), *parts[2:]])
-
-
-def _icon(image: QImage) -> QIcon:
-    return QIcon(QPixmap.fromImage(image))
