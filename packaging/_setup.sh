@@ -132,7 +132,7 @@ install_environment() {
         "$base" -m venv "$venv"
     fi
     : >"$unfinished"
-    say "Installing Python packages into .venv (about 1 GB, a minute or a few)"
+    say "Installing Python packages into .venv (3.3 GB once unpacked, a few minutes)"
     local pip=("$python" -m pip --disable-pip-version-check --quiet)
     # setuptools first: what has no wheel is then built with the locked one, not with whatever is
     # newest, and so is the project itself.
