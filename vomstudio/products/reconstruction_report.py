@@ -45,7 +45,7 @@ def write_report(path: str | Path, result: Mapping[str, Any]) -> None:
             "<h2>Frame</h2>",
             _registration(result),
             "<h2>Model</h2>",
-            _facts(result["model"]),
+            _facts(result["model"], "m" if result["scaled"] else "units"),
             "<h2>Time, memory, settings</h2>",
             _times(result),
             _facts({**result["settings"], **result["versions"]}),
@@ -61,7 +61,9 @@ def write_report(path: str | Path, result: Mapping[str, Any]) -> None:
 
 def _summary(result: Mapping[str, Any]) -> str:
     frame = result["frame"]
-    where = "a local frame, without scale or north" if frame == "local" else frame
+    where = frame
+    if frame == "local":
+        where = "a local frame" + ("" if result["scaled"] else ", without scale or north")
     return (
         f"<p>{result['registered']} of {result['photos']} photos placed with a mean reprojection "
         f"error of {result['reprojection_error_px']:.2f} px; {result['tie_points']:,} tie points "
@@ -173,21 +175,42 @@ def _points(points: Sequence[Mapping[str, Any]]) -> str:
     )
 
 
-def _facts(values: Mapping[str, Any]) -> str:
-    rows = [
-        ("", [str(key).replace("_", " "), _plain(value)])
-        for key, value in values.items()
-        if value is not None
-    ]
+# Where the name of a figure alone does not say what it is and in which unit.
+_LABELS = {
+    "crs": "coordinate system",
+    "rms_m": "missed by (rms), m",
+    "rms_control_m": "control points missed by (rms), m",
+    "rms_check_m": "check points missed by (rms), m",
+    "sigma_m": "error of one coordinate (1 sigma), m",
+    "scale_error": "error of the scale (1 sigma, part of it)",
+    "rotation_error_deg": "error of the rotation (1 sigma), degrees",
+    "texel": "size of a texture pixel, {unit}",
+    "share_of_the_surface_that_no_photo_sees": "part of the surface that no photo sees",
+}
+
+
+def _facts(values: Mapping[str, Any], unit: str = "m") -> str:
+    rows = []
+    for key, value in values.items():
+        if value is None:
+            continue
+        label = _LABELS.get(key, str(key).replace("_", " ")).format(unit=unit)
+        if isinstance(value, Mapping):
+            rows += [
+                ("", [f"{label}, {name.replace('_', ' ')}", _plain(each)])
+                for name, each in value.items()
+            ]
+        else:
+            rows.append(("", [label, _plain(value)]))
     return _table(["", ""], rows)
 
 
 def _plain(value: Any) -> str:
-    if isinstance(value, Mapping):
-        return ", ".join(f"{key.replace('_', ' ')} {_plain(each)}" for key, each in value.items())
+    if isinstance(value, bool):
+        return "yes" if value else "no"
     if isinstance(value, float):
         return f"{value:.4g}"
-    if isinstance(value, int) and not isinstance(value, bool):
+    if isinstance(value, int):
         return f"{value:,}"
     return str(value)
 
