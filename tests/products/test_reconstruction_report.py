@@ -1,0 +1,79 @@
+"""The page about a reconstruction says what was found, in units, and nothing that is not known."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from vomstudio.products.reconstruction_report import write_report
+
+
+def found(**more: Any) -> dict[str, Any]:
+    photo = {
+        "name": "a<b>.jpg", "width": 600, "height": 400, "camera": None, "tie_points": 900,
+        "error_px": 0.31, "placed": True, "gsd_m": 0.0123, "exposure": 1.0,
+        "residual_m": None,
+    }  # fmt: skip
+    return {
+        "folder": "x/cliff", "registered": 1, "photos": 1, "reprojection_error_px": 0.31,
+        "tie_points": 1200, "tie_points_of_3": 1100, "dense_points": 50000, "faces": 4000,
+        "frame": "local", "scaled": False, "warnings": ["look & see"],
+        "drawing": {"points": [[0.0, 0.0, 0.0]], "at": [[1.0, 2.0, 3.0]], "looks": [[0, 1, 0]]},
+        "survey": {"verdict": "sound", "findings": [], "next_time": []},
+        "photo_rows": [photo], "calibration": [],
+        "registration": {"refused": "no positions"},
+        "model": {"texel": 0.02, "share_of_the_surface_that_no_photo_sees": 0.1},
+        "seconds": {"alignment": 1.0, "cloud": 2.5}, "peak_memory_mb": 800.0,
+        "settings": {"quality": "low"}, "versions": {"pycolmap": "4"},
+    } | more  # fmt: skip
+
+
+def page(tmp_path: Path, **more: Any) -> str:
+    write_report(tmp_path / "r.html", found(**more))
+    return (tmp_path / "r.html").read_text("utf-8")
+
+
+def test_names_are_text_and_never_markup(tmp_path: Path) -> None:
+    text = page(tmp_path)
+    assert "a&lt;b&gt;.jpg" in text
+    assert "a<b>" not in text
+    assert "look &amp; see" in text
+
+
+def test_a_model_without_scale_is_never_given_metres(tmp_path: Path) -> None:
+    text = page(tmp_path)
+    assert "without scale or north" in text
+    assert "size of a texture pixel, units" in text
+
+
+def test_a_local_system_of_control_points_has_scale_and_its_errors_their_units(
+    tmp_path: Path,
+) -> None:
+    turn = {"about_up": 0.02, "about_east": 0.05, "about_north": 0.03}
+    registration = {
+        "method": "ground control points",
+        "rms_check_m": 0.011,
+        "adjusted_together_with_the_cameras": True,
+        "rotation_error_deg": turn,
+    }
+    text = page(tmp_path, scaled=True, registration=registration)
+    assert "without scale" not in text
+    assert "size of a texture pixel, m" in text
+    assert "check points missed by (rms), m</td><td>0.011" in text
+    assert "error of the rotation (1 sigma), degrees, about east</td><td>0.05" in text
+    assert "adjusted together with the cameras</td><td>yes" in text
+
+
+def test_the_times_of_the_stages_are_summed(tmp_path: Path) -> None:
+    assert "together</td><td>3.5 s" in page(tmp_path)
+
+
+@pytest.mark.parametrize("text", ["http://", "https://", "<script"])
+def test_the_page_is_one_file(tmp_path: Path, text: str) -> None:
+    import re
+
+    # SVG names its namespaces and matplotlib its maker; nothing is fetched.
+    bare = re.sub(r"data:image[^\"]*", "", page(tmp_path))
+    assert text not in bare
