@@ -2,18 +2,29 @@
 
 Control points are a table `label, x, y, z` with, where wanted, `sigma` (metres) and `use` (control
 or check); marks are a table `label, photo, x, y`, in pixels of the photo as stored, from the outer
-corner of its top left pixel, x to the right and y down.
+corner of its top left pixel, x to the right and y down. Labels that are marked and not in the table
+of control points are tie points: places that the photos share.
+
+Beside the photos, as `control.csv` and `marks.csv`, both are found without being named.
 """
 
 from __future__ import annotations
 
+import csv
+import io
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from vomstudio.errors import InputError, UsageError
+from vomstudio.io.atomic import write_bytes
+from vomstudio.io.backup import set_aside
 from vomstudio.io.text_tables import TextTable, read_table
+
+CONTROL, MARKS = "control.csv", "marks.csv"
+"""Their names beside the photos."""
 
 _CONTROL = {"", "control", "yes", "true", "1", "gcp"}
 _CHECK = {"check", "no", "false", "0"}
@@ -101,6 +112,62 @@ def read_marks(path: str | Path) -> list[Mark]:
             line = int(table.line_numbers[first])
             raise _at(table, row, label, f"is marked in {mark.photo} in line {line} already")
     return marks
+
+
+def beside(photos: Path) -> tuple[Path | None, Path | None]:
+    """The tables of control points and of marks that lie beside the photos in a folder."""
+    control, marks = photos / CONTROL, photos / MARKS
+    return (control if control.is_file() else None, marks if marks.is_file() else None)
+
+
+def write_control(path: Path, points: Iterable[ControlPoint]) -> Path | None:
+    """Write the table of points, whole or not at all; without points there is none afterwards.
+
+    Returns where a table was put that held more than these columns. Raises TargetError.
+    """
+    rows = [
+        [p.label, *map(_digits, p.position), "" if p.sigma_m is None else _digits(p.sigma_m),
+         "check" if p.check else "control"]
+        for p in points
+    ]  # fmt: skip
+    return _write(path, ["label", "x", "y", "z", "sigma", "use"], rows)
+
+
+def write_marks(path: Path, marks: Iterable[Mark]) -> Path | None:
+    """Write the table of marks, whole or not at all; without marks there is none afterwards.
+
+    Returns where a table was put that held more than these columns. Raises TargetError.
+    """
+    rows = [[m.label, m.photo, _digits(m.x), _digits(m.y)] for m in marks]
+    return _write(path, ["label", "photo", "x", "y"], rows)
+
+
+def _write(path: Path, header: Sequence[str], rows: Sequence[Sequence[str]]) -> Path | None:
+    kept = set_aside(path) if path.exists() and not _is_plain(path, header) else None
+    if not rows:
+        path.unlink(missing_ok=True)
+        return kept
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows(rows)
+    write_bytes(path, text.getvalue().encode(), force=True)
+    return kept
+
+
+def _is_plain(path: Path, header: Sequence[str]) -> bool:
+    """Whether a table holds nothing that would be lost if it were written anew."""
+    try:
+        with path.open(encoding="utf-8") as stream:
+            first = stream.readline().rstrip("\n")
+            return first == ",".join(header) and not any(row.startswith("#") for row in stream)
+    except (OSError, UnicodeDecodeError):
+        return False
+
+
+def _digits(value: float) -> str:
+    """As short as tells it apart from every other number."""
+    return repr(float(value)).removesuffix(".0")
 
 
 def _columns(table: TextTable, *names: str) -> list[int]:

@@ -1,0 +1,77 @@
+"""Drawn shapes as pixels."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from matplotlib.path import Path as Outline
+
+from vomstudio.geometry.pixel_areas import Area, polygon_area, stroke_area, whole_area
+
+WIDE, HIGH = 31, 23
+COLUMNS, ROWS = np.meshgrid(np.arange(WIDE) + 0.5, np.arange(HIGH) + 0.5)
+CENTRES = np.column_stack([COLUMNS.ravel(), ROWS.ravel()])
+
+
+def spread(area: Area) -> np.ndarray:
+    """As a picture of its own."""
+    made = np.zeros((HIGH, WIDE), bool)
+    made[area.window] = area.inside
+    return made
+
+
+places = st.tuples(st.floats(-8, WIDE + 8), st.floats(-8, HIGH + 8))
+
+
+@given(st.tuples(places, places, places))
+def test_a_triangle_holds_the_centres_that_lie_left_of_all_its_sides(corners) -> None:
+    a, b, c = np.array(corners)
+    sides = []
+    for p, q in ((a, b), (b, c), (c, a)):
+        way, off = q - p, CENTRES - p
+        sides.append(way[0] * off[:, 1] - way[1] * off[:, 0])
+    signs = np.array(sides)
+    clear = np.abs(signs).min(axis=0) > 1e-6
+    inside = (signs > 0).all(axis=0) | (signs < 0).all(axis=0)
+    drawn = spread(polygon_area(corners, WIDE, HIGH)).ravel()
+    assert (drawn == inside)[clear].all()
+
+
+def test_a_polygon_with_a_bay_is_as_a_second_library_has_it() -> None:
+    corners = np.array([[2.2, 1.1], [28.3, 3.7], [16.1, 9.9], [27.7, 20.2], [4.4, 18.6]])
+    outline = Outline(np.vstack([corners, corners[:1]]))
+    expected = outline.contains_points(CENTRES).reshape(HIGH, WIDE)
+    assert (spread(polygon_area(corners, WIDE, HIGH)) == expected).all()
+
+
+def test_what_a_polygon_surrounds_twice_is_left_open() -> None:
+    """A five-pointed star, drawn in one go."""
+    turns = np.radians(90 + 144 * np.arange(5))
+    corners = np.column_stack([15.5 + 10 * np.cos(turns), 11.5 - 10 * np.sin(turns)])
+    drawn = spread(polygon_area(corners, WIDE, HIGH))
+    assert not drawn[11, 15]
+    assert drawn[3, 15]
+
+
+@pytest.mark.parametrize("corners", [[], [[3, 3]], [[3, 3], [9, 9]]])
+def test_fewer_than_three_corners_hold_nothing(corners) -> None:
+    assert not spread(polygon_area(corners, WIDE, HIGH)).any()
+
+
+@given(st.lists(places, min_size=1, max_size=5), st.floats(0.6, 9))
+def test_a_stroke_holds_what_is_within_its_radius(course, radius) -> None:
+    points = np.array(course)
+    fine = np.vstack(
+        [points[:1]]
+        + [a + (b - a) * np.linspace(0, 1, 400)[:, None] for a, b in zip(points, points[1:])]
+    )
+    off = np.linalg.norm(CENTRES[:, None] - fine[None], axis=2).min(axis=1)
+    clear = np.abs(off - radius) > 0.1
+    drawn = spread(stroke_area(course, radius, WIDE, HIGH)).ravel()
+    assert (drawn == (off <= radius))[clear].all()
+
+
+def test_the_whole_is_every_pixel() -> None:
+    assert spread(whole_area(WIDE, HIGH)).all()

@@ -1,0 +1,88 @@
+"""Which pixels lie in a drawn shape: those whose centres do.
+
+Coordinates are those of the picture's pixels, (0.5, 0.5) the centre of the first one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Area:
+    """inside : (h, w) which pixels of the box whose first one is in column `left`, row `top`."""
+
+    left: int
+    top: int
+    inside: Flags
+
+    @property
+    def window(self) -> tuple[slice, slice]:
+        """The box as an index of the picture."""
+        high, wide = self.inside.shape
+        return slice(self.top, self.top + high), slice(self.left, self.left + wide)
+
+
+def polygon_area(corners: npt.ArrayLike, width: int, height: int) -> Area:
+    """Pixels of a picture of this size whose centres are inside of a polygon (n, 2), where it
+    crosses itself by the even-odd rule."""
+    points = np.asarray(corners, np.float64).reshape(-1, 2)
+    left, top, wide, high = _box(points, 0.0, width, height)
+    if not wide or not high or len(points) < 3:
+        return Area(left, top, np.zeros((high, wide), np.bool_))
+    # Every edge changes, in the rows whose centres it crosses, all pixels to the right of it.
+    turns = np.zeros((high, wide + 1), np.uint8)
+    for (xa, ya), (xb, yb) in zip(points, np.roll(points, -1, axis=0), strict=True):
+        low, up = min(ya, yb), max(ya, yb)
+        first = max(0, int(np.ceil(low - 0.5)) - top)
+        last = min(high, int(np.ceil(up - 0.5)) - top)
+        if last <= first:
+            continue
+        rows = np.arange(first, last)
+        x = xa + (rows + top + 0.5 - ya) * (xb - xa) / (yb - ya)
+        columns = np.clip(np.ceil(x - 0.5).astype(np.int64) - left, 0, wide)
+        turns[rows, columns] ^= 1
+    inside = np.bitwise_xor.accumulate(turns[:, :wide], axis=1)
+    return Area(left, top, inside.astype(np.bool_))
+
+
+def stroke_area(course: npt.ArrayLike, radius: float, width: int, height: int) -> Area:
+    """Pixels of a picture of this size whose centres are no farther than `radius` from a course
+    (n, 2) of straight pieces, or from its only point."""
+    points = np.asarray(course, np.float64).reshape(-1, 2)
+    left, top, wide, high = _box(points, radius, width, height)
+    inside = np.zeros((high, wide), np.bool_)
+    starts = points[:-1] if len(points) > 1 else points
+    ends = points[1:] if len(points) > 1 else points
+    for a, b in zip(starts, ends, strict=True):
+        l, t, w, h = _box(np.array([a, b]), radius, width, height)
+        x = np.arange(l, l + w) + 0.5
+        y = (np.arange(t, t + h) + 0.5)[:, None]
+        along = b - a
+        square = float(along @ along)
+        share = ((x - a[0]) * along[0] + (y - a[1]) * along[1]) / square if square else 0.0
+        share = np.clip(share, 0.0, 1.0)
+        off = (x - a[0] - share * along[0]) ** 2 + (y - a[1] - share * along[1]) ** 2
+        inside[t - top : t - top + h, l - left : l - left + w] |= off <= radius * radius
+    return Area(left, top, inside)
+
+
+def whole_area(width: int, height: int) -> Area:
+    return Area(0, 0, np.ones((height, width), np.bool_))
+
+
+def _box(points: Array, margin: float, width: int, height: int) -> tuple[int, int, int, int]:
+    """Left, top, width and height of the pixels around points, within the picture."""
+    if not len(points):
+        return 0, 0, 0, 0
+    low = np.floor(points.min(axis=0) - margin).astype(np.int64)
+    high = np.ceil(points.max(axis=0) + margin).astype(np.int64)
+    left, top = (int(v) for v in np.clip(low, 0, (width, height)))
+    right, bottom = (int(v) for v in np.clip(high, 0, (width, height)))
+    return left, top, max(right - left, 0), max(bottom - top, 0)
