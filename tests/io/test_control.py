@@ -5,9 +5,19 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from vomstudio.errors import InputError
-from vomstudio.io.control import ControlPoint, Mark, read_control, read_marks
+from vomstudio.io.control import (
+    ControlPoint,
+    Mark,
+    beside,
+    read_control,
+    read_marks,
+    write_control,
+    write_marks,
+)
 
 
 def written(folder: Path, text: str) -> Path:
@@ -68,3 +78,68 @@ def test_a_point_marked_twice_in_a_photo_is_refused(tmp_path: Path) -> None:
     path = written(tmp_path, "label,photo,x,y\nA,a.jpg,1,2\nA,b.jpg,1,2\nA,a.jpg,3,4\n")
     with pytest.raises(InputError, match=r"marked in a\.jpg in line 2 already"):
         read_marks(path)
+
+
+RUNS = settings(
+    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+labels = st.text(
+    st.characters(exclude_categories=("C", "Z")) | st.just(" "), min_size=1, max_size=8
+).filter(lambda text: text == text.strip())
+numbers = st.floats(-1e7, 1e7)
+
+
+@settings(
+    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(
+    st.lists(
+        st.builds(
+            ControlPoint,
+            labels,
+            st.tuples(numbers, numbers, numbers),
+            st.none() | st.floats(1e-4, 10),
+            st.booleans(),
+        ),
+        min_size=1,
+        max_size=5,
+        unique_by=lambda point: point.label,
+    )
+)
+def test_points_that_are_written_are_read_back(tmp_path: Path, points: list[ControlPoint]) -> None:
+    assert write_control(tmp_path / "control.csv", points) is None
+    assert read_control(tmp_path / "control.csv") == points
+
+
+@settings(
+    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(
+    st.lists(
+        st.builds(Mark, labels, st.sampled_from(["a.jpg", "left; right/b, c.JPG", "ü.tif"]),
+                  numbers, numbers),
+        min_size=1,
+        max_size=6,
+        unique_by=lambda mark: (mark.label, mark.photo),
+    )
+)  # fmt: skip
+def test_marks_that_are_written_are_read_back(tmp_path: Path, marks: list[Mark]) -> None:
+    assert write_marks(tmp_path / "marks.csv", marks) is None
+    assert read_marks(tmp_path / "marks.csv") == marks
+
+
+def test_a_table_with_more_in_it_is_put_aside_before_it_is_written(tmp_path: Path) -> None:
+    path = written(tmp_path, "label,x,y,z,who\nA,1,2,3,Anna\n")
+    kept = write_control(path, [ControlPoint("A", (1.0, 2.0, 4.0))])
+    assert kept == tmp_path / "table.csv.bak"
+    assert "Anna" in kept.read_text()
+    assert write_control(path, [ControlPoint("A", (1.0, 2.0, 5.0))]) is None, "this one is ours"
+    path.write_text("# levelled\nlabel,x,y,z,sigma,use\nA,1,2,3,,\n")
+    assert write_control(path, []) == tmp_path / "table.csv.bak2"
+    assert not path.exists(), "a table without points would be refused by its reader"
+
+
+def test_tables_beside_the_photos_are_found(tmp_path: Path) -> None:
+    assert beside(tmp_path) == (None, None)
+    write_marks(tmp_path / "marks.csv", [Mark("A", "a.jpg", 1.5, 2)])
+    assert beside(tmp_path) == (None, tmp_path / "marks.csv")

@@ -61,15 +61,15 @@ def stroke_area(course: npt.ArrayLike, radius: float, width: int, height: int) -
     starts = points[:-1] if len(points) > 1 else points
     ends = points[1:] if len(points) > 1 else points
     for a, b in zip(starts, ends, strict=True):
-        l, t, w, h = _box(np.array([a, b]), radius, width, height)
-        x = np.arange(l, l + w) + 0.5
-        y = (np.arange(t, t + h) + 0.5)[:, None]
+        x0, y0, w, h = _box(np.array([a, b]), radius, width, height)
+        x = np.arange(x0, x0 + w) + 0.5
+        y = (np.arange(y0, y0 + h) + 0.5)[:, None]
         along = b - a
         square = float(along @ along)
         share = ((x - a[0]) * along[0] + (y - a[1]) * along[1]) / square if square else 0.0
         share = np.clip(share, 0.0, 1.0)
         off = (x - a[0] - share * along[0]) ** 2 + (y - a[1] - share * along[1]) ** 2
-        inside[t - top : t - top + h, l - left : l - left + w] |= off <= radius * radius
+        inside[y0 - top : y0 - top + h, x0 - left : x0 - left + w] |= off <= radius * radius
     return Area(left, top, inside)
 
 

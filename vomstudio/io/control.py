@@ -148,7 +148,11 @@ def _write(path: Path, header: Sequence[str], rows: Sequence[Sequence[str]]) -> 
         path.unlink(missing_ok=True)
         return kept
     text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
+    # Unquoted, a line that begins with # or > is none of the table.
+    odd = any(not row[0][:1].isalnum() for row in rows)
+    writer = csv.writer(
+        text, lineterminator="\n", quoting=csv.QUOTE_ALL if odd else csv.QUOTE_MINIMAL
+    )
     writer.writerow(header)
     writer.writerows(rows)
     write_bytes(path, text.getvalue().encode(), force=True)
@@ -159,7 +163,7 @@ def _is_plain(path: Path, header: Sequence[str]) -> bool:
     """Whether a table holds nothing that would be lost if it were written anew."""
     try:
         with path.open(encoding="utf-8") as stream:
-            first = stream.readline().rstrip("\n")
+            first = stream.readline().rstrip("\n").replace('"', "")
             return first == ",".join(header) and not any(row.startswith("#") for row in stream)
     except (OSError, UnicodeDecodeError):
         return False

@@ -131,10 +131,8 @@ class Marking:
 
 def check_label(label: str) -> None:
     """Raises GeometryError for what a table cannot hold as a label."""
-    if not label or label != label.strip() or not label.isprintable() or label.startswith("#"):
-        raise GeometryError(
-            "a label is one or more letters or digits, and does not begin with a blank or #"
-        )
+    if not label or label != label.strip() or not label.isprintable():
+        raise GeometryError("a label is one or more letters or digits")
 
 
 def named_photo(said: str, photos: Sequence[str]) -> str | None:
