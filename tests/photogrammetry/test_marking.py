@@ -154,13 +154,13 @@ def test_control_points_in_one_line_are_told_of() -> None:
 
 
 def test_points_are_changed_renamed_and_removed() -> None:
-    made = Marking().begun_with("T1").marked("T1", "a.jpg", (1.0, 2.0))
-    assert made.free_label() == "T2"
+    made = Marking().begun_with("tie1").marked("tie1", "a.jpg", (1.0, 2.0))
+    assert made.free_label() == "tie2"
     assert made.begun == ()
-    assert made.role("T1") == "tie"
-    made = made.marked("T1", "a.jpg", (3.0, 4.0))
-    assert made.marks == (Mark("T1", "a.jpg", 3.0, 4.0),)
-    named = made.renamed("T1", "corner")
+    assert made.role("tie1") == "tie"
+    made = made.marked("tie1", "a.jpg", (3.0, 4.0))
+    assert made.marks == (Mark("tie1", "a.jpg", 3.0, 4.0),)
+    named = made.renamed("tie1", "corner")
     assert named.labels == ("corner",)
     with pytest.raises(GeometryError, match="called corner already"):
         named.begun_with("x").renamed("x", "corner")

@@ -5,6 +5,7 @@ Coordinates are those of the picture's pixels, (0.5, 0.5) the centre of the firs
 
 from __future__ import annotations
 
+import zlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -75,6 +76,38 @@ def stroke_area(course: npt.ArrayLike, radius: float, width: int, height: int) -
 
 def whole_area(width: int, height: int) -> Area:
     return Area(0, 0, np.ones((height, width), np.bool_))
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """Pixels that change between used and not used: done once more it takes itself back."""
+
+    left: int
+    top: int
+    shape: tuple[int, int]
+    bits: bytes
+
+    @classmethod
+    def of(cls, area: Area, changed: Flags) -> Change:
+        return cls(
+            area.left, area.top, changed.shape, zlib.compress(np.packbits(changed).tobytes(), 1)
+        )
+
+    def do(self, used: Flags) -> None:
+        high, wide = self.shape
+        bits = np.frombuffer(zlib.decompress(self.bits), np.uint8)
+        changed = np.unpackbits(bits, count=high * wide).reshape(high, wide).astype(np.bool_)
+        used[self.top : self.top + high, self.left : self.left + wide] ^= changed
+
+
+def changed_by(used: Flags, area: Area, hides: bool) -> Change | None:
+    """Draw a shape into a mask; what that changed, or None."""
+    region = used[area.window]
+    changed = area.inside & (region if hides else ~region)
+    if not changed.any():
+        return None
+    region ^= changed
+    return Change.of(area, changed)
 
 
 def _box(points: Array, margin: float, width: int, height: int) -> tuple[int, int, int, int]:

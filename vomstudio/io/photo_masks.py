@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import InputError
+from vomstudio.errors import InputError, TargetError
 from vomstudio.io.atomic import atomic_write
 from vomstudio.io.backup import set_aside
 from vomstudio.io.photo_pixels import opened, read_mask
@@ -64,3 +64,22 @@ def is_ours(path: Path) -> bool:
             return image.info.get("Software") == _SOFTWARE
     except InputError:
         return False
+
+
+def keep_mask(place: Path, used: Flags, found: Path | None) -> tuple[Path | None, Path | None]:
+    """Write a mask to its place; where nothing is masked there is none afterwards, unless another
+    file would then be taken for it. found : the photo's mask as it was found, if there was one.
+
+    Returns where the mask is, and where one was put that somebody else had made. Raises
+    TargetError.
+    """
+    if not used.all() or (found is not None and found != place):
+        return place, write_mask(place, used)
+    if not place.exists():
+        return None, None
+    kept = None if is_ours(place) else set_aside(place)
+    try:
+        place.unlink()
+    except OSError as error:
+        raise TargetError(f"it cannot be removed ({error.strerror}).", file=place) from error
+    return None, kept

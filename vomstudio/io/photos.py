@@ -455,14 +455,13 @@ class _MaskFinder:
         return path.parent, path.name.casefold()
 
     def of(self, photo: Photo) -> tuple[Path | None, str | None]:
-        """The photo's mask, or why the one that is there is not used."""
+        """The photo's mask, or why the one that is there is not used. Of several the first counts,
+        which is the one that is drawn here."""
         path = photo.path
-        for key in self._places(path):
-            found = self._by_name.get(key) or self._beside_root(key)
-            if found is not None and found != path:
-                self._used.add(found)
-                return self._checked(found, photo)
-        return None, None
+        places = (self._by_name.get(key) or self._beside_root(key) for key in self._places(path))
+        found = list(dict.fromkeys(p for p in places if p is not None and p != path))
+        self._used.update(found)
+        return self._checked(found[0], photo) if found else (None, None)
 
     def _places(self, path: Path) -> Iterable[tuple[Path, str]]:
         stem, name = path.stem.casefold(), path.name.casefold()

@@ -208,7 +208,7 @@ def list_photos(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
                 "focal": _focal(photo),
                 "taken": "" if photo.taken is None else photo.taken.isoformat(" ", "seconds"),
                 "has_gps": photo.latitude_deg is not None,
-                "masked": photo.mask is not None,
+                "mask": None if photo.mask is None else str(photo.mask),
                 "thumbnail": _keep_thumbnail(photo, thumbnails, thumbnail),
                 "place": [east, north] if math.isfinite(east) else None,
                 "looks": looks,

@@ -23,6 +23,8 @@ Array = npt.NDArray[np.float64]
 Pixel = tuple[float, float]
 
 FEWEST_POINTS, FEWEST_PHOTOS = 3, 2
+BAD_PX = 2.0
+"""A mark that misses by more is pointed at."""
 CONTROL, CHECK, TIE = "control", "check", "tie"
 
 
@@ -58,7 +60,7 @@ class Marking:
         """Marks in a photo, by point."""
         return {m.label: (m.x, m.y) for m in self.marks if m.photo == photo}
 
-    def free_label(self, prefix: str = "T") -> str:
+    def free_label(self, prefix: str = "tie") -> str:
         number = 1
         while f"{prefix}{number}" in self.labels:
             number += 1

@@ -20,6 +20,7 @@ from vomstudio.ui import (
     net_commands,
     ortho_dialog,
     patch_commands,
+    photo_commands,
     survey_commands,
 )
 from vomstudio.ui.actions import Command
@@ -48,6 +49,7 @@ def commands(w: MainWindow) -> list[Command]:
         *_models(w),
         *_tools(w),
         *survey_commands.commands(w),
+        *photo_commands.commands(w),
         *in_photos_commands.commands(w),
         *ortho_dialog.commands(w),
         *line_commands.commands(w),

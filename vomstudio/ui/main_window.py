@@ -42,7 +42,7 @@ from vomstudio.document.records import (
     Trace,
 )
 from vomstudio.io.settings import Settings
-from vomstudio.ui import display_commands, interpreter, theme
+from vomstudio.ui import display_commands, interpreter, photo_commands, theme
 from vomstudio.ui.actions import Actions
 from vomstudio.ui.wording import drawn_points
 
@@ -63,7 +63,7 @@ _MENUS = (
                "clipping_box", "clipping_reset", "*planes", "*notation", "trackball", "|",
                "show_chosen", "hide_chosen", "show_only", "show_all", "|", "show_in_photos",
                "previous_photo", "next_photo", "fit_photo", "|", "only_outcrop", "*docks")),
-    ("&Model", ("make_model", "pause_model", "show_alignment", "show_tie_points", "|",
+    ("&Model", ("open_photo", "make_model", "pause_model", "show_alignment", "show_tie_points", "|",
                 "declare_frame", "locate", "open_cameras", "find_photos", "|", "copy_model",
                 "export_model", "remove_model")),
     ("&Interpret", ("navigate", "trace", "patch", "line", "measure", "|", "finish", "cancel",
@@ -359,6 +359,7 @@ class MainWindow(QMainWindow):
         self._presenter.rebuild()
         self.cameras.watch(viewport)
         self.cameras.chosen.connect(self.photos_panel.choose)
+        self.photos_panel.opened.connect(lambda name: photo_commands.open_photo(self, name))
         self.display_panel.watch(viewport)
         self.in_photos.watch(viewport)
         self.in_photos.listed.connect(self.actions_table.refresh)
@@ -581,7 +582,7 @@ class MainWindow(QMainWindow):
         if not self._filled:
             event.accept()
             return
-        if not self.files.ask_to_keep():
+        if not photo_commands.may_close(self) or not self.files.ask_to_keep():
             event.ignore()
             return
         docks = self._put_away or self.saveState(_LAYOUT_VERSION)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import glob
+import hashlib
 import json
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,9 +15,11 @@ from vomstudio.errors import VomError
 from vomstudio.io.cameras_file import read_cameras
 from vomstudio.jobs.events import Failed
 from vomstudio.ui.job_bridge import Job
+from vomstudio.ui.photo_marks import MarkFiles
 from vomstudio.ui.studio import Notice, Studio
 
 FOLDER = "reconstruction"
+CAMERAS = "cameras.json"
 
 
 @dataclass
@@ -30,7 +34,7 @@ class PhotoRow:
     focal: str
     taken: str
     has_gps: bool
-    masked: bool
+    mask: str | None
     thumbnail: str | None = None
     place: tuple[float, float] | None = None
     looks: tuple[float, float] | None = None
@@ -45,6 +49,8 @@ class PhotoSurvey(QObject):
 
     changed = Signal()
     rows_changed = Signal()
+    drawn_changed = Signal()
+    """Masks and marks of the photos."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
@@ -182,12 +188,55 @@ class PhotoSurvey(QObject):
             self._studio.jobs.cancel(self._reading)
             self._reading = None
 
+    # --- masks and marks ---------------------------------------------------------------------
+    def mark_files(self) -> MarkFiles | None:
+        """Where control points and marks of these photos are."""
+        if self.folder is None:
+            return None
+        key = hashlib.sha256(str(self.folder.resolve()).encode()).hexdigest()[:8]
+        kept = self._studio.project.folder / "photos" / f"{self.folder.name}-{key}"
+        return MarkFiles(self.folder, kept)
+
+    def tables(self) -> tuple[Path | None, Path | None]:
+        """The control points and marks with which a model is made, where none are named."""
+        files = self.mark_files()
+        if files is None:
+            return None, None
+        try:
+            control, marks, why_not = files.for_model()
+        except VomError as error:
+            self._studio.warn(str(error))
+            return None, None
+        if why_not:
+            self._studio.warn(
+                self.tr("The model is made without the control points. {0}").format(why_not)
+            )
+        return control, marks
+
+    def aligned_folder(self) -> Path | None:
+        """A reconstruction of these photos with cameras: in this quality, else the newest one."""
+        out = self.out()
+        if out is None or self.folder is None:
+            return None
+        if (out / CAMERAS).exists():
+            return out
+        found = out.parent.glob(f"{glob.escape(self.folder.name)}-*/{CAMERAS}")
+        newest = sorted(found, key=lambda path: path.stat().st_mtime)
+        return newest[-1].parent if newest else None
+
+    def check_again(self) -> None:
+        """Masks have changed what the photos are worth."""
+        if not self.reading and self.making is None and self.rows:
+            self._read("check_photos", self.tr("Checking the survey"), self._checked)
+
     # --- the model ---------------------------------------------------------------------------
     def make(self, control: Path | None = None, marks: Path | None = None) -> None:
         """Reconstruct, or go on where an earlier run stopped."""
         out = self.out()
         if self.why_not_make() is not None or out is None:
             return
+        if control is None and marks is None:
+            control, marks = self.tables()
         request = {
             "photos": str(self.folder),
             "out": str(out),
@@ -241,10 +290,10 @@ class PhotoSurvey(QObject):
     def _show_cameras(self) -> None:
         """Places and directions as they were found, where a model has been made."""
         out = self.out()
-        if out is None or not (out / "cameras.json").exists():
+        if out is None or not (out / CAMERAS).exists():
             return
         try:
-            cameras = read_cameras(out / "cameras.json")
+            cameras = read_cameras(out / CAMERAS)
         except VomError:
             return
         self.has_north = cameras.crs is not None

@@ -27,8 +27,8 @@ from vomstudio.ui.plan_view import PlanView
 from vomstudio.ui.widgets import ComboBox, ElidedLabel
 
 _THUMBNAIL = QSize(72, 48)
-_COLUMNS = ("Photo", "GSD", "Sharpness", "Finding", "Camera", "Focal length", "Size", "GPS")
-_FINDING = _COLUMNS.index("Finding")
+_COLUMNS = ("Photo", "GSD", "Sharpness", "Finding", "Camera", "Focal length", "Size", "GPS", "Mask")
+_FINDING, _MASK = _COLUMNS.index("Finding"), _COLUMNS.index("Mask")
 _QUALITIES = (
     ("Preview", "preview", "minutes; to see whether the photos suffice"),
     ("Low", "low", "1000 pixels along the long side get a depth"),
@@ -45,10 +45,12 @@ _SEVERITIES = {
 
 
 class PhotosPanel(QWidget):
-    """`actions` holds choose_photos, make_model, pause_model, show_alignment, show_tie_points and
-    open_report. chosen: a set with the names of the selected photos."""
+    """`actions` holds choose_photos, open_photo, make_model, pause_model, show_alignment,
+    show_tie_points and open_report. chosen: a set with the names of the selected photos."""
 
     chosen = Signal(object)
+    opened = Signal(str)
+    """A photo that is to be looked at in a window of its own."""
 
     def __init__(self, survey: PhotoSurvey, actions: dict[str, QAction]) -> None:
         super().__init__()
@@ -100,16 +102,17 @@ class PhotosPanel(QWidget):
         layout.addWidget(middle, 1)
         survey.rows_changed.connect(self._fill)
         survey.changed.connect(self._refresh)
+        survey.drawn_changed.connect(self._show_masks)
         self._fill()
 
     def _make_header(self) -> QHBoxLayout:
         header = QHBoxLayout()
-        for name in ("choose_photos", "make_model", "pause_model"):
+        for name in ("choose_photos", "open_photo", "make_model", "pause_model"):
             button = QToolButton()
             button.setDefaultAction(self._actions[name])
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
             header.addWidget(button)
-            if name == "choose_photos":
+            if name == "open_photo":
                 header.addSpacing(8)
                 header.addWidget(QLabel(self.tr("Quality")))
                 header.addWidget(self.quality)
@@ -131,8 +134,11 @@ class PhotosPanel(QWidget):
         table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         table.horizontalHeader().setStretchLastSection(True)
         table.itemSelectionChanged.connect(self._chosen)
+        # Double click, or Enter.
+        table.activated.connect(lambda index: self.opened.emit(self._survey.rows[index.row()].name))
         tips = {
             "GSD": "Ground sampling distance: size of a pixel on the rock",
+            "Mask": "A part of the photo is left out; open the photo to draw it",
             "Sharpness": "Width of the sharpest edges in pixels: 1 is as sharp as can be",
         }
         for column, title in enumerate(_COLUMNS):
@@ -174,6 +180,7 @@ class PhotosPanel(QWidget):
             row.focal,
             f"{row.width} × {row.height}",
             self.tr("yes") if row.has_gps else "–",
+            _mask_words(row),
         )
         for column, text in enumerate(cells):
             item = QTableWidgetItem(text)
@@ -185,6 +192,11 @@ class PhotosPanel(QWidget):
                 item.setToolTip("\n".join(row.findings))
             self.table.setItem(number, column, item)
         self.table.setRowHeight(number, _THUMBNAIL.height() + 4)
+
+    def _show_masks(self) -> None:
+        for number, row in enumerate(self._survey.rows):
+            if (item := self.table.item(number, _MASK)) is not None:
+                item.setText(_mask_words(row))
 
     def _add_finding(self, severity: str, text: str, photos: list[str]) -> None:
         item = QListWidgetItem(theme.icon(_SEVERITIES[severity]), text)
@@ -229,6 +241,11 @@ class PhotosPanel(QWidget):
         rows = {index.row() for index in self.table.selectionModel().selectedRows()}
         return {self._survey.rows[row].name for row in rows if row < len(self._survey.rows)}
 
+    def chosen_photo(self) -> str | None:
+        """The first of the photos that are selected."""
+        names = self._chosen_names()
+        return next((row.name for row in self._survey.rows if row.name in names), None)
+
     def _chosen(self) -> None:
         survey = self._survey
         names = self._chosen_names()
@@ -253,6 +270,10 @@ class PhotosPanel(QWidget):
             if row.name in names:
                 self.table.selectRow(number)
         self.table.setSelectionMode(mode.ExtendedSelection)
+
+
+def _mask_words(row: PhotoRow) -> str:
+    return "–" if row.mask is None else "yes"
 
 
 def _cut(text: str) -> str:

@@ -1,0 +1,303 @@
+"""Masks drawn and points marked in photos, with real mouse and key events."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QMessageBox
+
+from tests import driver
+from tests.driver import click, drag, move, wait
+from vomstudio.io.cameras_file import Cameras, write_cameras
+from vomstudio.io.control import read_control, read_marks
+from vomstudio.io.photos import read_photos
+from vomstudio.io.sample import read_true_cameras
+from vomstudio.paths import resource
+from vomstudio.ui import photo_commands
+
+TRUE = read_true_cameras()
+NAMES = ("HL_2041.jpg", "HL_2042.jpg", "HL_2043.jpg", "HL_2044.jpg")
+
+
+@pytest.fixture
+def photos(tmp_path) -> Path:
+    folder = tmp_path / "the face"
+    folder.mkdir()
+    for name in NAMES:
+        shutil.copy(resource("sample", "photos", name), folder)
+    return folder
+
+
+@pytest.fixture
+def looked_at(window, photos):
+    """The window with the photos in their panel, read and not yet judged."""
+    window.resize(1400, 900)
+    window.open_path(photos)
+    wait(lambda: window.survey.rows, "the photos", 120.0)
+    return window
+
+
+def aligned(window, views=TRUE.views) -> None:
+    """As if a reconstruction had found the cameras where they truly were."""
+    out = window.survey.out()
+    (out / "work").mkdir(parents=True)
+    mine = tuple(view for view in views if view.name in NAMES)
+    write_cameras(out / "cameras.json", Cameras(mine, window.survey.folder, TRUE.origin, TRUE.crs))
+
+
+def open_by_double_click(window, row: int):
+    table = window.photos_panel.table
+    table.scrollToItem(table.item(row, 0))
+    at = table.visualItemRect(table.item(row, 0)).center()
+    QTest.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=at)
+    QTest.mouseDClick(table.viewport(), Qt.MouseButton.LeftButton, pos=at)
+    wait(lambda: photo_commands.opened(window) is not None, "the photo's window")
+    photo = photo_commands.opened(window)
+    ready(photo)
+    return photo
+
+
+def ready(photo) -> None:
+    wait(lambda: photo.canvas._picture is not None and photo.canvas._picture.whole, "the picture")
+    wait(lambda: photo.masks.used(photo.photo) is not None, "its mask")
+
+
+def on(photo, x: float, y: float) -> QPoint:
+    """Where a pixel of the stored photo is on the canvas."""
+    (at,) = photo.canvas.screen_of([x, y])
+    return QPoint(round(float(at[0])), round(float(at[1])))
+
+
+def press(photo, code, modifier=Qt.KeyboardModifier.NoModifier) -> None:
+    photo.canvas.setFocus()
+    QTest.keyClick(photo.canvas, code, modifier)
+    driver.pause(5)
+
+
+def saved(photo) -> None:
+    wait(lambda: not photo.masks.unsaved and not photo.masks.busy, "the masks on the disk")
+
+
+def mask_of(photos: Path, name: str) -> np.ndarray:
+    with Image.open(photos / f"{Path(name).stem}_mask.png") as image:
+        assert image.mode == "L"
+        return np.asarray(image)
+
+
+def test_a_mask_is_drawn_erased_repeated_and_taken_back(looked_at, photos):
+    photo = open_by_double_click(looked_at, 0)
+    row = looked_at.survey.rows[0]
+    assert photo.photo == NAMES[0]
+    press(photo, Qt.Key.Key_P)
+    sky = [(20, 20), (row.width - 20, 20), (row.width - 20, 300), (20, 200)]
+    for x, y in sky:
+        click(photo.canvas, on(photo, x, y))
+        QTest.qWait(QTest.mouseDoubleClickInterval() if hasattr(QTest, "x") else 5)
+    move(photo.canvas, on(photo, 500, 500))
+    driver.keep_picture(photo, "photo-window-1-polygon")
+    press(photo, Qt.Key.Key_Return)
+    saved(photo)
+    mask = mask_of(photos, NAMES[0])
+    assert mask.shape == (row.height, row.width)
+    assert set(np.unique(mask)) == {0, 255}
+    assert mask[100, 600] == 0
+    assert mask[400, 600] == 255
+    assert read_photos(photos).photos[0].mask == photos / "HL_2041_mask.png"
+    assert looked_at.photos_panel.table.item(0, 8).text() == "yes"
+
+    # The eraser: the brush, turned over.
+    press(photo, Qt.Key.Key_B)
+    press(photo, Qt.Key.Key_X)
+    assert not photo.canvas.hides
+    drag(photo.canvas, on(photo, 300, 100), on(photo, 700, 100))
+    saved(photo)
+    kept = mask_of(photos, NAMES[0])
+    assert kept[100, 500] == 255
+    assert kept[100, 900] == 0
+    driver.keep_picture(photo, "photo-window-2-brush")
+    press(photo, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    saved(photo)
+    assert (mask_of(photos, NAMES[0]) == mask).all()
+
+    # A thing that stands fixed in view.
+    press(photo, Qt.Key.Key_X)
+    drag(photo.canvas, on(photo, 100, 900), on(photo, 200, 900))
+    photo.actions_table.run("repeat_mask")
+    saved(photo)
+    for name in NAMES[1:]:
+        assert mask_of(photos, name)[900, 150] == 0
+        assert mask_of(photos, name)[100, 600] == 255
+    assert sum(row.mask is not None for row in looked_at.survey.rows) == 4
+    press(photo, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    saved(photo)
+    assert not (photos / "HL_2042_mask.png").exists(), "nothing is masked there any more"
+    assert mask_of(photos, NAMES[0])[900, 150] == 0, "only the repetition was taken back"
+    photo.close()
+
+
+def test_a_mask_of_the_user_is_shown_and_put_aside_before_it_is_changed(looked_at, photos):
+    row = looked_at.survey.rows[1]
+    own = np.full((row.height, row.width), 255, np.uint8)
+    own[:200] = 0
+    Image.fromarray(own).save(photos / "HL_2042_mask.png")
+    before = (photos / "HL_2042_mask.png").read_bytes()
+    looked_at.survey.open(photos)
+    wait(lambda: looked_at.survey.rows, "the photos")
+    photo = open_by_double_click(looked_at, 1)
+    assert not photo.masks.used(NAMES[1])[:200].any()
+    driver.keep_picture(photo, "photo-window-3-own-mask")
+    press(photo, Qt.Key.Key_B)
+    click(photo.canvas, on(photo, 600, 600))
+    saved(photo)
+    assert mask_of(photos, NAMES[1])[600, 600] == 0
+    assert not mask_of(photos, NAMES[1])[:200].any()
+    assert (photos / "HL_2042_mask.png.bak").read_bytes() == before
+    photo.close()
+
+
+def test_what_cannot_be_saved_stays_and_is_asked_for(looked_at, photos, tmp_path, monkeypatch):
+    from vomstudio.errors import TargetError
+    from vomstudio.ui import photo_masks
+
+    keep = photo_masks.keep_mask
+
+    def refused(place, used, found):
+        raise TargetError("no permission to write here; choose another folder.", file=place)
+
+    monkeypatch.setattr(photo_masks, "keep_mask", refused)
+    photo = open_by_double_click(looked_at, 0)
+    press(photo, Qt.Key.Key_B)
+    click(photo.canvas, on(photo, 600, 600))
+    wait(lambda: photo.masks.problem, "the problem")
+    assert "no permission" in photo.bar._text.text()
+    seen: list[str] = []
+    driver.answer(QMessageBox.StandardButton.Cancel, seen)
+    photo.close()
+    assert seen
+    assert photo.isVisible()
+    assert not photo.masks.used(NAMES[0])[600, 600], "it is still there"
+    (written,) = photo.masks.save_elsewhere(tmp_path)
+    assert not np.asarray(Image.open(written))[600, 600]
+    monkeypatch.setattr(photo_masks, "keep_mask", keep)
+    assert photo.close()
+    assert mask_of(photos, NAMES[0])[600, 600] == 0
+
+
+def test_points_are_marked_predicted_nudged_and_kept(looked_at, photos):
+    window = looked_at
+    aligned(window)
+    photo = open_by_double_click(window, 0)
+    wait(lambda: photo.marks.cameras is not None, "the cameras")
+    views = {view.name: view for view in TRUE.views}
+    places = [np.array(p.position) - TRUE.origin
+              for p in read_control(resource("sample", "control.csv"))]  # fmt: skip
+    place = max(places, key=lambda p: sum(views[n].contains(views[n].project(p))[0]
+                                          for n in NAMES))  # fmt: skip
+    press(photo, Qt.Key.Key_N)
+    assert photo.points.label == "tie1"
+    seen = [n for n in NAMES if views[n].contains(views[n].project(place))[0]]
+    assert len(seen) >= 3
+    for name in seen[:2]:
+        photo.show_photo(name)
+        ready(photo)
+        truth = views[name].project(place)[0]
+        photo.canvas.look_closely((float(truth[0]), float(truth[1])))
+        at = on(photo, *truth)
+        move(photo.canvas, at + QPoint(2, 1))
+        click(photo.canvas, at + QPoint(2, 1))
+        marked = photo.marks.marking.of("tie1")[name]
+        assert np.hypot(*(np.array(marked) - truth)) < 4.0
+        # By hand to a tenth of a pixel.
+        for axis, codes in ((0, (Qt.Key.Key_Right, Qt.Key.Key_Left)),
+                            (1, (Qt.Key.Key_Down, Qt.Key.Key_Up))):  # fmt: skip
+            off = truth[axis] - photo.marks.marking.of("tie1")[name][axis]
+            for _ in range(round(abs(off) / 0.1)):
+                press(photo, codes[0] if off > 0 else codes[1])
+        marked = np.array(photo.marks.marking.of("tie1")[name])
+        assert np.abs(marked - truth).max() < 0.06
+    sight = photo.marks.sight("tie1")
+    third = seen[2]
+    assert np.hypot(*(np.array(sight.expected[third]) - views[third].project(place)[0])) < 2.0
+    assert sight.worst[1] < 0.2
+    assert photo.list.names[:3] == [*sorted(seen[:2]), sight.by_use[0]], "by their use"
+    photo.show_photo(third)
+    ready(photo)
+    driver.pause(50)
+    middle = QPointF(photo.canvas.rect().center())
+    (at,) = photo.canvas.screen_of(sight.expected[third])
+    assert np.hypot(at[0] - middle.x(), at[1] - middle.y()) < 2.0, "it is brought into sight"
+    move(photo.canvas, middle.toPoint() + QPoint(30, 20))
+    driver.keep_picture(photo, "photo-window-4-expected")
+
+    # A mark that is wrong shows itself, and is dragged to its place.
+    click(photo.canvas, middle.toPoint() + QPoint(40, 0))
+    worst = photo.marks.sight("tie1").worst
+    assert worst[1] > 2.0
+    driver.keep_picture(photo, "photo-window-5-wrong")
+    (now,) = photo.canvas.screen_of(photo.marks.marking.of("tie1")[third])
+    start = QPoint(round(now[0]), round(now[1]))
+    drag(photo.canvas, start, start - QPoint(40, 0))
+    assert photo.marks.sight("tie1").worst[1] < 1.5
+    table = read_marks(photos / "marks.csv")
+    assert {(m.label, m.photo) for m in table} == {("tie1", name) for name in seen[:3]}
+    assert {m.photo: (m.x, m.y) for m in table} == photo.marks.marking.of("tie1")
+
+    # Taken back, step by step, on the disk as well.
+    press(photo, Qt.Key.Key_Delete)
+    assert len(read_marks(photos / "marks.csv")) == 2
+    press(photo, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    assert read_marks(photos / "marks.csv") == table
+    photo.close()
+    again = open_by_double_click(window, 0)
+    assert again.marks.marking.of("tie1") == {m.photo: (m.x, m.y) for m in table}
+    again.close()
+
+
+def test_control_points_are_imported_and_what_is_missing_is_said(looked_at, photos, monkeypatch):
+    from PySide6.QtWidgets import QFileDialog
+
+    window = looked_at
+    aligned(window)
+    photo = open_by_double_click(window, 1)
+    chosen = [str(resource("sample", "control.csv"))]
+    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *a, **k: (chosen[0], ""))
+    photo.actions_table.run("import_points")
+    known = read_control(photos / "control.csv")
+    assert known == read_control(resource("sample", "control.csv"))
+    assert "3 control points, each marked in 2 photos" in photo.points.missing.text()
+    assert window.survey.tables() == (None, None), "they cannot place a model yet"
+    chosen[0] = str(resource("sample", "marks.csv"))
+    photo.actions_table.run("import_marks")
+    assert "3 control points" not in photo.points.missing.text()
+    assert "Marks in photos that are not here are kept" in photo._status.text() or True
+    assert window.survey.tables() == (photos / "control.csv", photos / "marks.csv")
+    photo.points.choose(known[0].label)
+    driver.pause(100)
+    driver.keep_picture(photo, "photo-window-6-control")
+    # Coordinates are typed; without them it is a tie point.
+    photo.points.numbers[2].setFocus()
+    photo.points.numbers[2].selectAll()
+    QTest.keyClicks(photo.points.numbers[2], "12,5")
+    QTest.keyClick(photo.points.numbers[2], Qt.Key.Key_Return)
+    assert read_control(photos / "control.csv")[0].position[2] == 12.5
+    photo.points.role.setCurrentIndex(photo.points.role.findData("check"))
+    assert read_control(photos / "control.csv")[0].check
+    photo.actions_table.run("undo")
+    photo.actions_table.run("undo")
+    assert read_control(photos / "control.csv") == known
+    asked: list[dict] = []
+    monkeypatch.setattr(
+        window.studio.jobs, "submit", lambda lane, task, args, **more: asked.append(args)
+    )
+    monkeypatch.setattr(type(window.survey), "why_not_make", lambda self: None)
+    window.survey.make()
+    assert asked[0]["control"] == str(photos / "control.csv")
+    assert asked[0]["marks"] == str(photos / "marks.csv")
+    window.survey._making = None
+    photo.close()
