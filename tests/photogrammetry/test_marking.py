@@ -88,6 +88,21 @@ def test_a_mark_that_is_wrong_is_the_worst() -> None:
     assert max(r for n, r in sight.residuals_px.items() if n != name) < residual / 2
 
 
+@pytest.mark.parametrize("wrong", range(4))
+@pytest.mark.parametrize("way", [(7.0, 0.0), (0.0, 7.0), (-5.0, 5.0)])
+def test_of_four_marks_the_wrong_one_is_found_whatever_its_way(wrong, way) -> None:
+    """Along the row of cameras least squares would blame another one."""
+    views = tuple(looking(f"{i}.jpg", x, -4 * x) for i, x in enumerate((-3.0, -1.0, 1.2, 3.0)))
+    made = Marking()
+    for number, view in enumerate(views):
+        x, y = by_hand(view, POINT)
+        dx, dy = way if number == wrong else (0.0, 0.0)
+        made = made.marked("A", view.name, (x + dx, y + dy))
+    sight = PlacedPhotos((Cameras(views, Path()),)).sight(made, "A")
+    assert sight.worst is not None
+    assert sight.worst[0] == f"{wrong}.jpg"
+
+
 def world(point) -> tuple[float, float, float]:
     """The scene turned by 30 degrees, three times as large and at UTM coordinates."""
     c, s = np.cos(np.radians(30)), np.sin(np.radians(30))

@@ -25,6 +25,7 @@ Pixel = tuple[float, float]
 FEWEST_POINTS, FEWEST_PHOTOS = 3, 2
 BAD_PX = 2.0
 """A mark that misses by more is pointed at."""
+_FEWEST_TO_SUSPECT = 4
 CONTROL, CHECK, TIE = "control", "check", "tie"
 
 
@@ -159,6 +160,8 @@ class Sight:
     residuals_px : distance of each mark from where all marks of its part of the photos put it;
         a part in which there is one mark only has none
     pixel : size of a pixel at the point, in units of the part, in each photo of both
+    suspect : of marks that do not fit, the one without which the others fit best; None where there
+        are too few to tell, or all fit
     rough : it is expected where its coordinates are, by GPS of the cameras, which may be metres off
     """
 
@@ -166,18 +169,25 @@ class Sight:
     residuals_px: dict[str, float]
     pixel: dict[str, float]
     rough: bool = False
+    suspect: str | None = None
 
     @property
     def worst(self) -> tuple[str, float] | None:
         """Photo and residual of the mark that fits least."""
         if not self.residuals_px:
             return None
-        return max(self.residuals_px.items(), key=lambda item: item[1])
+        name = self.suspect or max(self.residuals_px, key=self.residuals_px.__getitem__)
+        return name, self.residuals_px[name]
 
     @property
     def by_use(self) -> list[str]:
         """Photos that show the point and have no mark of it, the closest first."""
         return sorted(self.expected, key=lambda name: self.pixel[name])
+
+
+def _misses(views: dict[str, View], marks: dict[str, Pixel], place: Array) -> dict[str, float]:
+    """Distance in pixels of each mark from the projection of a place (1, 3)."""
+    return {name: math.dist(views[name].project(place)[0], at) for name, at in marks.items()}
 
 
 NOTHING = Sight({}, {}, {})
@@ -214,13 +224,15 @@ class PlacedPhotos:
         expected: dict[str, Pixel] = {}
         residuals: dict[str, float] = {}
         sizes: dict[str, float] = {}
-        rough = False
+        rough, suspect = False, None
         for number, views in enumerate(self._views):
             mine = {name: pixel for name, pixel in marks.items() if name in views}
             place = self._place(views, mine)
             if place is not None:
-                for name, pixel in mine.items():
-                    residuals[name] = math.dist(views[name].project(place)[0], pixel)
+                own = _misses(views, mine, place)
+                residuals |= own
+                if len(own) >= _FEWEST_TO_SUSPECT and max(own.values()) > BAD_PX:
+                    suspect = self._suspect(views, mine)
             else:
                 place, rough = self._by_coordinates(marking, label, number)
             if place is None:
@@ -232,13 +244,25 @@ class PlacedPhotos:
                 sizes[name] = float(view.depths(place)[0] / np.mean(view.intrinsics.focal))
                 if name not in marks:
                     expected[name] = (float(at[0]), float(at[1]))
-        return Sight(expected, residuals, sizes, rough)
+        return Sight(expected, residuals, sizes, rough, suspect)
 
     @staticmethod
     def _place(views: dict[str, View], marks: dict[str, Pixel]) -> Array | None:
         """(1, 3) in the part's frame, where two marks or more tell."""
         place = triangulate([views[name] for name in marks], list(marks.values()))
         return place[None] if np.isfinite(place).all() else None
+
+    def _suspect(self, views: dict[str, View], marks: dict[str, Pixel]) -> str | None:
+        """Least squares spread a mistake over all marks: that one is wrong without which the others
+        agree best (Baarda's data snooping, by leaving one out)."""
+        left: dict[str, float] = {}
+        for name in marks:
+            others = {n: p for n, p in marks.items() if n != name}
+            place = self._place(views, others)
+            if place is not None:
+                misses = _misses(views, others, place).values()
+                left[name] = sum(miss * miss for miss in misses)
+        return min(left, key=left.__getitem__) if left else None
 
     def _by_coordinates(
         self, marking: Marking, label: str, number: int

@@ -27,7 +27,9 @@ from vomstudio.ui.plan_view import PlanView
 from vomstudio.ui.widgets import ComboBox, ElidedLabel
 
 _THUMBNAIL = QSize(72, 48)
-_COLUMNS = ("Photo", "GSD", "Sharpness", "Finding", "Camera", "Focal length", "Size", "GPS", "Mask")
+_COLUMNS = (
+    *("Photo", "GSD", "Sharpness", "Mask", "Finding", "Camera", "Focal length", "Size", "GPS"),
+)
 _FINDING, _MASK = _COLUMNS.index("Finding"), _COLUMNS.index("Mask")
 _QUALITIES = (
     ("Preview", "preview", "minutes; to see whether the photos suffice"),
@@ -175,12 +177,12 @@ class PhotosPanel(QWidget):
             row.name.rpartition("/")[2],
             "–" if row.gsd_m is None else _gsd(row.gsd_m),
             "–" if row.blur is None else f"{row.blur:.1f} px",
+            _mask_words(row),
             _cut(row.findings[0]) if row.findings else "",
             row.camera,
             row.focal,
             f"{row.width} × {row.height}",
             self.tr("yes") if row.has_gps else "–",
-            _mask_words(row),
         )
         for column, text in enumerate(cells):
             item = QTableWidgetItem(text)
