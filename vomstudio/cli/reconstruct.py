@@ -27,11 +27,15 @@ def add_parser(subparsers: Subparsers) -> None:
         help="how much of the photos' resolution is used (default medium)",
     )
     parser.add_argument(
-        "--gcp", metavar="FILE", help="ground control: CSV label,x,y,z[,sigma][,use]"
+        "--gcp",
+        metavar="FILE",
+        help="ground control: CSV label,x,y,z[,sigma][,use] (default: control.csv in the folder of "
+        "the photos, where enough of its points are marked; none: do without)",
     )
     parser.add_argument(
         "--marks", metavar="FILE",
-        help="where the control is seen: CSV label,photo,x,y (default: marks.csv beside --gcp)",
+        help="where the control is seen: CSV label,photo,x,y (default: marks.csv beside --gcp, or "
+        "else in the folder of the photos); labels that are not in --gcp are tie points",
     )  # fmt: skip
     parser.add_argument("--crs", metavar="EPSG", help="of the model, such as EPSG:32615")
     parser.add_argument(
@@ -57,7 +61,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if folder.resolve() == photos.resolve():
         raise UsageError("is the photos' own folder; name another", field="--output")
     crs = None if args.crs is None else _crs(args.crs)
-    control, marks = _control(args)
+    control, marks, said = _control(args)
     result = run_job(
         "reconstruct",
         {
@@ -73,6 +77,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         },
         progress_of(args),
     )
+    result["warnings"] = [*said, *result["warnings"]]
     out.result(result)
     out.warn(result["warnings"])
     out.text(_in_words(result))
@@ -90,17 +95,35 @@ def _crs(text: str) -> str:
     return crs
 
 
-def _control(args: argparse.Namespace) -> tuple[str | None, str | None]:
-    if args.gcp is None:
-        if args.marks is not None:
-            raise UsageError("belongs to control points; name them with --gcp", field="--marks")
-        return None, None
+def _control(args: argparse.Namespace) -> tuple[str | None, str | None, list[str]]:
+    """Tables of control points and of marks, and what there is to say about them."""
+    from vomstudio.io.control import MARKS, beside
+    from vomstudio.photogrammetry.marking import usable_tables
+
+    named = None if args.marks is None else Path(args.marks).resolve()
+    if args.gcp is None or args.gcp.casefold() == "none":
+        found, marks = beside(Path(args.photos).resolve())
+        marks = named or marks
+        _require_file(marks, "--marks")
+        if args.gcp is not None:
+            return None, _text(marks), []
+        control, marks, why_not = usable_tables(found, marks)
+        said = [f"{found}: not used. {why_not}"] if why_not else []
+        return _text(control), _text(marks), said
     control = Path(args.gcp).resolve()
-    marks = control.with_name("marks.csv") if args.marks is None else Path(args.marks).resolve()
-    for path, what in ((control, "--gcp"), (marks, "--marks")):
-        if not path.is_file():
-            raise InputError("there is no such file", file=path, field=what)
-    return str(control), str(marks)
+    marks = named or control.with_name(MARKS)
+    _require_file(control, "--gcp")
+    _require_file(marks, "--marks")
+    return str(control), str(marks), []
+
+
+def _require_file(path: Path | None, field: str) -> None:
+    if path is not None and not path.is_file():
+        raise InputError("there is no such file", file=path, field=field)
+
+
+def _text(path: Path | None) -> str | None:
+    return None if path is None else str(path)
 
 
 def _in_words(result: dict[str, Any]) -> str:

@@ -16,7 +16,7 @@ from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.similarity import Similarity, fit_robustly
 from vomstudio.io.cameras_file import Cameras, read_cameras
-from vomstudio.io.control import ControlPoint, Mark
+from vomstudio.io.control import ControlPoint, Mark, read_control, read_marks
 from vomstudio.photogrammetry.tied import triangulate
 
 Array = npt.NDArray[np.float64]
@@ -246,6 +246,24 @@ class PlacedPhotos:
                     expected[name] = (float(at[0]), float(at[1]))
         return Sight(expected, residuals, sizes, rough, suspect)
 
+    def course(self, marking: Marking, label: str, photo: str) -> Array:
+        """(k, 2) pixels of a photo along which a point must lie that is marked in one other photo
+        of its part; none where two marks tell more."""
+        number = self.part_of(photo)
+        if number is None or photo in marking.of(label):
+            return np.zeros((0, 2))
+        views = self._views[number]
+        mine = [(views[name], pixel) for name, pixel in marking.of(label).items() if name in views]
+        if len(mine) != 1:
+            return np.zeros((0, 2))
+        (view, pixel), other = mine[0], views[photo]
+        apart = float(np.linalg.norm(other.centre - view.centre))
+        # Near the camera the steps must be small, far off nothing changes any more.
+        away = np.geomspace(0.05, 2000.0, 600)[:, None] * apart
+        pixels = other.project(view.centre + away * view.rays(pixel))
+        pixels = pixels[np.isfinite(pixels).all(axis=1)]
+        return pixels[other.contains(pixels)]
+
     @staticmethod
     def _place(views: dict[str, View], marks: dict[str, Pixel]) -> Array | None:
         """(1, 3) in the part's frame, where two marks or more tell."""
@@ -294,6 +312,18 @@ class PlacedPhotos:
             return fit_robustly(np.array(known), np.array(places))[0]
         except GeometryError:
             return None
+
+
+# --- tables ---------------------------------------------------------------------------------------
+def usable_tables(control: Path | None, marks: Path | None) -> tuple[Path | None, Path | None, str]:
+    """Of tables that were found and not asked for, those with which a model can be made: without
+    the control points where their marks do not suffice, and why, in words. Raises InputError."""
+    if control is None or marks is None:
+        return None, marks, ""
+    marking = Marking(tuple(read_control(control)), tuple(read_marks(marks)))
+    if len(ready(marking)) < FEWEST_POINTS:
+        return None, marks, " ".join(missing(marking))
+    return control, marks, ""
 
 
 # --- what is missing ------------------------------------------------------------------------------

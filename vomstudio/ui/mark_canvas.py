@@ -82,6 +82,7 @@ class MarkCanvas(PhotoCanvas):
         self._version = 0
         self._marks: Sequence[ShownMark] = ()
         self._corners: list[Pixel] = []
+        self._course = np.zeros((0, 2))
         self._grabbed: tuple[QPointF, Pixel] | None = None
         self._slow = False
 
@@ -113,6 +114,11 @@ class MarkCanvas(PhotoCanvas):
     @property
     def marks(self) -> Sequence[ShownMark]:
         return self._marks
+
+    def set_course(self, pixels: npt.NDArray[np.float64]) -> None:
+        """(k, 2) along which the chosen point must lie."""
+        self._course = pixels
+        self.update()
 
     def set_corners(self, corners: Sequence[Pixel]) -> None:
         """Of the polygon that is being drawn."""
@@ -156,6 +162,7 @@ class MarkCanvas(PhotoCanvas):
     def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         super().mousePressEvent(event)
         self._grabbed = None
+        self._slow = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
         if self.tool == MARK and self._handle is not None:
             mark = self._marks[self._handle].pixel
             self._grabbed = (QPointF(*self.pixel_at(event.position())), mark)
@@ -200,6 +207,11 @@ class MarkCanvas(PhotoCanvas):
         painter = QPainter(self)
         self._paint_mask(painter)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        if len(self._course) > 1:
+            line = QPolygonF([QPointF(x, y) for x, y in self.screen_of(self._course).tolist()])
+            for pen in (QPen(painting.DARK, 3.2), QPen(QColor("white"), 1.4, Qt.PenStyle.DashLine)):
+                painter.setPen(pen)
+                painter.drawPolyline(line)
         for mark in sorted(self._marks, key=lambda m: (m.chosen, not m.expected)):
             self._paint_mark(painter, mark)
         self._paint_polygon(painter)
@@ -225,7 +237,6 @@ class MarkCanvas(PhotoCanvas):
         x, y = (float(v) for v in self.screen_of(mark.pixel)[0])
         color = QColor(COLORS[mark.role])
         if mark.expected:
-            pen = QPen(painting.DARK, 3.6)
             for pen in (QPen(painting.DARK, 3.6), QPen(color, 1.6, Qt.PenStyle.DashLine)):
                 painter.setPen(pen)
                 painter.setBrush(Qt.BrushStyle.NoBrush)

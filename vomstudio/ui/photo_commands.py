@@ -41,7 +41,7 @@ def open_photo(w: MainWindow, name: str | None = None) -> None:
     wanted = name or w.photos_panel.chosen_photo() or w.survey.rows[0].name
     window = opened(w)
     if window is None:
-        window = PhotoWindow(w, w.survey, w.in_photos.images)
+        window = PhotoWindow(w, w.survey)
         window.show()
     window.raise_()
     window.activateWindow()

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QIcon, QImage, QPixmap
+from PySide6.QtGui import QColor, QIcon, QPixmap
 from PySide6.QtWidgets import QListView, QListWidget, QListWidgetItem
 
 from vomstudio.photogrammetry.marking import BAD_PX
 from vomstudio.rendering.painting import VERDICT_COLORS
-from vomstudio.ui.photo_images import THUMBNAIL, PhotoImages
+from vomstudio.ui.photo_images import THUMBNAIL
 from vomstudio.ui.photo_marks import PhotoMarks
 from vomstudio.ui.photo_survey import PhotoRow
 
@@ -21,11 +20,10 @@ class PhotoList(QListWidget):
 
     opened = Signal(str)
 
-    def __init__(self, rows: Sequence[PhotoRow], marks: PhotoMarks, images: PhotoImages) -> None:
+    def __init__(self, rows: Sequence[PhotoRow], marks: PhotoMarks) -> None:
         super().__init__()
         self._rows = {row.name: row for row in rows}
-        self._marks, self._images = marks, images
-        self._names: list[str] = []
+        self._marks = marks
         self._label = ""
         self.setObjectName("photo_list")
         self.setIconSize(THUMBNAIL)
@@ -34,19 +32,15 @@ class PhotoList(QListWidget):
         self.setViewMode(QListView.ViewMode.ListMode)
         self.setMinimumWidth(236)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self._blank = QPixmap(THUMBNAIL)
-        self._blank.fill(Qt.GlobalColor.transparent)
-        self._of_path = {row.path: row.name for row in rows}
+        blank = QPixmap(THUMBNAIL)
+        blank.fill(Qt.GlobalColor.transparent)
         self._items: dict[str, QListWidgetItem] = {}
         for name in self._rows:
-            item = QListWidgetItem(QIcon(self._blank), name)
+            item = QListWidgetItem(_icon(self._rows[name].thumbnail, blank), name)
             item.setSizeHint(QSize(0, THUMBNAIL.height() + 6))
             item.setData(Qt.ItemDataRole.UserRole, name)
             self._items[name] = item
             self.addItem(item)
-            if (image := images.thumbnail(Path(self._rows[name].path))) is not None:
-                item.setIcon(_icon(image))
-        images.thumbnailed.connect(self._thumbnailed, Qt.ConnectionType.QueuedConnection)
         self.currentItemChanged.connect(self._current)
         marks.changed.connect(self.refresh)
         self.refresh()
@@ -127,14 +121,11 @@ class PhotoList(QListWidget):
         if item is not None:
             self.opened.emit(item.data(Qt.ItemDataRole.UserRole))
 
-    def _thumbnailed(self, key: str, image: QImage) -> None:
-        name = self._of_path.get(key)
-        if name is not None and not image.isNull():
-            self._items[name].setIcon(_icon(image))
 
-
-def _icon(image: QImage) -> QIcon:
-    icon = QIcon(QPixmap.fromImage(image))
+def _icon(path: str | None, blank: QPixmap) -> QIcon:
+    if path is None:
+        return QIcon(blank)
+    icon = QIcon(path)
     # A chosen row must not tint it.
-    icon.addPixmap(QPixmap.fromImage(image), QIcon.Mode.Selected)
+    icon.addFile(path, QSize(), QIcon.Mode.Selected)
     return icon

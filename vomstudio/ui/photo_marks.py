@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+import numpy.typing as npt
 from PySide6.QtCore import QObject, Signal
 
 from vomstudio.errors import TargetError, VomError
@@ -19,15 +21,16 @@ from vomstudio.io.control import (
     write_marks,
 )
 from vomstudio.photogrammetry.marking import (
-    FEWEST_POINTS,
     NOTHING,
     Marking,
     PlacedPhotos,
     Sight,
     missing,
-    ready,
+    usable_tables,
 )
 from vomstudio.ui.edit_history import EditHistory, Step
+
+Array = npt.NDArray[np.float64]
 
 
 class MarkFiles:
@@ -46,13 +49,7 @@ class MarkFiles:
     def for_model(self) -> tuple[Path | None, Path | None, str]:
         """Tables of control points and of marks with which a model can be made, and why not with
         the control points, in words. Raises InputError."""
-        control, marks = self.found(CONTROL), self.found(MARKS)
-        if control is None or marks is None:
-            return None, marks, ""
-        marking = Marking(tuple(read_control(control)), tuple(read_marks(marks)))
-        if len(ready(marking)) < FEWEST_POINTS:
-            return None, marks, " ".join(missing(marking))
-        return control, marks, ""
+        return usable_tables(self.found(CONTROL), self.found(MARKS))
 
 
 class PhotoMarks(QObject):
@@ -68,7 +65,7 @@ class PhotoMarks(QObject):
         self.unsaved = ""
         """Why the last change is not on the disk."""
         self._cameras: PlacedPhotos | None = None
-        self._sights: dict[str, Sight] = {}
+        self._sights: dict[str, tuple[object, Sight]] = {}
         self._missing: list[str] | None = None
         self._damaged: set[str] = set()
         self._on_disk = Marking()
@@ -99,10 +96,10 @@ class PhotoMarks(QObject):
 
     def set_cameras(self, cameras: PlacedPhotos | None) -> None:
         self._cameras = cameras
+        self._sights.clear()
         self._renew()
 
     def _renew(self) -> None:
-        self._sights.clear()
         self._missing = None
         self.changed.emit()
 
@@ -114,9 +111,21 @@ class PhotoMarks(QObject):
     def sight(self, label: str) -> Sight:
         if self._cameras is None:
             return NOTHING
-        if label not in self._sights:
-            self._sights[label] = self._cameras.sight(self.marking, label)
-        return self._sights[label]
+        marking = self.marking
+        own = tuple(marking.of(label).items())
+        # What is not marked twice is found by the other points.
+        rest = marking if marking.point(label) is not None else None
+        kept = self._sights.get(label)
+        if kept is None or kept[0] != (own, rest):
+            kept = (own, rest), self._cameras.sight(marking, label)
+            self._sights[label] = kept
+        return kept[1]
+
+    def course(self, label: str, photo: str) -> Array:
+        """(k, 2) where in a photo a point must lie that is marked in one other photo."""
+        if self._cameras is None or not label:
+            return np.zeros((0, 2))
+        return self._cameras.course(self.marking, label, photo)
 
     def missing(self) -> list[str]:
         if self._missing is None:

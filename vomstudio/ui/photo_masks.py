@@ -32,11 +32,12 @@ class Shape:
 
 
 class PhotoMasks(QObject):
-    """drawn : a photo whose mask is there, or has changed. stored : a photo whose mask has come to
-    the disk, or gone from it. said : a sentence, and its level. busy_changed : many are drawn."""
+    """drawn : a photo whose mask is there, or has changed. stored : a photo, and the file of its
+    mask, or None where it has none any more. said : a sentence, and its level. busy_changed : many
+    are drawn, or no longer."""
 
     drawn = Signal(str)
-    stored = Signal(str)
+    stored = Signal(str, object)
     said = Signal(str, str)
     busy_changed = Signal()
 
@@ -53,6 +54,7 @@ class PhotoMasks(QObject):
         self._dirty: dict[str, None] = {}
         self._saving = self._shown = ""
         self._stroke: list[Change] = []
+        self._going_on = False
         self.problem = ""
         """Why masks are in this window only."""
         self.last: Shape | None = None
@@ -89,10 +91,15 @@ class PhotoMasks(QObject):
 
         self._background.run(lambda: _loaded(row, row.mask), arrived)
 
+    @property
+    def drawing(self) -> bool:
+        """A stroke goes on."""
+        return self._going_on
+
     # --- drawing -----------------------------------------------------------------------------
     def begin(self, name: str, hides: bool) -> None:
         """A shape of several areas begins."""
-        self._stroke = []
+        self._stroke, self._going_on = [], True
         self.last = Shape((), hides, name)
 
     def draw(self, area: Area) -> None:
@@ -109,12 +116,12 @@ class PhotoMasks(QObject):
     def end(self) -> None:
         """The shape is done; it can be taken back as a whole."""
         changes, self._stroke = self._stroke, []
+        self._going_on = False
         shape = self.last
         if shape is not None and changes:
             words = self.tr("Leave out") if shape.hides else self.tr("Keep")
             self._remember(words, shape.photo, {shape.photo: changes})
-            self._dirty[shape.photo] = None
-            self._soon.start()
+            self._changed(shape.photo)
 
     def draw_once(self, name: str, area: Area, hides: bool) -> None:
         self.begin(name, hides)
@@ -276,12 +283,12 @@ class PhotoMasks(QObject):
         assert isinstance(made, tuple)
         path, kept = made
         self.problem = ""
-        self.rows[name].mask = None if path is None else str(path)
+        mask = self.rows[name].mask = None if path is None else str(path)
         if kept is not None:
             self.said.emit(
                 self.tr("The mask that was there was put aside as {0}").format(kept.name), "info"
             )
-        self.stored.emit(name)
+        self.stored.emit(name, mask)
         self._forget()
 
     def _forget(self) -> None:

@@ -197,6 +197,12 @@ class PhotoSurvey(QObject):
         kept = self._studio.project.folder / "photos" / f"{self.folder.name}-{key}"
         return MarkFiles(self.folder, kept)
 
+    def set_mask(self, name: str, mask: str | None) -> None:
+        for row in self.rows:
+            if row.name == name:
+                row.mask = mask
+        self.drawn_changed.emit()
+
     def tables(self) -> tuple[Path | None, Path | None]:
         """The control points and marks with which a model is made, where none are named."""
         files = self.mark_files()

@@ -42,11 +42,11 @@ class PhotoWindow(QWidget):
     """Beside which the outcrop can be worked on. What is drawn and marked is on the disk at once;
     the window asks before it closes over something that could not be written."""
 
-    def __init__(self, parent: QWidget, survey: PhotoSurvey, images: PhotoImages) -> None:
+    def __init__(self, parent: QWidget, survey: PhotoSurvey) -> None:
         super().__init__(parent, Qt.WindowType.Window)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.resize(1400, 860)
-        self.survey, self._images = survey, images
+        self.survey, self._images = survey, PhotoImages()
         assert survey.folder is not None
         self.folder = survey.folder
         self.photo = ""
@@ -66,7 +66,7 @@ class PhotoWindow(QWidget):
             self.actions_table.add(command)
         self.actions_table.give_keys_to(self.canvas)
         actions = self.actions_table.all
-        self.list = PhotoList(survey.rows, self.marks, images)
+        self.list = PhotoList(survey.rows, self.marks)
         self.mask_box = MaskBox(self.canvas, actions)
         self.points = PointsBox(self.marks, actions)
         self._status = ElidedLabel()
@@ -209,11 +209,12 @@ class PhotoWindow(QWidget):
                 self.canvas.set_used(used)
             else:
                 self.canvas.mask_changed()
-            self._refresh()
+            if not self.masks.drawing:
+                self._refresh()
 
-    def _mask_stored(self, name: str) -> None:
+    def _mask_stored(self, name: str, mask: str | None) -> None:
         self._changed_masks.add(name)
-        self.survey.drawn_changed.emit()
+        self.survey.set_mask(name, mask)
         self.list.refresh()
         self._refresh()
 
@@ -233,6 +234,7 @@ class PhotoWindow(QWidget):
                 role = marking.role(label)
                 shown.append(ShownMark(label, role, at, label == chosen, True))
         self.canvas.set_marks(shown)
+        self.canvas.set_course(self.marks.course(chosen, self.photo))
         self._refresh()
 
     def _point_chosen(self, label: str) -> None:
@@ -442,6 +444,7 @@ class PhotoWindow(QWidget):
             event.ignore()
             return
         self.masks.close()
+        self._images.close()
         self._background.close()
         self.survey.changed.disconnect(self._survey_changed)
         if self._changed_masks and self.survey.folder == self.folder:

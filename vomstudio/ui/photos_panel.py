@@ -109,6 +109,8 @@ class PhotosPanel(QWidget):
 
     def _make_header(self) -> QHBoxLayout:
         header = QHBoxLayout()
+        # Beside the list that it belongs to, one word says it.
+        self._actions["open_photo"].setIconText(self.tr("Open"))
         for name in ("choose_photos", "open_photo", "make_model", "pause_model"):
             button = QToolButton()
             button.setDefaultAction(self._actions[name])

@@ -161,7 +161,8 @@ class PointsBox(QGroupBox):
                 self.table.setRowCount(len(labels))
             for row, label in enumerate(labels):
                 self._fill_row(row, label)
-            if self.label not in labels:
+            gone = bool(self.label) and self.label not in labels
+            if gone:
                 self.label = ""
             if self.label:
                 self.table.selectRow(labels.index(self.label))
@@ -181,6 +182,8 @@ class PointsBox(QGroupBox):
         elif not said:
             said = [self.tr("Nothing is missing.")]
         self.missing.setText("\n".join(text if text.endswith(".") else f"{text}." for text in said))
+        if gone:
+            self.chosen.emit("")
 
     def _fill_row(self, row: int, label: str) -> None:
         marking = self._marks.marking

@@ -1,0 +1,86 @@
+"""Which control points and marks `vomstudio reconstruct` takes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from vomstudio import cli
+from vomstudio.io.control import ControlPoint, Mark, write_control, write_marks
+
+PHOTOS = ("a.jpg", "b.jpg")
+RESULT = {
+    "photos": 2, "registered": 2, "unregistered": [], "reprojection_error_px": 0.5,
+    "dense_points": 1, "faces": 1, "frame": "local", "mesh": "model.obj", "seconds": {},
+    "peak_memory_mb": 1, "report": "report.html", "work_mb": 1.0,
+}  # fmt: skip
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "photos").mkdir()
+    return tmp_path / "photos"
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
+    """What the worker would have been asked for."""
+    seen: list[dict[str, Any]] = []
+
+    def run_job(task: str, args: dict[str, Any], progress: object) -> dict[str, Any]:
+        seen.append(args)
+        return {**RESULT, "warnings": []}
+
+    monkeypatch.setattr("vomstudio.jobs.running.run_job", run_job)
+    return seen
+
+
+def points(folder: Path, marked: int) -> None:
+    labels = ("A", "B", "C")
+    write_control(
+        folder / "control.csv", [ControlPoint(n, (i, i * i, 0.0)) for i, n in enumerate(labels)]
+    )
+    write_marks(
+        folder / "marks.csv",
+        [Mark(label, photo, 1.5, 2.5) for label in labels[:marked] for photo in PHOTOS],
+    )
+
+
+def run(folder: Path, *words: str) -> int:
+    return cli.main(["reconstruct", str(folder), "-o", str(folder.parent / "out"), *words])
+
+
+def test_control_beside_the_photos_is_taken(folder, asked) -> None:
+    points(folder, marked=3)
+    assert run(folder) == 0
+    assert asked[0]["control"] == str(folder / "control.csv")
+    assert asked[0]["marks"] == str(folder / "marks.csv")
+
+
+def test_control_that_does_not_suffice_is_left_out_with_the_reason(folder, asked, capsys) -> None:
+    points(folder, marked=2)
+    assert run(folder) == 0
+    assert asked[0]["control"] is None
+    assert asked[0]["marks"] == str(folder / "marks.csv"), "they tie photos together"
+    assert "C has no marks" in capsys.readouterr().err
+
+
+def test_control_can_be_declined(folder, asked) -> None:
+    points(folder, marked=3)
+    assert run(folder, "--gcp", "none") == 0
+    assert asked[0]["control"] is None
+
+
+def test_marks_alone_are_tie_points(folder, asked) -> None:
+    marks = folder.parent / "ties.csv"
+    write_marks(marks, [Mark("A", "a.jpg", 1, 2)])
+    assert run(folder, "--marks", str(marks)) == 0
+    assert (asked[0]["control"], asked[0]["marks"]) == (None, str(marks))
+    assert run(folder, "--marks", str(folder / "gone.csv")) == 2
+
+
+def test_without_tables_there_is_no_control(folder, asked) -> None:
+    assert run(folder) == 0
+    assert (asked[0]["control"], asked[0]["marks"]) == (None, None)
