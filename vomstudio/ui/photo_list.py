@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QIcon, QPixmap
+from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QListView, QListWidget, QListWidgetItem
 
 from vomstudio.photogrammetry.marking import BAD_PX
 from vomstudio.rendering.painting import VERDICT_COLORS
+from vomstudio.ui import theme
 from vomstudio.ui.photo_images import THUMBNAIL
 from vomstudio.ui.photo_marks import PhotoMarks
 from vomstudio.ui.photo_survey import PhotoRow
@@ -32,11 +33,9 @@ class PhotoList(QListWidget):
         self.setViewMode(QListView.ViewMode.ListMode)
         self.setMinimumWidth(236)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        blank = QPixmap(THUMBNAIL)
-        blank.fill(Qt.GlobalColor.transparent)
         self._items: dict[str, QListWidgetItem] = {}
-        for name in self._rows:
-            item = QListWidgetItem(_icon(self._rows[name].thumbnail, blank), name)
+        for name, row in self._rows.items():
+            item = QListWidgetItem(theme.picture_icon(row.thumbnail, THUMBNAIL), name)
             item.setSizeHint(QSize(0, THUMBNAIL.height() + 6))
             item.setData(Qt.ItemDataRole.UserRole, name)
             self._items[name] = item
@@ -120,12 +119,3 @@ class PhotoList(QListWidget):
     def _current(self, item: QListWidgetItem | None) -> None:
         if item is not None:
             self.opened.emit(item.data(Qt.ItemDataRole.UserRole))
-
-
-def _icon(path: str | None, blank: QPixmap) -> QIcon:
-    if path is None:
-        return QIcon(blank)
-    icon = QIcon(path)
-    # A chosen row must not tint it.
-    icon.addFile(path, QSize(), QIcon.Mode.Selected)
-    return icon

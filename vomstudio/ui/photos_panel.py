@@ -191,7 +191,7 @@ class PhotosPanel(QWidget):
             if column == 0:
                 item.setToolTip(row.path)
                 if row.thumbnail:
-                    item.setIcon(QIcon(row.thumbnail))
+                    item.setIcon(theme.picture_icon(row.thumbnail, _THUMBNAIL))
             elif column == _FINDING:
                 item.setToolTip("\n".join(row.findings))
             self.table.setItem(number, column, item)

@@ -54,6 +54,25 @@ def verdict_icon(verdict: str | None) -> QIcon:
     return _painted(f"verdict {verdict}", draw)
 
 
+def picture_icon(path: str | None, size: QSize) -> QIcon:
+    """A picture file in the middle of a box of this size, so that texts beside icons line up. (An
+    icon that is made of a JPEG's name is stretched by Qt.)"""
+    box = QPixmap(size)
+    box.fill(Qt.GlobalColor.transparent)
+    picture = QPixmap(path or "")
+    if not picture.isNull():
+        mode = Qt.TransformationMode.SmoothTransformation
+        picture = picture.scaled(size, Qt.AspectRatioMode.KeepAspectRatio, mode)
+        painter = QPainter(box)
+        off = (size - picture.size()) / 2
+        painter.drawPixmap(off.width(), off.height(), picture)
+        painter.end()
+    icon = QIcon(box)
+    # A chosen row must not tint it.
+    icon.addPixmap(box, QIcon.Mode.Selected)
+    return icon
+
+
 def swatch(color: str) -> QIcon:
     """A small disc in a feature type's colour."""
 
