@@ -189,6 +189,43 @@ def test_what_cannot_be_saved_stays_and_is_asked_for(looked_at, photos, tmp_path
     assert mask_of(photos, NAMES[0])[600, 600] == 0
 
 
+def test_parts_are_joined_by_points_and_a_polygon_is_closed_by_a_double_click(looked_at, photos):
+    """Two photos that nothing joins to the others are a part of their own."""
+    window = looked_at
+    aligned(window, [v for v in TRUE.views if v.name in NAMES[:2]])
+    part = window.survey.out() / "part2"
+    part.mkdir()
+    others = tuple(v for v in TRUE.views if v.name in NAMES[2:])
+    write_cameras(part / "cameras.json", Cameras(others, photos))
+    photo = open_by_double_click(window, 2)
+    wait(lambda: photo.marks.cameras is not None, "the cameras")
+    press(photo, Qt.Key.Key_M)
+    click(photo.canvas, on(photo, 500, 400))
+    assert photo.marks.marking.labels == ("tie1",)
+    said = photo.points.missing.text()
+    assert "Part 2 (2 photos) is not joined" in said
+    assert "tie1 has no marks in the model and 1 in part 2" in said
+    rows = [photo.list.item(i).text() for i in range(4)]
+    assert sum("part 2" in text for text in rows) == 2
+    # One mark leaves a line in the other photo of its part.
+    press(photo, Qt.Key.Key_PageDown)
+    wait(lambda: photo.photo == NAMES[3], "the next photo")
+    ready(photo)
+    assert len(photo.canvas._course) > 10
+    driver.keep_picture(photo, "photo-window-7-part")
+    press(photo, Qt.Key.Key_P)
+    corners = [(100, 100), (400, 100), (400, 400)]
+    for corner in corners[:-1]:
+        click(photo.canvas, on(photo, *corner))
+    click(photo.canvas, on(photo, *corners[-1]))
+    QTest.mouseDClick(photo.canvas, Qt.MouseButton.LeftButton, pos=on(photo, *corners[-1]))
+    saved(photo)
+    mask = mask_of(photos, NAMES[3])
+    assert mask[200, 350] == 0
+    assert (mask == 0).sum() == pytest.approx(300 * 300 / 2, rel=0.02)
+    photo.close()
+
+
 def test_points_are_marked_predicted_nudged_and_kept(looked_at, photos):
     window = looked_at
     aligned(window)

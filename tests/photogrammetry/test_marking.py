@@ -73,6 +73,18 @@ def test_one_mark_predicts_nothing() -> None:
     assert sight.worst is None
 
 
+def test_one_mark_leaves_a_line_on_which_the_point_lies() -> None:
+    made = marked("a.jpg")
+    line = PLACED.course(made, "A", "c.jpg")
+    truth = by_hand(VIEWS[2], POINT)
+    a, ab = line[:-1], np.diff(line, axis=0)
+    share = np.clip(((truth - a) * ab).sum(axis=1) / (ab**2).sum(axis=1), 0.0, 1.0)
+    assert np.hypot(*(a + share[:, None] * ab - truth).T).min() < 0.05
+    assert VIEWS[2].contains(line).all()
+    assert not len(PLACED.course(made, "A", "a.jpg")), "it is marked there"
+    assert not len(PLACED.course(marked("a.jpg", "b.jpg"), "A", "c.jpg")), "two marks tell more"
+
+
 def test_a_mark_that_is_wrong_is_the_worst() -> None:
     """Five photos, one of them marked 6 pixels beside."""
     views = tuple(looking(f"{i}.jpg", x) for i, x in enumerate((-3.0, -1.5, 0.0, 1.5, 3.0)))

@@ -60,7 +60,12 @@ class PhotoList(QListWidget):
         own = marking.of(label) if label else {}
         first = [name for name in self._rows if name in own]
         by_use = [] if sight is None else [n for n in sight.by_use if n in self._rows]
+        cameras = self._marks.cameras
         rest = [name for name in self._rows if name not in own and name not in by_use]
+        if cameras is not None and own:
+            # A second mark of the same part tells where the point is in all of it.
+            parts = {cameras.part_of(name) for name in own}
+            rest.sort(key=lambda name: cameras.part_of(name) not in parts)
         names = [*first, *by_use, *rest]
         with QSignalBlocker(self):
             if names != self.names:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
-from PySide6.QtGui import QAction, QIcon
+from PySide6.QtGui import QAction, QIcon, QKeySequence, QShortcut
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHBoxLayout,
@@ -138,8 +138,11 @@ class PhotosPanel(QWidget):
         table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         table.horizontalHeader().setStretchLastSection(True)
         table.itemSelectionChanged.connect(self._chosen)
-        # Double click, or Enter.
-        table.activated.connect(lambda index: self.opened.emit(self._survey.rows[index.row()].name))
+        table.doubleClicked.connect(self._open)
+        for code in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            key = QShortcut(QKeySequence(code), table)
+            key.setContext(Qt.ShortcutContext.WidgetShortcut)
+            key.activated.connect(self._open)
         tips = {
             "GSD": "Ground sampling distance: size of a pixel on the rock",
             "Mask": "A part of the photo is left out; open the photo to draw it",
@@ -249,6 +252,11 @@ class PhotosPanel(QWidget):
         """The first of the photos that are selected."""
         names = self._chosen_names()
         return next((row.name for row in self._survey.rows if row.name in names), None)
+
+    def _open(self) -> None:
+        row = self.table.currentRow()
+        if 0 <= row < len(self._survey.rows):
+            self.opened.emit(self._survey.rows[row].name)
 
     def _chosen(self) -> None:
         survey = self._survey
