@@ -138,7 +138,7 @@ def test_three_marked_control_points_tell_where_the_others_are() -> None:
 
 
 def test_in_a_georeferenced_model_coordinates_are_looked_up_at_once() -> None:
-    cameras = Cameras(VIEWS, Path(), (500_000, 5_000_000, 100), "EPSG:32633")
+    cameras = Cameras(VIEWS, Path(), (500_000, 5_000_000, 100), "EPSG:32633", True)
     point = ControlPoint("A", (500_000.7, 5_000_000.3, 99.1))
     sight = PlacedPhotos((cameras,)).sight(Marking((point,)), "A")
     assert sight.rough

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.similarity import Similarity, fit_robustly
-from vomstudio.io.cameras_file import Cameras, read_cameras
+from vomstudio.io.cameras_file import FILE_NAME, Cameras, read_cameras
 from vomstudio.io.control import ControlPoint, Mark, read_control, read_marks
 from vomstudio.photogrammetry.tied import triangulate
 
@@ -202,9 +202,9 @@ class PlacedPhotos:
     @classmethod
     def read(cls, out: Path) -> PlacedPhotos:
         """Of a reconstruction's folder. Raises InputError."""
-        found = [read_cameras(out / "cameras.json")]
+        found = [read_cameras(out / FILE_NAME)]
         number = 2
-        while (path := out / f"part{number}" / "cameras.json").exists():
+        while (path := out / f"part{number}" / FILE_NAME).exists():
             found.append(read_cameras(path))
             number += 1
         return cls(tuple(found))
@@ -293,7 +293,7 @@ class PlacedPhotos:
         part = self.parts[number]
         if (frame := self._frame(marking, number)) is not None:
             return frame(point.position), False
-        if part.crs is None:
+        if part.crs is None and not part.scaled:
             return None, False
         return (np.array(point.position) - part.origin)[None], True
 

@@ -12,14 +12,13 @@ from typing import Any
 from PySide6.QtCore import QObject, Signal
 
 from vomstudio.errors import VomError
-from vomstudio.io.cameras_file import read_cameras
+from vomstudio.io.cameras_file import FILE_NAME, read_cameras
 from vomstudio.jobs.events import Failed
 from vomstudio.ui.job_bridge import Job
 from vomstudio.ui.photo_marks import MarkFiles
 from vomstudio.ui.studio import Notice, Studio
 
 FOLDER = "reconstruction"
-CAMERAS = "cameras.json"
 
 
 @dataclass
@@ -224,9 +223,9 @@ class PhotoSurvey(QObject):
         out = self.out()
         if out is None or self.folder is None:
             return None
-        if (out / CAMERAS).exists():
+        if (out / FILE_NAME).exists():
             return out
-        found = out.parent.glob(f"{glob.escape(self.folder.name)}-*/{CAMERAS}")
+        found = out.parent.glob(f"{glob.escape(self.folder.name)}-*/{FILE_NAME}")
         newest = sorted(found, key=lambda path: path.stat().st_mtime)
         return newest[-1].parent if newest else None
 
@@ -296,10 +295,10 @@ class PhotoSurvey(QObject):
     def _show_cameras(self) -> None:
         """Places and directions as they were found, where a model has been made."""
         out = self.out()
-        if out is None or not (out / CAMERAS).exists():
+        if out is None or not (out / FILE_NAME).exists():
             return
         try:
-            cameras = read_cameras(out / CAMERAS)
+            cameras = read_cameras(out / FILE_NAME)
         except VomError:
             return
         self.has_north = cameras.crs is not None

@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.errors import VomError
+from vomstudio.io.cameras_file import FILE_NAME
 from vomstudio.photogrammetry.marking import BAD_PX, PlacedPhotos
 from vomstudio.ui.actions import Actions
 from vomstudio.ui.background import Background
@@ -455,6 +456,6 @@ class PhotoWindow(QWidget):
 def _stamp(out: Path | None) -> object:
     """Changes when cameras are found anew."""
     try:
-        return None if out is None else (out, (out / "cameras.json").stat().st_mtime_ns)
+        return None if out is None else (out, (out / FILE_NAME).stat().st_mtime_ns)
     except OSError:
         return None
