@@ -385,7 +385,7 @@ def missing(marking: Marking, placed: PlacedPhotos | None = None) -> list[str]:
             ]
             said.append(
                 f"Part {number} ({len(other)} photos) is not joined to the model: "
-                f"{FEWEST_POINTS} points, each marked in {FEWEST_PHOTOS} photos of either, would "
+                f"{FEWEST_POINTS} points, each marked in {FEWEST_PHOTOS} photos of both, would "
                 "join it" + ("; " + _some(begun) if begun else "")
             )
     return said
