@@ -27,11 +27,15 @@ def add_parser(subparsers: Subparsers) -> None:
         help="how much of the photos' resolution is used (default medium)",
     )
     parser.add_argument(
-        "--gcp", metavar="FILE", help="ground control: CSV label,x,y,z[,sigma][,use]"
+        "--gcp",
+        metavar="FILE",
+        help="ground control: CSV label,x,y,z[,sigma][,use], XML of MicMac or Metashape, or "
+        "OpenDroneMap's gcp_list.txt",
     )
     parser.add_argument(
         "--marks", metavar="FILE",
-        help="where the control is seen: CSV label,photo,x,y (default: marks.csv beside --gcp)",
+        help="where the control is seen: CSV label,photo,x,y, or MicMac's XML (default: in --gcp "
+        "where that holds them, else marks.csv beside it)",
     )  # fmt: skip
     parser.add_argument("--crs", metavar="EPSG", help="of the model, such as EPSG:32615")
     parser.add_argument(
@@ -95,11 +99,14 @@ def _control(args: argparse.Namespace) -> tuple[str | None, str | None]:
         if args.marks is not None:
             raise UsageError("belongs to control points; name them with --gcp", field="--marks")
         return None, None
+    from vomstudio.io.control_files import marks_beside
+
     control = Path(args.gcp).resolve()
-    marks = control.with_name("marks.csv") if args.marks is None else Path(args.marks).resolve()
+    marks = marks_beside(control) if args.marks is None else Path(args.marks).resolve()
     for path, what in ((control, "--gcp"), (marks, "--marks")):
         if not path.is_file():
-            raise InputError("there is no such file", file=path, field=what)
+            hint = "; name the marks with --marks" if path is marks and not args.marks else ""
+            raise InputError(f"there is no such file{hint}", file=path, field=what)
     return str(control), str(marks)
 
 
