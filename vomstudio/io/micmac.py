@@ -22,8 +22,7 @@ def points_of(path: Path, root: Element) -> list[ControlPoint]:
     if not found:
         there = any(True for _ in root.below(MARKS))
         raise InputError(
-            f"holds marks in photos ({MARKS}) and no ground points ({POINTS}); name it as the "
-            "marks"
+            f"holds marks in photos ({MARKS}) and no ground points ({POINTS}); name it as the marks"
             if there
             else f"has no ground point ({POINTS} with {_POINT})",
             file=path,

@@ -37,6 +37,11 @@ class PointCheck:
     def usable(self) -> bool:
         return self.photos >= LEAST_PHOTOS
 
+    @property
+    def quality(self) -> str:
+        """ "good", "doubtful" or "poor", by the number of photos."""
+        return "good" if self.photos >= WANTED_PHOTOS else "doubtful" if self.usable else "poor"
+
 
 @dataclass(frozen=True)
 class ControlCheck:
@@ -67,7 +72,7 @@ class ControlCheck:
 
     def as_dict(self) -> dict[str, Any]:
         return {
-            "points": [{**asdict(p), "usable": p.usable} for p in self.points],
+            "points": [{**asdict(p), "quality": p.quality} for p in self.points],
             "crs": self.crs,
             "crs_reason": self.crs_reason,
             "summary": self.summary,
@@ -155,7 +160,7 @@ def _warnings(
     if few:
         yield f"marked in fewer than {WANTED_PHOTOS} photos: {some(few)}"
     if no_point:
-        yield f"marks of {some(no_point)} are not used: no such point in the control"
+        yield f"marked, but no control points: {some(no_point)}"
     if no_photo:
         yield f"marks in {some(no_photo)} are not used: no such photo in the folder"
 
