@@ -213,6 +213,16 @@ def test_the_projection_of_a_list_is_not_overruled(tmp_path: Path) -> None:
         agreed_crs(path, "EPSG:32632")
 
 
+def test_a_table_may_state_its_crs_in_a_comment(tmp_path: Path) -> None:
+    table = "label,x,y,z\nA,1,2,3\n"
+    for comment in ("# EPSG:32633: x east", "# CRS: epsg:32633", "#EPSG:32633"):
+        assert crs_of(written(tmp_path, f"{comment}\n{table}", "a.csv")) == "EPSG:32633"
+    for comment in ("# measured like EPSG:32633", "# nothing", ""):
+        assert crs_of(written(tmp_path, f"{comment}\n{table}", "a.csv")) is None
+    with pytest.raises(InputError, match="is not known here"):
+        crs_of(written(tmp_path, f"# EPSG:4326\n{table}", "a.csv"))
+
+
 # --- Metashape ---------------------------------------------------------------------------------
 METASHAPE = """<?xml version="1.0"?>
 <document version="1.5.0"><chunk label="Chunk 1" enabled="true">

@@ -3,6 +3,7 @@ Metashape's XML, OpenDroneMap's list. Tables of our own are read by `io.control`
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -11,7 +12,10 @@ from vomstudio.errors import InputError, UsageError
 from vomstudio.io import metashape_markers, micmac
 from vomstudio.io.control import ControlPoint, Mark
 from vomstudio.io.odm_control import is_odm, read_odm
+from vomstudio.io.text_tables import read_table
 from vomstudio.io.xml_tree import is_xml, read_xml
+
+_IN_COMMENT = re.compile(r"[#\s]*(?:CRS\s*[:=]?\s*)?(EPSG:\d+)\b", re.IGNORECASE)
 
 CONTROL, MARKS, ODM_LIST = "control.csv", "marks.csv", "gcp_list.txt"
 
@@ -24,9 +28,16 @@ def points_of(path: str | Path) -> list[ControlPoint] | None:
 def crs_of(path: str | Path) -> str | None:
     """The CRS that the file states, "EPSG:n" (or WKT) with metres; None where it states none.
 
-    Points in degrees are read as those of their UTM zone. Raises InputError.
+    A table states it in a comment that begins with it: `# EPSG:32633`. Points in degrees are read
+    as those of their UTM zone. Raises InputError.
     """
-    return None if (found := _read(Path(path))) is None else found[1]
+    path = Path(path)
+    if (found := _read(path)) is not None:
+        return found[1]
+    for comment in read_table(path).comments:
+        if stated := _IN_COMMENT.match(comment):
+            return _in_metres(path, (), stated[1])[1]
+    return None
 
 
 def marks_of(path: str | Path) -> list[Mark] | None:
@@ -107,7 +118,7 @@ def _in_metres(
     try:
         crs = CRS.from_user_input(text)
         horizontal = crs.sub_crs_list[0] if crs.is_compound else crs
-        if horizontal.is_geographic:
+        if horizontal.is_geographic and points:
             code = utm_zone(points[0].position[0], points[0].position[1])
             to_grid = from_degrees(code, horizontal.to_wkt())
             moved = []

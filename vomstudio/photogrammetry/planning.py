@@ -387,8 +387,11 @@ def _warnings(
     if manner == "handheld" and highest > _REACH_M:
         one_row = distance * height / footprint[1]
         found.append(
-            f"the upper rows are up to {highest:.1f} m above the foot: use a drone (--manner "
-            f"drone) or a pole, or stand {one_row:.0f} m away, where one row shows all of it"
+            f"the upper rows are up to {highest:.1f} m above the foot: use a drone or a pole, or "
+            f"stand {one_row:.0f} m away, where one row shows all of it"
+            if one_row > distance * (1.0 + 1e-9)
+            else f"the row is {highest:.1f} m above the foot: use a drone or a pole; photos that "
+            "look up from the ground do not show what lies on ledges"
         )
     if min(width, height) < 0.2 * max(width, height):
         found.append(

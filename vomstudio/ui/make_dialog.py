@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 _FILES = "Ground control (*.csv *.txt *.xml);;All files (*)"
 _TYPING_MS = 400
-_ROWS = 6
+_ROWS = 8
 
 
 class MakeDialog(QDialog):
@@ -107,6 +107,7 @@ class MakeDialog(QDialog):
         self.crs.setObjectName("make_crs")
         self.crs.textEdited.connect(lambda _: self._soon.start())
         self.crs.setMaximumWidth(170)
+        self.crs.setPlaceholderText(self.tr("as stated"))
         self._crs_words = QLabel()
         self._crs_words.setWordWrap(True)
         crs_row = QHBoxLayout()
@@ -125,8 +126,10 @@ class MakeDialog(QDialog):
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setStretchLastSection(True)
         self.points.setFixedWidth(280)
-        height = self.points.verticalHeader().defaultSectionSize()
-        self.points.setFixedHeight(height * _ROWS + 8)
+        height = self.fontMetrics().height() + 6
+        self.points.verticalHeader().setMinimumSectionSize(height)
+        self.points.verticalHeader().setDefaultSectionSize(height)
+        self.points.setFixedHeight(height * (_ROWS + 1) + 8)
         self.verdict = QLabel()
         self.verdict.setObjectName("control_verdict")
         self.verdict.setWordWrap(True)
@@ -234,7 +237,8 @@ class MakeDialog(QDialog):
             quality=str(self.quality.currentData()),
             control=control,
             marks=marks,
-            found=before.found and same,
+            # What is asked for beside them makes them asked for.
+            found=before.found and same and crs is None,
             crs=crs,
             threads=self.threads.value() or None,
             seed=self.seed.value(),

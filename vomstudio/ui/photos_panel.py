@@ -244,7 +244,7 @@ class PhotosPanel(QWidget):
     def _words(self) -> str:
         survey = self._survey
         if survey.folder is None:
-            return self.tr("Choose a folder of photos, or drop one onto the window.")
+            return ""
         if survey.problem:
             return survey.problem
         if survey.reading:

@@ -159,6 +159,10 @@ class PlanDrawing(QWidget):
             painter.setBrush(QColor(color))
             _mark(painter, QPointF(x, y), kind == "oblique")
             x = self._legend_text(painter, text, self.tr(kind), x, y)
+        painter.setPen(QPen(QColor(PERPENDICULAR), 1.0, Qt.PenStyle.DashLine))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.drawRect(QRectF(x - 5, y - 4, 12, 8))
+        x = self._legend_text(painter, text, self.tr("one photo"), x + 4, y)
         for filled, name in ((True, self.tr("control point")), (False, self.tr("check point"))):
             painter.setPen(QPen(QColor(CONTROL), 1.5))
             painter.setBrush(QColor(CONTROL if filled else "#ffffff"))

@@ -296,6 +296,8 @@ class PlannerDialog(QDialog):
         if self.plan is not None:
             count, size = len(self.plan.control_points), 100 * self.plan.target_size_m
             use = sum(point.use == "check" for point in self.plan.control_points)
+            # Not what is in the form above.
+            rows = [row for row in rows if row[0] not in ("Outcrop", "Overlap")]
             rows = [*rows, (self.tr("Control points"), self.tr(
                 "{0}, {1} of them to check with; marks of {2:.2g} cm"
             ).format(count, use, size))]  # fmt: skip
