@@ -12,7 +12,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QListWidget, QToolButton
 
 from tests import driver
-from tests.journeys.test_photos import looked_at, photos  # noqa: F401
+from tests.journeys.test_photos import looked_at
 from vomstudio.paths import resource
 from vomstudio.ui.make_dialog import MakeDialog
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vomstudio.errors import UsageError
+from vomstudio.io.text_rows import shortened
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ def camera_of(words: str, focal_mm: float | None = None) -> PlanCamera:
         like = similar_cameras(words)
         offer = f"; similar are {', '.join(like)}" if like else ""
         raise UsageError(
-            f"'{words}' is not in the table of cameras{offer}. Name a photo taken with it, or give "
+            f"'{shortened(words)}' is not in the table of cameras{offer}. Name a photo taken with it, or give "
             "numbers: sensor x height in mm, focal length in mm, pixels, as in "
             "23.5x15.6,35,6000x4000.",
             field="--camera",
@@ -152,7 +153,7 @@ def _camera_of_numbers(words: str, focal_mm: float | None) -> PlanCamera:
 
 def _not_a_camera(words: str) -> UsageError:
     return UsageError(
-        f"'{words}' does not describe a camera: give sensor in mm, focal length in mm and pixels, "
+        f"'{shortened(words)}' does not describe a camera: give sensor in mm, focal length in mm and pixels, "
         "as in 23.5x15.6,35,6000x4000.",
         field="--camera",
     )

@@ -217,8 +217,8 @@ def plan_survey(
     if distance_m is None:
         if gsd_m is None:
             raise UsageError(
-                "say how far the camera will be, how large a pixel may be, or the smallest plane "
-                "to be measured: --distance M, --gsd M or --plane M."
+                "say how far the camera will be, or how large a pixel may be: --distance M or "
+                "--gsd M; or the smallest plane to be measured: --plane M."
             )
         distance_m = distance_for(camera, gsd_m)
     if distance_m * 1000.0 <= 2.0 * camera.focal_mm:
