@@ -46,8 +46,8 @@ def camera_of(words: str, focal_mm: float | None = None) -> PlanCamera:
         like = similar_cameras(words)
         offer = f"; similar are {', '.join(like)}" if like else ""
         raise UsageError(
-            f"'{shortened(words)}' is not in the table of cameras{offer}. Name a photo taken with it, or give "
-            "numbers: sensor x height in mm, focal length in mm, pixels, as in "
+            f"'{shortened(words)}' is not in the table of cameras{offer}. Name a photo taken with "
+            "it, or give numbers: sensor x height in mm, focal length in mm, pixels, as in "
             "23.5x15.6,35,6000x4000.",
             field="--camera",
         )
@@ -153,7 +153,7 @@ def _camera_of_numbers(words: str, focal_mm: float | None) -> PlanCamera:
 
 def _not_a_camera(words: str) -> UsageError:
     return UsageError(
-        f"'{shortened(words)}' does not describe a camera: give sensor in mm, focal length in mm and pixels, "
-        "as in 23.5x15.6,35,6000x4000.",
+        f"'{shortened(words)}' does not describe a camera: give sensor in mm, focal length in mm "
+        "and pixels, as in 23.5x15.6,35,6000x4000.",
         field="--camera",
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -81,7 +82,7 @@ class MakeDialog(QDialog):
         survey = self._survey
         form = QFormLayout()
         name = "" if survey.folder is None else survey.folder.name
-        form.addRow(self.tr("Photos"), QLabel(f"<b>{name}</b>, {len(survey.rows)}"))
+        form.addRow(self.tr("Photos"), QLabel(f"<b>{html.escape(name)}</b>, {len(survey.rows)}"))
         self.quality = ComboBox()
         self.quality.setObjectName("make_quality")
         for title, key, tip in QUALITIES:
@@ -291,10 +292,9 @@ class MakeDialog(QDialog):
             return self.tr("Looking at the control points…")
         if not facts:
             return self._survey.control_note
-        if facts["problem"]:
-            return f"<b>{facts['problem']}</b>" + "".join(f"<br>{t}" for t in facts["warnings"])
-        said = [f"<b>{facts['summary']}.</b>", *(f"{text}." for text in facts["warnings"])]
-        return "<br>".join(text[:1].upper() + text[1:] for text in said)
+        first = facts["problem"] or facts["summary"]
+        said = [f"{text[:1].upper()}{text[1:]}." for text in (first, *facts["warnings"])]
+        return "<br>".join([f"<b>{html.escape(said[0])}</b>", *map(html.escape, said[1:])])
 
     def _no_file(self) -> str | None:
         if self.by_control.isChecked() and not self.control.text().strip():

@@ -134,6 +134,8 @@ class PhotosPanel(QWidget):
                 # Its neighbours say what it belongs to.
                 button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
             header.addWidget(button)
+            if name == "pause_model":
+                self._pause = button
             if name == "choose_photos":
                 header.addSpacing(8)
                 header.addWidget(QLabel(self.tr("Quality")))
@@ -227,6 +229,7 @@ class PhotosPanel(QWidget):
         self.quality.setEnabled(job is None)
         self._bar.setVisible(job is not None or survey.reading)
         self._doing.setVisible(job is not None)
+        self._pause.setVisible(job is not None)
         if job is not None:
             self._bar.setRange(0, job.total or 0)
             self._bar.setValue(job.done)
