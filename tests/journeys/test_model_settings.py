@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QListWidget, QToolButton
+from PySide6.QtWidgets import QListWidget, QMessageBox, QToolButton
 
 from tests import driver
 from tests.journeys.test_photos import looked_at
@@ -199,3 +199,40 @@ def test_a_model_is_placed_by_micmac_control_and_found_again_where_it_is_saved(
     assert window.survey.quality == "preview"
     made = json.loads((window.survey.out() / "reconstruction.json").read_text())
     assert made["registered"] == 4
+
+
+def test_marks_that_are_written_later_are_taken_up(window, sample) -> None:
+    marks = (sample.parent / "marks.csv").rename(sample.parent / "later.csv")
+    window.open_path(sample)
+    looked_at(window)
+    settled(window)
+    assert window.survey.settings.control is None
+    marks.rename(sample.parent / "marks.csv")
+    window.survey.control_written()
+    settled(window)
+    assert window.survey.settings.control == sample.parent / "control.csv"
+    assert "placed by ground control" in findings(window)
+
+
+def test_another_folder_of_the_same_name_gets_a_model_of_its_own(window, sample, tmp_path) -> None:
+    other = tmp_path / "elsewhere" / "photos"
+    other.mkdir(parents=True)
+    made = window.studio.project.folder / "reconstruction" / "photos-medium"
+    made.mkdir(parents=True)
+    (made / "request.json").write_text(json.dumps({"photos": str(other), "quality": "medium"}))
+    window.open_path(sample)
+    assert window.survey.out() == made.with_name("photos-2-medium")
+    # Of photos that are gone nobody can say that they were others.
+    other.rmdir()
+    assert window.survey.out() == made
+
+
+def test_a_reconstruction_without_a_name_is_asked_about_and_kept(window) -> None:
+    folder = window.studio.project.folder
+    stage = folder / "reconstruction" / "cliff-medium" / "work" / "alignment-1a2b"
+    stage.mkdir(parents=True)
+    seen: list[str] = []
+    driver.answer(QMessageBox.StandardButton.Discard, seen)
+    window.close()
+    assert "Save the changes to untitled?" in seen[0]
+    assert stage.is_dir()

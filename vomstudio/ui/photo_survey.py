@@ -235,6 +235,17 @@ class PhotoSurvey(QObject):
         )
         self._foreseeing = job
 
+    def control_written(self) -> None:
+        """Control points or marks beside the photos are new: they are taken unless other files were
+        chosen, and looked at again."""
+        if self.folder is None:
+            return
+        if self.settings.control is None or self.settings.found:
+            crs, found = self.settings.crs, self.settings.for_photos(self.folder)
+            self.settings = replace(found, crs=crs)
+        self.foresee()
+        self.changed.emit()
+
     def control_findings(self) -> list[tuple[str, str]]:
         """Severity and sentence of what the control points can do."""
         facts = self.control_facts
