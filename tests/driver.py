@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -65,6 +66,9 @@ def dismiss(window: MainWindow) -> None:
     if studio.project.session.dirty:
         studio.project.session.discard_unsaved()
     studio.cancel_tool()
+    if studio.project.untitled:
+        # Or it would ask what to do with hours of work.
+        shutil.rmtree(studio.project.folder / "reconstruction", ignore_errors=True)
     window.close()
     QApplication.processEvents()
 

@@ -90,6 +90,13 @@ def test_plan_says_all_that_is_promised(run) -> None:
     assert wanted["distance_m"] == pytest.approx(12)
 
 
+def test_plan_goes_as_near_as_the_smallest_plane_asks_for(run) -> None:
+    words = ("plan", "--camera", "24x16,24,6000x4000", "--plane", 2, "--width", 30, "--height", 10)
+    found = run(*words, "--json").json
+    assert found["distance_m"] == pytest.approx(12.0)
+    assert found["smallest_plane_m"] == pytest.approx(2.0)
+
+
 @pytest.mark.parametrize(
     "camera", [["NIKON", "D90", "--focal", "35"], ["Air 2S"], ["24", "24", "6000", "4000"]]
 )

@@ -51,6 +51,20 @@ def truth() -> dict[str, tuple[float, float]]:
 
 
 @pytest.fixture
+def photos(data_dir, tmp_path) -> Path:
+    """Four photos of a wall, of a third of their size."""
+    from PIL import Image
+
+    folder = tmp_path / "the wall"
+    folder.mkdir()
+    for path in sorted((data_dir / "saint_martin").glob("*.JPG")):
+        with Image.open(path) as image:
+            small = image.resize((image.width * 2 // 5, image.height * 2 // 5))
+            small.save(folder / path.name, quality=92, exif=image.getexif())
+    return folder
+
+
+@pytest.fixture
 def window(own_folders, qtbot):
     """The real window of a new user."""
     made = driver.make_window()

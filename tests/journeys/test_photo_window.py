@@ -328,6 +328,10 @@ def test_control_points_are_imported_and_what_is_missing_is_said(looked_at, phot
     photo.actions_table.run("undo")
     photo.actions_table.run("undo")
     assert read_control(photos / "control.csv") == known
+    survey = window.survey
+    wait(lambda: survey.settings.control == photos / "control.csv", "the tables in the settings")
+    wait(lambda: not survey.foreseeing and survey.control_facts, "what they can do")
+    assert survey.settings.found
     asked: list[dict] = []
     monkeypatch.setattr(
         window.studio.jobs, "submit", lambda lane, task, args, **more: asked.append(args)

@@ -6,7 +6,6 @@ import json
 import shutil
 from pathlib import Path
 
-import pytest
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDropEvent
 from PySide6.QtTest import QTest
@@ -15,20 +14,6 @@ from PySide6.QtWidgets import QListWidget, QToolButton
 from tests import driver
 from vomstudio.document.records import Model
 from vomstudio.io.cameras_file import read_cameras
-
-
-@pytest.fixture
-def photos(data_dir, tmp_path) -> Path:
-    """Four photos of a wall, of a third of their size."""
-    from PIL import Image
-
-    folder = tmp_path / "the wall"
-    folder.mkdir()
-    for path in sorted((data_dir / "saint_martin").glob("*.JPG")):
-        with Image.open(path) as image:
-            small = image.resize((image.width * 2 // 5, image.height * 2 // 5))
-            small.save(folder / path.name, quality=92, exif=image.getexif())
-    return folder
 
 
 def drop(window, path: Path) -> None:

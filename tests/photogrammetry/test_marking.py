@@ -15,7 +15,6 @@ from vomstudio.photogrammetry.marking import (
     Marking,
     PlacedPhotos,
     missing,
-    named_photo,
     ready,
 )
 
@@ -204,10 +203,7 @@ def test_points_are_changed_renamed_and_removed() -> None:
 
 def test_photos_are_known_by_the_last_part_of_their_name() -> None:
     photos = ["left/one.jpg", "right/one.jpg", "right/two.jpg"]
-    assert named_photo("right/one.jpg", photos) == "right/one.jpg"
-    assert named_photo("TWO.JPG", photos) == "right/two.jpg"
-    assert named_photo("one.jpg", photos) is None
-    made, strangers = Marking().with_marks([Mark("A", "two.jpg", 1, 2), Mark("A", "x", 1, 2)],
+    made, strangers = Marking().with_marks([Mark("A", "TWO.JPG", 1, 2), Mark("A", "x", 1, 2)],
                                            photos)  # fmt: skip
     assert made.within("right/two.jpg") == {"A": (1.0, 2.0)}
     assert strangers == ["x"]

@@ -10,13 +10,8 @@ import pytest
 
 from tests.io import photo_maker
 from vomstudio.errors import InputError, UsageError
-from vomstudio.photogrammetry.planning import (
-    PlanCamera,
-    camera_of,
-    depth_of_field,
-    distance_for,
-    plan_survey,
-)
+from vomstudio.photogrammetry.plan_camera import PlanCamera, camera_of
+from vomstudio.photogrammetry.planning import depth_of_field, distance_for, plan_survey
 from vomstudio.products.field_sheet import draw_field_sheet, write_field_sheet
 
 APSC = PlanCamera("test", 24.0, 16.0, 24.0, 6000, 4000)
@@ -39,6 +34,37 @@ def test_the_distance_for_a_wanted_pixel_gives_that_pixel() -> None:
     plan = plan_survey(APSC, 30.0, 10.0, distance_m=24.0, gsd_m=0.002)
     assert plan.gsd_m == pytest.approx(0.004)
     assert "go to 12 m" in plan.warnings[0]
+
+
+def test_the_smallest_plane_asked_for_is_a_thousand_pixels_of_the_plan() -> None:
+    plan = plan_survey(APSC, 30.0, 10.0, plane_m=2.0)
+    # 2 mm a pixel, for which this camera stands 12 m away.
+    assert plan.gsd_m == pytest.approx(0.002)
+    assert plan.distance_m == pytest.approx(12.0)
+    assert plan.smallest_plane_m == pytest.approx(2.0)
+    # Of two wishes the finer counts.
+    assert plan_survey(APSC, 30.0, 10.0, plane_m=2.0, gsd_m=0.001).distance_m == pytest.approx(6.0)
+    assert plan_survey(APSC, 30.0, 10.0, plane_m=0.5, gsd_m=0.001).distance_m == pytest.approx(3.0)
+    with pytest.raises(UsageError, match="--plane"):
+        plan_survey(APSC, 30.0, 10.0, plane_m=0.0)
+
+
+def test_nobody_is_sent_to_where_they_stand() -> None:
+    """One row that shows all of a high face is still too high for a hand."""
+    plan = plan_survey(APSC, 60.0, 20.0, distance_m=40.0)
+    said = " ".join(plan.warnings)
+    assert "the row is 10.0 m above the foot" in said
+    assert "stand" not in said
+    closer = " ".join(plan_survey(APSC, 60.0, 20.0, distance_m=10.0).warnings)
+    # A footprint of 20 m in height: 2/3 of the distance.
+    assert "stand 30 m away, where one row shows all of it" in closer
+
+
+def test_a_camera_with_an_endless_name_is_refused_like_another() -> None:
+    for words in ("q" * 10_000, "a\0b"):
+        with pytest.raises(UsageError, match="is not in the table") as caught:
+            camera_of(words)
+        assert len(str(caught.value)) < 400
 
 
 def test_depth_of_field_is_that_of_the_thin_lens() -> None:

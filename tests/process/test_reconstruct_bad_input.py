@@ -277,6 +277,32 @@ def test_tables_of_control_that_cannot_be_read_are_refused_before_the_work(
     assert not (tmp_path / "out").exists()
 
 
+def test_too_few_control_points_are_counted_before_the_work(photos: Path, tmp_path: Path) -> None:
+    (tmp_path / "control.csv").write_text(GOOD)
+    (tmp_path / "marks.csv").write_text(
+        "label,photo,x,y\n" + "".join(f"{k},photo {n}.jpg,5,5\n" for k in "ab" for n in (1, 2))
+    )
+    error = here(
+        photos,
+        tmp_path / "out",
+        control=tmp_path / "control.csv",
+        marks=tmp_path / "marks.csv",
+    )
+    assert "3 control points, each marked in 2 or more of the photos" in error.message
+    assert "there are 2" in error.message
+    assert not (tmp_path / "out").exists()
+
+
+def test_control_without_its_marks_asks_for_them(photos: Path, tmp_path: Path) -> None:
+    (tmp_path / "points.xml").write_text(
+        "<DicoAppuisFlottant><OneAppuisDAF><Pt>0 0 0</Pt><NamePt>a</NamePt></OneAppuisDAF>"
+        "</DicoAppuisFlottant>"
+    )
+    said = words(photos, "-o", tmp_path / "out", "--gcp", tmp_path / "points.xml")
+    assert "marks.csv" in said
+    assert "name the marks with --marks" in said
+
+
 def test_marks_in_photos_that_are_not_there_are_refused_with_their_names(
     photos: Path, tmp_path: Path
 ) -> None:

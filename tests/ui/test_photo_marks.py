@@ -82,7 +82,7 @@ def test_a_folder_that_cannot_be_written_is_told_and_the_project_keeps_the_marks
     assert read_marks(kept) == [Mark("A", "a.jpg", 1.25, 2.5)]
     assert not marks.unsaved
     assert any("cannot be written" in text for _, text in said)
-    assert marks.files.for_model()[1] == kept
+    assert marks.files.found("marks.csv") == kept
     said.clear()
     mark(marks, "B")
     assert len(read_marks(kept)) == 2

@@ -30,6 +30,9 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("--height", type=float, required=True, metavar="M", help="of the outcrop")
     parser.add_argument("--gsd", type=float, metavar="M", help="wanted size of a pixel on the rock")
     parser.add_argument(
+        "--plane", type=float, metavar="M", help="smallest plane to be measured, across"
+    )
+    parser.add_argument(
         "--overlap", type=float, default=0.7, metavar="SHARE", help="0.6 to 0.8 (default 0.7)"
     )
     parser.add_argument(
@@ -46,7 +49,8 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.atomic import check_target
-    from vomstudio.photogrammetry.planning import camera_of, plan_survey
+    from vomstudio.photogrammetry.plan_camera import camera_of
+    from vomstudio.photogrammetry.planning import plan_survey
     from vomstudio.products.field_sheet import check_format, write_field_sheet
 
     if args.output is not None:
@@ -58,6 +62,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         args.height,
         distance_m=args.distance,
         gsd_m=args.gsd,
+        plane_m=args.plane,
         overlap=args.overlap,
         manner=args.manner,
         f_number=args.aperture,

@@ -29,13 +29,15 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--gcp",
         metavar="FILE",
-        help="ground control: CSV label,x,y,z[,sigma][,use] (default: control.csv in the folder of "
-        "the photos, where enough of its points are marked; none: do without)",
+        help="ground control: CSV label,x,y,z[,sigma][,use], XML of MicMac or Metashape, or "
+        "OpenDroneMap's gcp_list.txt (default: control.csv in or beside the folder of the photos, "
+        "where enough of its points are marked; none: do without)",
     )
     parser.add_argument(
         "--marks", metavar="FILE",
-        help="where the control is seen: CSV label,photo,x,y (default: marks.csv beside --gcp, or "
-        "else in the folder of the photos); labels that are not in --gcp are tie points",
+        help="where the control is seen: CSV label,photo,x,y, or MicMac's XML (default: in --gcp "
+        "where that holds them, else marks.csv beside it, or in the folder of the photos); labels "
+        "that are not in --gcp are tie points",
     )  # fmt: skip
     parser.add_argument("--crs", metavar="EPSG", help="of the model, such as EPSG:32615")
     parser.add_argument(
@@ -97,12 +99,14 @@ def _crs(text: str) -> str:
 
 def _control(args: argparse.Namespace) -> tuple[str | None, str | None, list[str]]:
     """Tables of control points and of marks, and what there is to say about them."""
-    from vomstudio.io.control import MARKS, beside
+    from vomstudio.io.control import beside
+    from vomstudio.io.control_files import find_control, marks_beside
     from vomstudio.photogrammetry.marking import usable_tables
 
     named = None if args.marks is None else Path(args.marks).resolve()
     if args.gcp is None or args.gcp.casefold() == "none":
-        found, marks = beside(Path(args.photos).resolve())
+        photos = Path(args.photos).resolve()
+        found, marks = find_control(photos) or (None, beside(photos)[1])
         marks = named or marks
         _require_file(marks, "--marks")
         if args.gcp is not None:
@@ -111,8 +115,12 @@ def _control(args: argparse.Namespace) -> tuple[str | None, str | None, list[str
         said = [f"{found}: not used. {why_not}"] if why_not else []
         return _text(control), _text(marks), said
     control = Path(args.gcp).resolve()
-    marks = named or control.with_name(MARKS)
+    marks = named
     _require_file(control, "--gcp")
+    if marks is None and not (marks := marks_beside(control)).is_file():
+        raise InputError(
+            "there is no such file; name the marks with --marks", file=marks, field="--marks"
+        )
     _require_file(marks, "--marks")
     return str(control), str(marks), []
 

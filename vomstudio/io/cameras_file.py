@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from vomstudio.geometry.cameras import MODELS, Intrinsics, View
 from vomstudio.io.atomic import atomic_write
 
 FILE_NAME = "cameras.json"
+"""Its name beside the model."""
 _FORMAT = "vomstudio cameras"
 _VERSION = 1
 
@@ -36,6 +38,19 @@ class Cameras:
     origin: tuple[int, int, int] = (0, 0, 0)
     crs: str | None = None
     scaled: bool = False
+
+
+def find_photos(cameras: Cameras, path: Path, others: Sequence[Path] = ()) -> Path | None:
+    """The folder in which the first photos are: the first of `others` that holds them, or where
+    they were, or beside the file `path` of the cameras."""
+    stored = cameras.photos
+    places = [*others, stored if stored.is_absolute() else path.parent / stored]
+    places += [path.parent / stored.name, path.parent / "photos", path.parent]
+    names = [view.name for view in cameras.views[:3]]
+    for place in places:
+        if any((place / name).is_file() for name in names):
+            return place
+    return None
 
 
 def view_to_dict(view: View) -> dict[str, Any]:

@@ -56,7 +56,12 @@ class Mark:
 
 
 def read_control(path: str | Path) -> list[ControlPoint]:
-    """The points of a table. Raises InputError with file, line and column."""
+    """The points of a table, or of a file of another program (`io.control_files`). Raises
+    InputError with file, line and column."""
+    from vomstudio.io import control_files
+
+    if (foreign := control_files.points_of(path)) is not None:
+        return foreign
     table = read_table(path)
     label, x, y, z = _columns(table, "label", "x", "y", "z")
     positions = table.numbers([x, y, z])
@@ -93,7 +98,12 @@ def read_control(path: str | Path) -> list[ControlPoint]:
 
 
 def read_marks(path: str | Path) -> list[Mark]:
-    """The marks of a table. Raises InputError with file, line and column."""
+    """The marks of a table, or of a file of another program. Raises InputError with file, line and
+    column."""
+    from vomstudio.io import control_files
+
+    if (foreign := control_files.marks_of(path)) is not None:
+        return foreign
     table = read_table(path)
     label, photo, x, y = _columns(table, "label", "photo", "x", "y")
     pixels = table.numbers([x, y])

@@ -61,12 +61,20 @@ def convergence_deg(code: str, x: float, y: float) -> float | None:
     return value if isfinite(value) else None
 
 
-def from_degrees(code: str) -> Callable[[float, float], tuple[float, float] | None]:
-    """What turns longitude and latitude (WGS 84) into x and y of a projected CRS in metres; None
-    where a place is outside what the CRS covers."""
+def utm_zone(longitude_deg: float, latitude_deg: float) -> str:
+    """ "EPSG:n" of the UTM zone (WGS 84) of a place."""
+    zone = min(int((longitude_deg + 180) // 6) + 1, 60)
+    return f"EPSG:{(32600 if latitude_deg >= 0 else 32700) + zone}"
+
+
+def from_degrees(
+    code: str, geographic: str = "EPSG:4326"
+) -> Callable[[float, float], tuple[float, float] | None]:
+    """What turns longitude and latitude (WGS 84 unless said otherwise) into x and y of a projected
+    CRS in metres; None where a place is outside what the CRS covers."""
     from pyproj import Transformer
 
-    transformer = Transformer.from_crs("EPSG:4326", code, always_xy=True)
+    transformer = Transformer.from_crs(geographic, code, always_xy=True)
 
     def to_grid(longitude: float, latitude: float) -> tuple[float, float] | None:
         x, y = transformer.transform(longitude, latitude)

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import contextlib
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 from vomstudio.errors import InputError, TargetError
+from vomstudio.io.cameras_file import FILE_NAME, Cameras, find_photos, read_cameras, write_cameras
 from vomstudio.io.formats._gltf_document import files_beside
 from vomstudio.io.mtl import decode, find_beside, read_library
 from vomstudio.progress import Progress, Silent
+
+PHOTOS = Path("photos")
+"""Where copied photos lie beside the copy of their model."""
 
 
 def companions(model: Path) -> list[Path]:
@@ -38,13 +43,29 @@ def companions(model: Path) -> list[Path]:
     ]
 
 
-def copy_model(model: Path, folder: Path, progress: Progress | None = None) -> Path:
+def copy_model(
+    model: Path,
+    folder: Path,
+    progress: Progress | None = None,
+    *,
+    cameras: Path | None = None,
+    photos: bool = False,
+) -> Path:
     """Copy a model and its companions to a new folder below `folder`; returns the copy's path.
+
+    cameras : the file of its photos' cameras, by default `cameras.json` beside it, where there is
+        one; the copy is `cameras.json` and knows where the photos are
+    photos : copy the photos too, to `photos` beside the copy
 
     The whole copy appears at once or not at all. Raises InputError, TargetError or Cancelled.
     """
     progress = progress or Silent()
-    files = [model, *companions(model)]
+    base = model.parent.resolve()
+    files = [(file, file.resolve().relative_to(base)) for file in (model, *companions(model))]
+    seen = _read_cameras(cameras or model.with_name(FILE_NAME))
+    if seen is not None and photos and seen.photos.is_dir():
+        files += _photo_files(seen)
+        seen = replace(seen, photos=PHOTOS)
     target = folder / model.stem
     number = 1
     while target.exists():
@@ -54,11 +75,13 @@ def copy_model(model: Path, folder: Path, progress: Progress | None = None) -> P
     try:
         shutil.rmtree(part, ignore_errors=True)
         progress.stage("Copying files", len(files))
-        for done, file in enumerate(files, 1):
-            place = part / file.resolve().relative_to(model.parent.resolve())
+        for done, (file, name) in enumerate(files, 1):
+            place = part / name
             place.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(file, place)
             progress.step(done)
+        if seen is not None:
+            write_cameras(part / FILE_NAME, seen)
         part.rename(target)
     except OSError as error:
         place = Path(error.filename2 or error.filename or target)
@@ -70,6 +93,34 @@ def copy_model(model: Path, folder: Path, progress: Progress | None = None) -> P
     finally:
         shutil.rmtree(part, ignore_errors=True)
     return target / model.name
+
+
+def photos_of(model: Path, cameras: Path | None = None) -> tuple[int, int]:
+    """How many photos `copy_model` could copy along with a model, and their bytes."""
+    seen = _read_cameras(cameras or model.with_name(FILE_NAME))
+    found = [] if seen is None or not seen.photos.is_dir() else _photo_files(seen)
+    return len(found), sum(file.stat().st_size for file, _ in found)
+
+
+def _read_cameras(path: Path) -> Cameras | None:
+    """With the folder of the photos as it can be found from anywhere; None where there are none
+    that can be read."""
+    try:
+        cameras = read_cameras(path)
+    except InputError:
+        return None
+    stored = path.parent / cameras.photos
+    return replace(cameras, photos=(find_photos(cameras, path) or stored).resolve())
+
+
+def _photo_files(cameras: Cameras) -> list[tuple[Path, Path]]:
+    """The photos that are there, and their names in the copy."""
+    found = [(cameras.photos / view.name, PHOTOS / view.name) for view in cameras.views]
+    return [
+        (file, name)
+        for file, name in found
+        if file.is_file() and file.resolve().is_relative_to(cameras.photos)
+    ]
 
 
 def _libraries(model: Path) -> list[Path]:

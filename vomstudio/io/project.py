@@ -1,12 +1,13 @@
 """The project on disk: a folder NAME.vom that can be moved and zipped.
 
 `journal.sqlite` is the truth; `project.gpkg` is derived; `models/` holds copies where the user
-wants them; `cache/` may be deleted. A project that has no name yet lives in the user's state
-folder and is offered back at the next start.
+wants them, `reconstruction/` what was made of photos; `cache/` may be deleted. A project that has
+no name yet lives in the user's state folder and is offered back at the next start.
 """
 
 from __future__ import annotations
 
+import os
 import shutil
 import time
 from collections.abc import Callable, Mapping
@@ -21,6 +22,10 @@ from vomstudio.io.lock import ProjectLock
 
 SUFFIX = ".vom"
 JOURNAL = "journal.sqlite"
+RECONSTRUCTIONS = "reconstruction"
+"""The folder of what is made of photos, one folder in it for each set and quality."""
+# What a reconstruction adds lines to; all else is written once, under another name.
+_LARGEST_COPIED = 1 << 20
 
 
 class Project:
@@ -78,9 +83,16 @@ class Project:
     def cache(self) -> Path:
         return self.folder / "cache"
 
+    @property
+    def has_reconstructions(self) -> bool:
+        """Hours of work may be in them, though nothing was measured yet."""
+        stages = (self.folder / RECONSTRUCTIONS).glob("*/work/*")
+        return any(stage.is_dir() and stage.suffix != ".part" for stage in stages)
+
     def save_as(self, folder: Path) -> None:
-        """Move to another folder: history and copies go along. A project with a name stays behind
-        as it was last saved; an untitled one is gone. Raises TargetError."""
+        """Move to another folder: history, copies and reconstructions go along. A project with a
+        name stays behind as it was last saved; an untitled one is gone. Nobody may be at work in
+        its folder. Raises TargetError."""
         if folder.exists() and not folder.is_dir():
             raise TargetError("there is a file of this name; choose another name", file=folder)
         if folder.exists() and any(folder.iterdir()):
@@ -92,6 +104,9 @@ class Project:
             self.journal.copy_to(part / JOURNAL)
             if (self.folder / "models").is_dir():
                 shutil.copytree(self.folder / "models", part / "models")
+            moves = self.untitled and _same_disk(self.folder, part)
+            if not moves:
+                _copy_reconstructions(self.folder, part)
             if folder.exists():
                 folder.rmdir()
             part.rename(folder)
@@ -110,16 +125,19 @@ class Project:
             left_behind.discard_unsaved()
         old.close()
         self._lock.release()
+        if moves and (left / RECONSTRUCTIONS).is_dir():
+            (left / RECONSTRUCTIONS).rename(folder / RECONSTRUCTIONS)
         if untitled:
             shutil.rmtree(left, ignore_errors=True)
         self.folder, self.journal, self._lock = folder, journal, lock
         self.session.save()
 
     def close(self) -> None:
-        """An untitled project that never held a feature leaves nothing behind; another one keeps
-        its history, from which discarded work can be brought back."""
+        """An untitled project that never held a feature or a reconstruction leaves nothing behind;
+        another one keeps its history, from which discarded work can be brought back."""
         session = self.session
-        worthless = self.untitled and not session.ever_held(*FEATURES) and not session.draft
+        empty = not session.ever_held(*FEATURES) and not session.draft
+        worthless = self.untitled and empty and not self.has_reconstructions
         self.session.close()
         self._lock.release()
         if worthless:
@@ -145,6 +163,32 @@ class Project:
             self.folder.parent / stored.name,
         ]
         return next((place for place in places if place.is_file()), None)
+
+
+def _same_disk(one: Path, other: Path) -> bool:
+    return one.stat().st_dev == other.stat().st_dev
+
+
+def _copy_reconstructions(source: Path, target: Path) -> None:
+    """What is finished. Large files are shared where the disk can do it: none is ever changed, a
+    new one takes its place."""
+
+    def take(one: str, other: str) -> object:
+        if Path(one).stat().st_size > _LARGEST_COPIED:
+            try:
+                os.link(one, other)
+                return other
+            except OSError:
+                pass
+        return shutil.copy2(one, other)
+
+    if (source / RECONSTRUCTIONS).is_dir():
+        shutil.copytree(
+            source / RECONSTRUCTIONS,
+            target / RECONSTRUCTIONS,
+            copy_function=take,
+            ignore=shutil.ignore_patterns("*.part", "lock*"),
+        )
 
 
 def project_folder(path: Path) -> Path:

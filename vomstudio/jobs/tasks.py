@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from vomstudio.jobs import inspection_tasks
+from vomstudio.jobs import inspection_tasks, survey_tasks
 from vomstudio.progress import Progress
 
 Task = Callable[[Mapping[str, Any], Progress], dict[str, Any]]
@@ -89,10 +89,19 @@ def preview_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]
 
 
 def copy_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
-    """Copy the model `path` with all that belongs to it below `folder`."""
+    """Copy the model `path` with all that belongs to it below `folder`; cameras: the file of its
+    photos' cameras, None for the one beside it; photos: whether they are copied too."""
     from vomstudio.io.model_copy import copy_model as copy
 
-    return {"path": str(copy(Path(args["path"]), Path(args["folder"]), progress))}
+    cameras = None if args.get("cameras") is None else Path(args["cameras"])
+    made = copy(
+        Path(args["path"]),
+        Path(args["folder"]),
+        progress,
+        cameras=cameras,
+        photos=args.get("photos", False),
+    )
+    return {"path": str(made)}
 
 
 def write_layers(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
@@ -292,4 +301,5 @@ TASKS: dict[str, Task] = {
     "orthophoto": orthophoto,
     "export_model": export_model,
     **inspection_tasks.TASKS,
+    **survey_tasks.TASKS,
 }

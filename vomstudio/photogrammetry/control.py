@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.similarity import fit_robustly, fit_similarity, rotation_covariance
 from vomstudio.io.control import ControlPoint, Mark
+from vomstudio.io.photo_names import photo_finder
 from vomstudio.photogrammetry.mapping import point_errors
 from vomstudio.photogrammetry.scene import SparseScene
 from vomstudio.photogrammetry.tied import KnownPoint, adjust_tied, triangulate
@@ -19,9 +20,9 @@ from vomstudio.progress import Progress
 
 Array = npt.NDArray[np.float64]
 
-# A point should be marked in so many photos (textbook 3.2.2).
-_WANTED_PHOTOS = 4
-_WANTED_POINTS = 4
+WANTED_PHOTOS = 4
+"""A point should be marked in so many photos (textbook 3.2.2)."""
+WANTED_POINTS = 4
 _WARN_DEG = 1.0
 # Second axis over first of points that are nearly on a line.
 _THIN = 0.02
@@ -105,7 +106,7 @@ def place_by_control(
     origin = integer_origin(world[fitting])
     local = world - origin
     places = np.array([_place(scene, seen[i]) for i in fitting])
-    _require_width(local[fitting])
+    require_width(local[fitting])
     stated = [p.sigma_m for p in (control[i] for i in fitting) if p.sigma_m is not None]
     surveyed = float(np.median(stated)) if stated else 0.0
     first = fit_similarity(places, local[fitting])
@@ -151,30 +152,25 @@ def _observations(
     scene: SparseScene, control: Sequence[ControlPoint], marks: Sequence[Mark]
 ) -> tuple[list[tuple[npt.NDArray[np.int64], Array]], list[str]]:
     """For each point (rows of views, pixels), and sentences about marks that are of no use."""
-    rows: dict[str, int] = {}
-    shorter: dict[str, list[int]] = {}
-    for row, view in enumerate(scene.views):
-        rows[view.name] = row
-        shorter.setdefault(view.name.rsplit("/", 1)[-1].casefold(), []).append(row)
+    find = photo_finder([view.name for view in scene.views])
     number = {point.label: i for i, point in enumerate(control)}
     views: list[list[int]] = [[] for _ in control]
     pixels: list[list[tuple[float, float]]] = [[] for _ in control]
     no_photo, no_point = set(), set()
     for mark in marks:
-        same = shorter.get(mark.photo.rsplit("/", 1)[-1].casefold(), [])
-        row = rows.get(mark.photo, same[0] if len(same) == 1 else -1)
-        if row < 0:
+        row = find(mark.photo)
+        if row is None:
             no_photo.add(mark.photo)
         if mark.label not in number:
             no_point.add(mark.label)
-        elif row >= 0:
+        elif row is not None:
             views[number[mark.label]].append(row)
             pixels[number[mark.label]].append((mark.x, mark.y))
     said = []
     if no_photo:
-        said.append(f"marks in {_some(no_photo)} are not used: no such photo is placed")
+        said.append(f"marks in {some(no_photo)} are not used: no such photo is placed")
     if no_point:
-        said.append(f"marks of {_some(no_point)} are not used: no such point in the table")
+        said.append(f"marks of {some(no_point)} are not used: no such point in the table")
     found = [
         (np.array(v, np.int64), np.array(p, np.float64).reshape(-1, 2))
         for v, p in zip(views, pixels, strict=True)
@@ -182,7 +178,8 @@ def _observations(
     return found, said
 
 
-def _some(names: set[str]) -> str:
+def some(names: Collection[str]) -> str:
+    """The first four, and how many more."""
     shown = sorted(names)[:4]
     return ", ".join(shown) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
 
@@ -201,7 +198,8 @@ def _pixel(scene: SparseScene, places: Array) -> float:
     return float(np.median(sizes))
 
 
-def _require_width(local: Array) -> None:
+def require_width(local: Array) -> None:
+    """Raises GeometryError where points (n, 3) lie on one line."""
     axes = np.linalg.svd(local - local.mean(axis=0), compute_uv=False)
     if axes[1] < _THIN * axes[0]:
         raise GeometryError(
@@ -248,15 +246,15 @@ def _warnings(report: ControlReport, adjust: bool) -> Iterator[str]:
     used = [p for p in report.points if p.role == "control"]
     out = [p.label for p in report.points if p.role == "left out"]
     unseen = [p.label for p in report.points if p.role == "unseen"]
-    few = [p.label for p in used if p.photos < _WANTED_PHOTOS]
+    few = [p.label for p in used if p.photos < WANTED_PHOTOS]
     if out:
         yield f"control points that contradict the others were left out: {', '.join(out)}"
     if unseen:
         yield f"points marked in fewer than two placed photos tell nothing: {', '.join(unseen)}"
-    if len(used) < _WANTED_POINTS:
+    if len(used) < WANTED_POINTS:
         yield "3 control points leave nothing over to find a mistake with; use 4 or more"
     if few:
-        yield f"marked in fewer than {_WANTED_PHOTOS} photos: {', '.join(few)}"
+        yield f"marked in fewer than {WANTED_PHOTOS} photos: {', '.join(few)}"
     if not any(p.role == "check" for p in report.points):
         yield "no check points judge the model independently of the points that placed it"
     if max(report.tilt_error_deg, report.rotation_error_deg[2]) > _WARN_DEG:

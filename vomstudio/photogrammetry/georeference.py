@@ -76,7 +76,7 @@ def by_gps(
     rows, placed = [], []
     for row, view in enumerate(scene.views):
         photo = by_name.get(view.name)
-        if photo is not None and _has_position(photo):
+        if photo is not None and has_position(photo):
             rows.append(row)
             placed.append(photo)
     if len(placed) < 3:
@@ -146,11 +146,11 @@ def by_control(
 ) -> tuple[SparseScene, ControlReport]:
     """Place the scene by the tables of control points and of their marks (see `io.control`).
 
-    crs : of the points; None for a local frame in metres
+    crs : of the points; None for what their file states, else a local frame in metres
     Raises InputError for tables that cannot be read, GeometryError where they cannot place it.
     """
     from vomstudio.io.control import read_control, read_marks
-    from vomstudio.io.crs import parse_crs
+    from vomstudio.io.control_files import agreed_crs
     from vomstudio.photogrammetry.control import place_by_control
 
     points = read_control(control)
@@ -159,11 +159,7 @@ def by_control(
             "control points need a table of their marks in the photos: label, photo, x, y",
             field="--marks",
         )
-    code = None
-    if crs is not None:
-        code, unit = parse_crs(crs)
-        if unit != 1.0:
-            raise UsageError("is not in metres; choose one that is", field="CRS")
+    code = agreed_crs(control, crs)
     return place_by_control(scene, points, read_marks(marks), code, progress=progress)
 
 
@@ -183,7 +179,7 @@ def moved(
 
 def crs_of(photos: Sequence[PhotoLike], crs: str | None) -> str:
     """The CRS asked for, checked, or the UTM zone of the photos."""
-    from vomstudio.io.crs import parse_crs
+    from vomstudio.io.crs import parse_crs, utm_zone
 
     if crs is not None:
         code, unit = parse_crs(crs)
@@ -192,8 +188,7 @@ def crs_of(photos: Sequence[PhotoLike], crs: str | None) -> str:
         return code
     longitude = float(np.median([p.longitude_deg for p in photos]))
     latitude = float(np.median([p.latitude_deg for p in photos]))
-    zone = min(int((longitude + 180) // 6) + 1, 60)
-    return f"EPSG:{(32600 if latitude >= 0 else 32700) + zone}"
+    return utm_zone(longitude, latitude)
 
 
 def world_positions(photos: Sequence[PhotoLike], crs: str) -> Array:
@@ -216,7 +211,8 @@ def integer_origin(positions: Array) -> tuple[int, int, int]:
     return x, y, z
 
 
-def _has_position(photo: PhotoLike) -> bool:
+def has_position(photo: PhotoLike) -> bool:
+    """Whether it states latitude, longitude and altitude."""
     values = (photo.latitude_deg, photo.longitude_deg, photo.altitude_m)
     return all(v is not None and math.isfinite(v) for v in values)
 

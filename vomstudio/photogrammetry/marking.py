@@ -17,6 +17,7 @@ from vomstudio.geometry.cameras import View
 from vomstudio.geometry.similarity import Similarity, fit_robustly
 from vomstudio.io.cameras_file import FILE_NAME, Cameras, read_cameras
 from vomstudio.io.control import ControlPoint, Mark, read_control, read_marks
+from vomstudio.io.photo_names import photo_finder
 from vomstudio.photogrammetry.tied import triangulate
 
 Array = npt.NDArray[np.float64]
@@ -123,12 +124,13 @@ class Marking:
     def with_marks(self, marks: Iterable[Mark], photos: Sequence[str]) -> tuple[Marking, list[str]]:
         """With marks from elsewhere, which replace those of the same point and photo; and the names
         of photos that are not there, whose marks are kept."""
-        made, strangers = self, []
+        find, made, strangers = photo_finder(photos), self, []
         for mark in marks:
-            name = named_photo(mark.photo, photos)
-            if name is None:
+            number = find(mark.photo)
+            if number is None:
                 strangers.append(mark.photo)
-            made = made.marked(mark.label, name or mark.photo, (mark.x, mark.y))
+            name = mark.photo if number is None else photos[number]
+            made = made.marked(mark.label, name, (mark.x, mark.y))
         return made, list(dict.fromkeys(strangers))
 
 
@@ -136,15 +138,6 @@ def check_label(label: str) -> None:
     """Raises GeometryError for what a table cannot hold as a label."""
     if not label or label != label.strip() or not label.isprintable():
         raise GeometryError("a label is one or more letters or digits")
-
-
-def named_photo(said: str, photos: Sequence[str]) -> str | None:
-    """The photo that a table means: by its name, or by the last part of it where that is enough."""
-    if said in photos:
-        return said
-    last = said.rsplit("/", 1)[-1].casefold()
-    same = [name for name in photos if name.rsplit("/", 1)[-1].casefold() == last]
-    return same[0] if len(same) == 1 else None
 
 
 def _without(labels: tuple[str, ...], label: str) -> tuple[str, ...]:

@@ -199,12 +199,14 @@ def _photos(folder: Path, settings: Settings, progress: Progress) -> PhotoFolder
     Raises InputError.
     """
     from vomstudio.io.control import read_control, read_marks
+    from vomstudio.io.control_files import agreed_crs
     from vomstudio.io.photos import read_photos
+    from vomstudio.photogrammetry.control_check import check_control
 
+    points = [] if settings.control is None else read_control(settings.control)
+    marks = [] if settings.marks is None else read_marks(settings.marks)
     if settings.control is not None:
-        read_control(settings.control)
-    if settings.marks is not None:
-        read_marks(settings.marks)
+        agreed_crs(settings.control, settings.crs)
     found = read_photos(folder, progress)
     if len(found.photos) < 2:
         name, reason = found.skipped[0] if found.skipped else ("", "")
@@ -214,6 +216,10 @@ def _photos(folder: Path, settings: Settings, progress: Progress) -> PhotoFolder
             + "; a model needs at least two that overlap, better ten",
             file=folder,
         )
+    if settings.control is not None:
+        checked = check_control(points, marks, found.photos, settings.crs)
+        if checked.problem is not None:
+            raise InputError(checked.problem, file=settings.marks)
     if settings.crs is not None and settings.control is None:
         placed = sum(p.latitude_deg is not None and p.altitude_m is not None for p in found.photos)
         if placed < 3:
@@ -366,18 +372,15 @@ class _Run:
         return kept.at(stage.folder), stage
 
     def _dense_size(self) -> int:
-        from vomstudio.photogrammetry.depthmaps import memory_needed
-        from vomstudio.photogrammetry.memory import fitting_size
+        from vomstudio.photogrammetry.needs import memory_need
 
-        wanted = self.settings.steps.dense_px
-        threads = self.settings.threads or os.cpu_count() or 1
-        size = fitting_size(wanted, memory_needed, 4 / 3, threads)
-        if size < wanted:
+        need = memory_need(self.settings)
+        if need.size_px < need.wanted_px:
             self.diary.note(
-                f"Depths are sought at {size} instead of {wanted} pixels along the long side, "
-                "since no more memory is free"
+                f"Depths are sought at {need.size_px} instead of {need.wanted_px} pixels along the "
+                "long side, since no more memory is free"
             )
-        return size
+        return need.size_px
 
     def _depths(
         self, scene: SparseScene, straight: Kept[Undistorted], flat: Stage

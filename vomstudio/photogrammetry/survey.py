@@ -35,3 +35,8 @@ def ground_sampling_distance(
 def smallest_plane(gsd_m: float) -> float:
     """Extent in metres of the smallest plane worth measuring on a model of this resolution."""
     return PIXELS_PER_SMALLEST_PLANE * gsd_m
+
+
+def gsd_for_plane(extent_m: float) -> float:
+    """Pixel size in metres on the rock with which a plane of this extent can just be measured."""
+    return extent_m / PIXELS_PER_SMALLEST_PLANE

@@ -310,7 +310,7 @@ def _checked_target(folder: Path, force: bool) -> Path:
         )
     if target.exists() and not target.is_dir():
         raise TargetError("this is a file, not a folder; name another.", file=folder)
-    if target.is_dir() and any(target.iterdir()) and not force and not _ours(target):
+    if target.is_dir() and any(target.iterdir()) and not force and not is_ours(target):
         raise TargetError(
             "this folder holds other files; use --force to write among them, or name another.",
             file=folder,
@@ -318,7 +318,7 @@ def _checked_target(folder: Path, force: bool) -> Path:
     return target
 
 
-def _ours(folder: Path) -> bool:
+def is_ours(folder: Path) -> bool:
     """Made by an earlier call, and holding nothing else."""
     try:
         record = json.loads((folder / _RECORD).read_text("utf-8"))
@@ -337,7 +337,7 @@ def _put_in_place(part: Path, target: Path, report: FrameReport) -> None:
         ],
     }
     (part / _RECORD).write_text(json.dumps(record, indent=1), encoding="utf-8")
-    if target.is_dir() and _ours(target):
+    if target.is_dir() and is_ours(target):
         shutil.rmtree(target)
     if not target.is_dir():
         part.chmod(0o777 & ~_umask())

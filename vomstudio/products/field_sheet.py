@@ -17,8 +17,9 @@ if TYPE_CHECKING:
     from vomstudio.photogrammetry.planning import SurveyPlan
 
 FORMATS = (".pdf", ".svg", ".html")
-_INK, _FACE = "#202020", "#efe9df"
-_PERPENDICULAR, _OBLIQUE, _CONTROL = "#1f5fa8", "#c25e00", "#1b7f3b"
+INK, FACE = "#202020", "#efe9df"
+PERPENDICULAR, OBLIQUE, CONTROL = "#1f5fa8", "#c25e00", "#1b7f3b"
+"""Colours of photos and points, here and in the window."""
 
 
 def check_format(path: str | Path) -> str:
@@ -61,14 +62,14 @@ def draw_field_sheet(plan: SurveyPlan, *, pictures_only: bool = False) -> Figure
     _draw(above, plan, above=True)
     if not pictures_only:
         _text(figure, "Photo survey: field sheet", 0.965, 15, weight="bold")
-        for i, (name, value) in enumerate(_settings(plan)):
+        for i, (name, value) in enumerate(figures(plan)):
             x, y = 0.07 + 0.46 * (i % 2), 0.935 - 0.0195 * (i // 2)
             figure.text(x, y, name, fontsize=9, color="#606060", va="top")
-            figure.text(x + 0.15, y, value, fontsize=9, color=_INK, va="top")
+            figure.text(x + 0.15, y, value, fontsize=9, color=INK, va="top")
         y = 0.255
         for line in _reminders(plan):
             for k, part in enumerate(_wrapped(line, 112)):
-                figure.text(0.07 if k == 0 else 0.09, y, part, fontsize=8.5, color=_INK, va="top")
+                figure.text(0.07 if k == 0 else 0.09, y, part, fontsize=8.5, color=INK, va="top")
                 y -= 0.0145
             y -= 0.003
     return figure
@@ -81,11 +82,11 @@ def _draw(axes: Axes, plan: SurveyPlan, *, above: bool) -> None:
     depth = 0.02 * plan.distance_m if above else plan.height_m
     low = -depth if above else 0.0
     axes.add_patch(
-        Rectangle((0.0, low), plan.width_m, depth, facecolor=_FACE, edgecolor=_INK, linewidth=1)
+        Rectangle((0.0, low), plan.width_m, depth, facecolor=FACE, edgecolor=INK, linewidth=1)
     )
     for kind, color, mark in (
-        ("perpendicular", _PERPENDICULAR, "o"),
-        ("oblique", _OBLIQUE, "^"),
+        ("perpendicular", PERPENDICULAR, "o"),
+        ("oblique", OBLIQUE, "^"),
     ):
         some = plan.of_kind(kind)
         if not some:
@@ -105,7 +106,7 @@ def _draw(axes: Axes, plan: SurveyPlan, *, above: bool) -> None:
         for point in plan.control_points:
             filled = "full" if point.use == "control" else "none"
             axes.plot(
-                [point.along_m], [point.up_m], "s", color=_CONTROL, fillstyle=filled, markersize=5
+                [point.along_m], [point.up_m], "s", color=CONTROL, fillstyle=filled, markersize=5
             )
             axes.annotate(
                 point.label,
@@ -113,7 +114,7 @@ def _draw(axes: Axes, plan: SurveyPlan, *, above: bool) -> None:
                 xytext=(4, 4),
                 textcoords="offset points",
                 fontsize=7,
-                color=_CONTROL,
+                color=CONTROL,
             )
         first = plan.of_kind("perpendicular")[0]
         w, h = plan.footprint_m
@@ -123,14 +124,14 @@ def _draw(axes: Axes, plan: SurveyPlan, *, above: bool) -> None:
                 w,
                 h,
                 fill=False,
-                edgecolor=_PERPENDICULAR,
+                edgecolor=PERPENDICULAR,
                 linestyle="--",
                 linewidth=0.8,
             )
         )
-        axes.plot([], [], "s", color=_CONTROL, label="control point", linestyle="none")
+        axes.plot([], [], "s", color=CONTROL, label="control point", linestyle="none")
         axes.plot(
-            [], [], "s", color=_CONTROL, fillstyle="none", label="check point", linestyle="none"
+            [], [], "s", color=CONTROL, fillstyle="none", label="check point", linestyle="none"
         )
         axes.legend(
             fontsize=7, loc="upper center", bbox_to_anchor=(0.5, 1.22), ncols=4, frameon=False
@@ -150,7 +151,8 @@ def _draw(axes: Axes, plan: SurveyPlan, *, above: bool) -> None:
     axes.margins(0.04)
 
 
-def _settings(plan: SurveyPlan) -> list[tuple[str, str]]:
+def figures(plan: SurveyPlan) -> list[tuple[str, str]]:
+    """Names and values with their units, as they stand on the sheet."""
     near, far = plan.depth_of_field_m
     c = plan.camera
     return [
@@ -203,7 +205,7 @@ def _html(plan: SurveyPlan) -> str:
     svg = svg[svg.index("<svg") :]
     rows = "".join(
         f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>"
-        for name, value in _settings(plan)
+        for name, value in figures(plan)
     )
     said = "".join(f"<li>{html.escape(line.lstrip('-! '))}</li>" for line in _reminders(plan))
     places = _rows(
@@ -242,7 +244,7 @@ def _rows(heads: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
 
 
 def _text(figure: Figure, words: str, y: float, size: float, **options: Any) -> None:
-    figure.text(0.07, y, words, fontsize=size, color=_INK, va="top", **options)
+    figure.text(0.07, y, words, fontsize=size, color=INK, va="top", **options)
 
 
 def _wrapped(text: str, width: int) -> list[str]:

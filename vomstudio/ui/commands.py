@@ -24,6 +24,7 @@ from vomstudio.ui import (
     survey_commands,
 )
 from vomstudio.ui.actions import Command
+from vomstudio.ui.model_copying import copy_into_project
 
 if TYPE_CHECKING:
     from vomstudio.ui.main_window import MainWindow
@@ -222,7 +223,7 @@ def _models(w: MainWindow) -> list[Command]:
     def copy() -> None:
         model = w.files.current_model()
         if model is not None:
-            studio.copy_model(model.id)
+            copy_into_project(w, model)
 
     def cannot_export() -> str | None:
         model = w.files.current_model()
@@ -242,7 +243,8 @@ def _models(w: MainWindow) -> list[Command]:
         Command("locate", "&Locate file…", w.files.locate_model, "file-search-outline", (),
                 "Say where the file of a model is now", not_missing),
         Command("copy_model", "&Copy into the project", copy, "content-copy", (),
-                "The model, its materials and images, so that the folder can be moved and zipped",
+                "The model, its materials, images and cameras, and its photos if wanted, so that "
+                "the folder can be moved and zipped",
                 cannot_copy),
         Command("export_model", "&Export model as…", w.files.export_model, "export", (),
                 "In World, as OBJ, PLY, GLB, LAS/LAZ, XYZ, SHP or DXF", cannot_export),

@@ -89,6 +89,7 @@ class Files(QObject):
         if not name:
             return False
         folder = Path(name if name.endswith(SUFFIX) else name + SUFFIX)
+        self._window.survey.stop_to_move()
         return self.attempt(lambda: self.studio.save_as(folder))
 
     def export(self, format_: str) -> None:

@@ -16,7 +16,7 @@ from vomstudio.errors import VomError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.octree import StreamedCloud
-from vomstudio.io.cameras_file import FILE_NAME, Cameras, read_cameras
+from vomstudio.io.cameras_file import FILE_NAME, find_photos, read_cameras
 from vomstudio.ui.studio import Studio
 
 if TYPE_CHECKING:
@@ -87,13 +87,19 @@ class PhotoLinks(QObject):
 
     # --- told --------------------------------------------------------------------------------
     def open_cameras(self, model_id: str, path: Path) -> None:
-        self._remember(model_id, cameras=str(path.resolve()))
+        self._remember(model_id, cameras=self._studio.project.model_path(path))
         self._wanted = True
         self._begin(model_id)
 
     def find_photos(self, model_id: str, folder: Path) -> None:
-        self._remember(model_id, photos=str(folder.resolve()))
+        self._remember(model_id, photos=self._studio.project.model_path(folder))
         self._begin(model_id)
+
+    def forget_choices(self, model_id: str) -> None:
+        """What lies beside the model counts again."""
+        journal = self._studio.project.journal
+        kept = journal.view(_KEPT, {})
+        journal.set_view(_KEPT, {id_: kept[id_] for id_ in kept if id_ != model_id})
 
     def _remember(self, model_id: str, **values: str) -> None:
         journal = self._studio.project.journal
@@ -106,12 +112,16 @@ class PhotoLinks(QObject):
         record = self._studio.records.get(model_id)
         if not isinstance(record, Model):
             return None
-        chosen = self._studio.project.journal.view(_KEPT, {}).get(model_id, {}).get("cameras")
-        if chosen:
-            return Path(chosen)
+        if (chosen := self._chosen(model_id, "cameras")) is not None:
+            return chosen
         file = self._studio.project.find_model(record)
         beside = None if file is None else file.with_name(FILE_NAME)
         return beside if beside is not None and beside.is_file() else None
+
+    def _chosen(self, model_id: str, what: str) -> Path | None:
+        """Inside the project paths are relative to it: it can be moved."""
+        kept = self._studio.project.journal.view(_KEPT, {}).get(model_id, {}).get(what)
+        return self._studio.project.folder / kept if kept else None
 
     def _begin(self, model_id: str) -> None:
         opened, path = self._studio.models.get(model_id), self.cameras_path(model_id)
@@ -128,8 +138,10 @@ class PhotoLinks(QObject):
         self._problems.pop(model_id, None)
         kept = self._trees.get(model_id)
         tree = kept[1] if kept is not None and kept[0] is opened.data else None
-        chosen = self._studio.project.journal.view(_KEPT, {}).get(model_id, {}).get("photos")
-        arguments = (record, path, chosen, opened.data, opened.resolution or 0.0, tree)
+        chosen = self._chosen(model_id, "photos")
+        # A project that was moved together with its photos.
+        around = self._studio.project.folder.parent
+        arguments = (record, path, chosen, around, opened.data, opened.resolution or 0.0, tree)
         threading.Thread(target=self._make, args=arguments, daemon=True).start()
         self.changed.emit(model_id)
 
@@ -137,7 +149,8 @@ class PhotoLinks(QObject):
         self,
         record: Model,
         path: Path,
-        chosen: str | None,
+        chosen: Path | None,
+        around: Path,
         data: Mesh | PointCloud,
         resolution: float,
         tree: RayTree | None,
@@ -153,7 +166,10 @@ class PhotoLinks(QObject):
             # The first ray loads the kernels: not in the window's thread.
             tree.cast(np.zeros(3), np.ones((1, 3)))
             views = PhotoViews(cameras, tree, np.asarray(record.to_world), resolution)
-            made = ModelPhotos(record.id, record.name, views, _folder(cameras, path, chosen))
+            first = () if chosen is None else (chosen,)
+            folder = find_photos(cameras, path, first)
+            folder = folder or find_photos(cameras, around / FILE_NAME)
+            made = ModelPhotos(record.id, record.name, views, folder)
         except VomError as error:
             self._made.emit(record.id, str(error), data)
         else:
@@ -190,16 +206,3 @@ class PhotoLinks(QObject):
         self._trees.clear()
         self._problems.clear()
         self._busy.clear()
-
-
-def _folder(cameras: Cameras, path: Path, chosen: str | None) -> Path | None:
-    """Where the first photos are: where the user said, where they were, or beside the cameras."""
-    places = [Path(chosen)] if chosen else []
-    stored = cameras.photos
-    places += [stored if stored.is_absolute() else path.parent / stored]
-    places += [path.parent / stored.name, path.parent / "photos", path.parent]
-    names = [view.name for view in cameras.views[:3]]
-    for place in places:
-        if any((place / name).is_file() for name in names):
-            return place
-    return None

@@ -26,7 +26,6 @@ from vomstudio.photogrammetry.marking import (
     PlacedPhotos,
     Sight,
     missing,
-    usable_tables,
 )
 from vomstudio.ui.edit_history import EditHistory, Step
 
@@ -45,11 +44,6 @@ class MarkFiles:
             if (folder / name).is_file():
                 return folder / name
         return None
-
-    def for_model(self) -> tuple[Path | None, Path | None, str]:
-        """Tables of control points and of marks with which a model can be made, and why not with
-        the control points, in words. Raises InputError."""
-        return usable_tables(self.found(CONTROL), self.found(MARKS))
 
 
 class PhotoMarks(QObject):

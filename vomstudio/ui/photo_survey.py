@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
-import glob
 import hashlib
+import itertools
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, QTimer, Signal
 
 from vomstudio.errors import VomError
 from vomstudio.io.cameras_file import FILE_NAME, read_cameras
+from vomstudio.io.control import CONTROL, MARKS
+from vomstudio.io.control_files import find_control
+from vomstudio.io.project import RECONSTRUCTIONS
 from vomstudio.jobs.events import Failed
 from vomstudio.ui.job_bridge import Job
+from vomstudio.ui.make_settings import MakeSettings, asked_for
 from vomstudio.ui.photo_marks import MarkFiles
 from vomstudio.ui.studio import Notice, Studio
 
-FOLDER = "reconstruction"
+# What does not listen is stopped the hard way before that.
+_STOPPING_S = 10.0
+# Marks come one soon after the other.
+_TABLES_MS = 1000
 
 
 @dataclass
@@ -49,7 +56,8 @@ class PhotoSurvey(QObject):
     changed = Signal()
     rows_changed = Signal()
     drawn_changed = Signal()
-    """Masks and marks of the photos."""
+    """Masks of the photos."""
+    marks_changed = Signal()
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
@@ -61,14 +69,27 @@ class PhotoSurvey(QObject):
         self.left_out: list[str] = []
         self.problem = ""
         self.has_north = True
+        self.control_note = ""
         self.result: dict[str, Any] | None = None
         self._reading: Job | None = None
         self._making: Job | None = None
-        self.quality = "medium"
+        self._goes_on = False
+        self.settings = MakeSettings()
+        self.forecast: dict[str, Any] | None = None
+        self._foreseeing: Job | None = None
+        self._tables_soon = QTimer(self)
+        self._tables_soon.setSingleShot(True)
+        self._tables_soon.setInterval(_TABLES_MS)
+        self._tables_soon.timeout.connect(self.look_for_tables)
+        self.marks_changed.connect(self._tables_soon.start)
         studio.project_opened.connect(self._project_opened)
         studio.jobs.changed.connect(self.changed)
 
     # --- state -------------------------------------------------------------------------------
+    @property
+    def quality(self) -> str:
+        return self.settings.quality
+
     @property
     def reading(self) -> bool:
         return self._reading is not None
@@ -87,20 +108,46 @@ class PhotoSurvey(QObject):
             return self.tr("the photos are being looked at")
         if len(self.rows) < 2:
             return self.tr("a model needs at least two photos that overlap")
+        if self._tables_soon.isActive():
+            return self.tr("the control points are being looked at")
+        if self.settings.control is not None:
+            if self._foreseeing is not None:
+                return self.tr("the control points are being looked at")
+            if problem := self.control_facts.get("problem"):
+                return self.tr("{0} (Settings of the model: other files, or none)").format(problem)
         return None
+
+    @property
+    def control_facts(self) -> dict[str, Any]:
+        """See `ControlCheck`; empty where no control is chosen or it has not been looked at."""
+        return (self.forecast or {}).get("control") or {}
 
     def out(self) -> Path | None:
         """Where the model of these photos in this quality is made, or was begun. One of another
-        quality, which may have been measured on, stays as it is."""
+        quality or of another folder of this name, which may have been measured on, stays as it
+        is."""
         if self.folder is None:
             return None
-        return self._studio.project.folder / FOLDER / f"{self.folder.name}-{self.quality}"
+        place = self._studio.project.folder / RECONSTRUCTIONS
+        for number in itertools.count(1):
+            again = "" if number == 1 else f"-{number}"
+            out = place / f"{self.folder.name}{again}-{self.quality}"
+            asked = asked_for(out / "request.json")
+            if asked is None or _same_photos(asked[0], self.folder):
+                return out
+        return None
 
     def choose_quality(self, quality: str) -> None:
-        self.quality = quality
+        self.choose(replace(self.settings, quality=quality))
+
+    def choose(self, settings: MakeSettings) -> None:
+        """Make the next model like this."""
+        before, self.settings = self.settings, settings
         if self.making is None and not self.reading and self.rows:
-            self._show_cameras()
-            self.rows_changed.emit()
+            if before.quality != settings.quality:
+                self._show_cameras()
+                self.rows_changed.emit()
+            self.foresee()
         self.changed.emit()
 
     @property
@@ -110,10 +157,18 @@ class PhotoSurvey(QObject):
         return out is not None and (out / "work").is_dir() and not (out / "report.html").exists()
 
     # --- photos ------------------------------------------------------------------------------
-    def open(self, folder: Path) -> None:
-        """List the photos of a folder, then check them."""
+    def open(self, folder: Path, settings: MakeSettings | None = None) -> None:
+        """List the photos of a folder, then check them. settings: None for those of before, with
+        the control that lies beside these photos."""
         self._stop_reading()
         self.folder = folder
+        self.settings = settings or self.settings.for_photos(folder)
+        if settings is None:
+            # Also those that the project keeps for a folder that cannot be written.
+            control, marks = self.tables()
+            if control is not None:
+                self.settings = replace(self.settings, control=control, marks=marks, found=True)
+        self.forecast = None
         self.rows, self.findings, self.left_out = [], [], []
         self.verdict, self.problem, self.result = "", "", None
         self.has_north = True
@@ -146,6 +201,7 @@ class PhotoSurvey(QObject):
         self.rows = [PhotoRow(**row) for row in result["rows"]]
         self.left_out = list(result["left_out"])
         self.rows_changed.emit()
+        self.foresee()
         self._read("check_photos", self.tr("Checking the survey"), self._checked)
 
     def _checked(self, result: dict[str, Any]) -> None:
@@ -154,6 +210,75 @@ class PhotoSurvey(QObject):
             self._take(after["survey"])
         self._show_cameras()
         self.rows_changed.emit()
+
+    @property
+    def foreseeing(self) -> bool:
+        return self._foreseeing is not None
+
+    def foresee(self) -> None:
+        """Ask a worker what the settings mean for these photos; `changed` tells when it has."""
+        if self.folder is None:
+            return
+        settings, request = self.settings, self.settings.request()
+
+        def done(result: dict[str, Any]) -> None:
+            if self._foreseeing is not job:
+                return
+            self._foreseeing = None
+            facts = result["control"]
+            if settings.found and facts is not None and facts["problem"]:
+                # Nobody asked for these files: they are in the way of no model.
+                self.settings = settings.without_control()
+                self.control_note = self.tr("{0} beside the photos is not used: {1}").format(
+                    Path(request["control"]).name, facts["problem"]
+                )
+                result = {**result, "control": None}
+            self.forecast = result
+            self.rows_changed.emit()
+            self.changed.emit()
+
+        def failed(event: Failed) -> None:
+            if self._foreseeing is job:
+                self._foreseeing = None
+                if not event.cancelled:
+                    self._studio.warn(event.message)
+                self.changed.emit()
+
+        self.control_note = ""
+        job = self._studio.jobs.submit(
+            "inspection",
+            "foresee",
+            {"photos": str(self.folder), **request},
+            title=self.tr("Looking at what the model needs"),
+            on_done=done,
+            on_failed=failed,
+            quiet=True,
+        )
+        self._foreseeing = job
+
+    def control_written(self) -> None:
+        """Control points or marks beside the photos are new: they are taken unless other files were
+        chosen, and looked at again."""
+        if self.folder is None:
+            return
+        if self.settings.control is None or self.settings.found:
+            crs, found = self.settings.crs, self.settings.for_photos(self.folder)
+            self.settings = replace(found, crs=crs)
+        self.foresee()
+        self.changed.emit()
+
+    def control_findings(self) -> list[tuple[str, str]]:
+        """Severity and sentence of what the control points can do."""
+        facts = self.control_facts
+        if not facts:
+            return [("warning", self.control_note)] if self.control_note else []
+        if facts["problem"]:
+            return [("error", facts["problem"])]
+        frame = facts["crs"] or self.tr("a local frame")
+        words = self.tr("The model is placed by ground control in {0}: {1}.").format(
+            frame, facts["summary"]
+        )
+        return [("info", words), *(("warning", text) for text in facts["warnings"])]
 
     def _earlier_result(self) -> dict[str, Any] | None:
         """What a finished reconstruction of these photos has told."""
@@ -183,6 +308,7 @@ class PhotoSurvey(QObject):
                     row.findings.append(finding["text"])
 
     def _stop_reading(self) -> None:
+        self._foreseeing = None
         if self._reading is not None:
             self._studio.jobs.cancel(self._reading)
             self._reading = None
@@ -203,20 +329,29 @@ class PhotoSurvey(QObject):
         self.drawn_changed.emit()
 
     def tables(self) -> tuple[Path | None, Path | None]:
-        """The control points and marks with which a model is made, where none are named."""
+        """The control points, with their marks, and the tie points that nobody has to name."""
         files = self.mark_files()
         if files is None:
             return None, None
-        try:
-            control, marks, why_not = files.for_model()
-        except VomError as error:
-            self._studio.warn(str(error))
-            return None, None
-        if why_not:
-            self._studio.warn(
-                self.tr("The model is made without the control points. {0}").format(why_not)
-            )
-        return control, marks
+        if (found := find_control(files.photos)) is not None:
+            return found
+        control, marks = files.found(CONTROL), files.found(MARKS)
+        return (None if marks is None else control), marks
+
+    def look_for_tables(self) -> None:
+        """Points or marks have changed: what they can do now, unless other files were named."""
+        self._tables_soon.stop()
+        if self.folder is None or self.making is not None:
+            return
+        if self.settings.control is None or self.settings.found:
+            control, marks = self.tables()
+            if control is None:
+                self.settings = self.settings.without_control()
+            else:
+                self.settings = replace(self.settings, control=control, marks=marks, found=True)
+        if self.rows:
+            self.foresee()
+        self.changed.emit()
 
     def aligned_folder(self) -> Path | None:
         """A reconstruction of these photos with cameras: in this quality, else the newest one."""
@@ -225,9 +360,11 @@ class PhotoSurvey(QObject):
             return None
         if (out / FILE_NAME).exists():
             return out
-        found = out.parent.glob(f"{glob.escape(self.folder.name)}-*/{FILE_NAME}")
-        newest = sorted(found, key=lambda path: path.stat().st_mtime)
-        return newest[-1].parent if newest else None
+        folders = [each.parent for each in out.parent.glob(f"*/{FILE_NAME}")]
+        asked = {each: asked_for(each / "request.json") for each in folders}
+        mine = [each for each, found in asked.items()
+                if found is not None and _same_photos(found[0], self.folder)]  # fmt: skip
+        return max(mine, key=lambda each: (each / FILE_NAME).stat().st_mtime, default=None)
 
     def check_again(self) -> None:
         """Masks have changed what the photos are worth."""
@@ -235,45 +372,47 @@ class PhotoSurvey(QObject):
             self._read("check_photos", self.tr("Checking the survey"), self._checked)
 
     # --- the model ---------------------------------------------------------------------------
-    def make(self, control: Path | None = None, marks: Path | None = None) -> None:
-        """Reconstruct, or go on where an earlier run stopped."""
-        out = self.out()
-        if self.why_not_make() is not None or out is None:
+    def make(self) -> None:
+        """Reconstruct as the settings say, or go on where an earlier run stopped."""
+        out, folder = self.out(), self.folder
+        if self.why_not_make() is not None or out is None or folder is None:
             return
-        if control is None and marks is None:
-            control, marks = self.tables()
-        request = {
-            "photos": str(self.folder),
-            "out": str(out),
-            "quality": self.quality,
-            "control": None if control is None else str(control),
-            "marks": None if marks is None else str(marks),
-        }
+        request = {"photos": str(folder), "out": str(out), **self.settings.request()}
+        # Shown before; the reconstruction itself would take no CRS for a local one.
+        request["crs"] = self.control_facts.get("crs") or self.settings.crs
+        if self.settings.control is None:
+            # Tie points join photos whatever places the model.
+            marks = self.tables()[1]
+            request["marks"] = None if marks is None else str(marks)
+        session, name = self._studio.session, folder.name
         self.result = None
 
         def done(result: dict[str, Any]) -> None:
-            self._making = None
+            self._making, self._goes_on = None, False
+            words = self.tr("The model of {0} is made: {1} of {2} photos, {3:,} faces.").format(
+                name, result["registered"], result["photos"], result["faces"]
+            )
+            if self._studio.session is not session:
+                where = self.tr("It belongs to another project: {0}").format(result["mesh"])
+                self._studio.notice.emit(Notice(f"{words} {where}"))
+                self.changed.emit()
+                return
             self.result = result
             self._take(result["survey"])
             self._show_cameras()
             self.rows_changed.emit()
-            self._studio.notice.emit(
-                Notice(
-                    self.tr("The model of {0} is made: {1} of {2} photos, {3:,} faces.").format(
-                        Path(request["photos"] or "").name,
-                        result["registered"],
-                        result["photos"],
-                        result["faces"],
-                    )
-                    + "".join(f" {text}" for text in result["warnings"][:2])
-                )
-            )
-            name = Path(request["photos"] or "").name
-            self._studio.open_model(Path(result["mesh"]), name)
+            said = "".join(f" {text}" for text in result["warnings"][:2])
+            self._studio.notice.emit(Notice(words + said))
+            # The project may have been saved under another name meanwhile.
+            place = self._studio.project.folder / RECONSTRUCTIONS / out.name
+            self._studio.open_model(place / Path(result["mesh"]).name, name)
 
         def failed(event: Failed) -> None:
             self._making = None
-            if not event.cancelled:
+            if event.cancelled and self._goes_on:
+                self._goes_on = False
+                self.make()
+            elif not event.cancelled:
                 self._studio.warn(event.message, "error")
             self.changed.emit()
 
@@ -281,11 +420,18 @@ class PhotoSurvey(QObject):
             "reconstruction",
             "reconstruct",
             request,
-            title=self.tr("Making a model of {0}").format(Path(request["photos"] or "").name),
+            title=self.tr("Making a model of {0}").format(name),
             on_done=done,
             on_failed=failed,
         )
         self.changed.emit()
+
+    def stop_to_move(self) -> None:
+        """The project's folder is about to be moved: stop the work, which then goes on there."""
+        if self._making is not None:
+            self._goes_on = True
+            self.pause()
+            self._studio.jobs.finish("reconstruction", _STOPPING_S)
 
     def pause(self) -> None:
         """Stop the work; what is finished is kept, and `make` goes on behind it."""
@@ -317,16 +463,22 @@ class PhotoSurvey(QObject):
     def _project_opened(self) -> None:
         self._stop_reading()
         self.folder, self.rows, self.findings, self.result = None, [], [], None
-        self.verdict = self.problem = ""
+        self.verdict = self.problem = self.control_note = ""
+        self.forecast = None
         self.rows_changed.emit()
         # The newest is the one that the user was at.
-        asked_for = (self._studio.project.folder / FOLDER).glob("*/request.json")
-        for request in sorted(asked_for, key=lambda path: -path.stat().st_mtime)[:1]:
-            try:
-                asked = json.loads(request.read_text(encoding="utf-8"))
-                folder, quality = Path(asked["photos"]), str(asked["quality"])
-            except (OSError, ValueError, KeyError):
+        asked = (self._studio.project.folder / RECONSTRUCTIONS).glob("*/request.json")
+        for request in sorted(asked, key=lambda path: -path.stat().st_mtime)[:1]:
+            if (found := asked_for(request)) is None:
                 continue
-            if folder.is_dir():
-                self.quality = quality
-                self.open(folder)
+            folder, settings = found
+            # A project that was moved together with its photos.
+            for place in (folder, self._studio.project.folder.parent / folder.name):
+                if place.is_dir():
+                    self.open(place, settings)
+                    break
+
+
+def _same_photos(asked: Path, folder: Path) -> bool:
+    """Whether a reconstruction was made of these photos; those that are gone have been moved."""
+    return not asked.is_dir() or asked.resolve() == folder.resolve()

@@ -134,7 +134,7 @@ class PhotoWindow(QWidget):
         self.masks.said.connect(self.say)
         self.marks.said.connect(self.say)
         self.marks.changed.connect(self._show_marks)
-        self.marks.changed.connect(self.survey.drawn_changed)
+        self.marks.changed.connect(self.survey.marks_changed)
         self.points.said.connect(self.say)
         self.points.chosen.connect(self._point_chosen)
         self.points.typed.connect(lambda x, y: self._place(x, y, "typed"))

@@ -14,6 +14,7 @@ from PySide6.QtWidgets import (
     QMenu,
     QProgressBar,
     QSplitter,
+    QStackedWidget,
     QTableWidget,
     QTableWidgetItem,
     QToolButton,
@@ -22,6 +23,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.ui import theme
+from vomstudio.ui.make_settings import QUALITIES
 from vomstudio.ui.photo_survey import PhotoRow, PhotoSurvey
 from vomstudio.ui.plan_view import PlanView
 from vomstudio.ui.widgets import ComboBox, ElidedLabel
@@ -31,12 +33,6 @@ _COLUMNS = (
     *("Photo", "GSD", "Sharpness", "Mask", "Finding", "Camera", "Focal length", "Size", "GPS"),
 )
 _FINDING, _MASK = _COLUMNS.index("Finding"), _COLUMNS.index("Mask")
-_QUALITIES = (
-    ("Preview", "preview", "minutes; to see whether the photos suffice"),
-    ("Low", "low", "1000 pixels along the long side get a depth"),
-    ("Medium", "medium", "1600 pixels along the long side get a depth"),
-    ("High", "high", "3200 pixels along the long side get a depth; hours for many photos"),
-)
 # What there is to look at once the photos are aligned.
 _AFTER = ("show_alignment", "show_tie_points", "open_report")
 _SEVERITIES = {
@@ -47,8 +43,8 @@ _SEVERITIES = {
 
 
 class PhotosPanel(QWidget):
-    """`actions` holds choose_photos, open_photo, make_model, pause_model, show_alignment,
-    show_tie_points and open_report. chosen: a set with the names of the selected photos."""
+    """`actions` holds the commands of `survey_commands`. chosen: a set with the names of the
+    selected photos."""
 
     chosen = Signal(object)
     opened = Signal(str)
@@ -59,7 +55,7 @@ class PhotosPanel(QWidget):
         self._survey, self._actions = survey, actions
         self.quality = ComboBox()
         self.quality.setObjectName("quality")
-        for title, name, tip in _QUALITIES:
+        for title, name, tip in QUALITIES:
             self.quality.addItem(self.tr(title), name)
             self.quality.setItemData(
                 self.quality.count() - 1, self.tr(tip), Qt.ItemDataRole.ToolTipRole
@@ -101,21 +97,52 @@ class PhotosPanel(QWidget):
         layout.setContentsMargins(4, 4, 4, 4)
         layout.setSpacing(4)
         layout.addLayout(self._make_header())
-        layout.addWidget(middle, 1)
+        self._pages = QStackedWidget()
+        self._pages.addWidget(self._make_empty())
+        self._pages.addWidget(middle)
+        layout.addWidget(self._pages, 1)
         survey.rows_changed.connect(self._fill)
         survey.changed.connect(self._refresh)
         survey.drawn_changed.connect(self._show_masks)
         self._fill()
 
+    def _make_empty(self) -> QWidget:
+        """What would fill the panel."""
+        page = QWidget()
+        column = QVBoxLayout(page)
+        words = QLabel(
+            self.tr("A model is made of photos that overlap: choose their folder, or drop it here.")
+        )
+        words.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        row = QHBoxLayout()
+        row.addStretch(1)
+        for name in ("choose_photos", "video_frames", "plan_survey"):
+            row.addWidget(self._button(name))
+        row.addStretch(1)
+        column.addStretch(1)
+        column.addWidget(words)
+        column.addLayout(row)
+        column.addStretch(1)
+        return page
+
+    def _button(self, name: str) -> QToolButton:
+        button = QToolButton()
+        button.setDefaultAction(self._actions[name])
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        return button
+
     def _make_header(self) -> QHBoxLayout:
         header = QHBoxLayout()
         # Beside the list that it belongs to, one word says it.
         self._actions["open_photo"].setIconText(self.tr("Open"))
-        for name in ("choose_photos", "open_photo", "make_model", "pause_model"):
-            button = QToolButton()
-            button.setDefaultAction(self._actions[name])
-            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        for name in ("choose_photos", "open_photo", "make_settings", "make_model", "pause_model"):
+            button = self._button(name)
+            if name == "make_settings":
+                # Its neighbours say what it belongs to.
+                button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
             header.addWidget(button)
+            if name == "pause_model":
+                self._pause = button
             if name == "open_photo":
                 header.addSpacing(8)
                 header.addWidget(QLabel(self.tr("Quality")))
@@ -172,6 +199,8 @@ class PhotosPanel(QWidget):
             verdict.setIcon(QIcon())
         for finding in survey.findings:
             self._add_finding(finding["severity"], finding["text"], finding["photos"] or [])
+        for severity, text in survey.control_findings():
+            self._add_finding(severity, text, [])
         for text in survey.left_out:
             self._add_finding("warning", text, [])
         self._chosen()
@@ -213,11 +242,13 @@ class PhotosPanel(QWidget):
     def _refresh(self) -> None:
         survey = self._survey
         job = survey.making
+        self._pages.setCurrentIndex(0 if survey.folder is None else 1)
         with QSignalBlocker(self.quality):
             self.quality.setCurrentIndex(self.quality.findData(survey.quality))
         self.quality.setEnabled(job is None)
         self._bar.setVisible(job is not None or survey.reading)
         self._doing.setVisible(job is not None)
+        self._pause.setVisible(job is not None)
         if job is not None:
             self._bar.setRange(0, job.total or 0)
             self._bar.setValue(job.done)
@@ -235,7 +266,7 @@ class PhotosPanel(QWidget):
     def _words(self) -> str:
         survey = self._survey
         if survey.folder is None:
-            return self.tr("Choose a folder of photos, or drop one onto the window.")
+            return ""
         if survey.problem:
             return survey.problem
         if survey.reading:

@@ -75,7 +75,7 @@ class PlanView(QWidget):
             words = self.tr("local frame: no scale, no north")
             painter.drawText(QPointF(8, self.height() - 6), words)
             return
-        length = _round_length(70 / scale)
+        length = round_length(70 / scale)
         y = self.height() - 9.0
         painter.drawLine(QPointF(8, y), QPointF(8 + length * scale, y))
         painter.drawText(QPointF(12 + length * scale, y + 4), f"{length:g} m")
@@ -122,7 +122,7 @@ class PlanView(QWidget):
         return super().event(event)
 
 
-def _round_length(metres: float) -> float:
+def round_length(metres: float) -> float:
     """1, 2 or 5 times a power of ten, at most `metres`."""
     power = 10.0 ** math.floor(math.log10(metres))
     return max(step * power for step in (1, 2, 5) if step * power <= metres)

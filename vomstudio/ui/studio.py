@@ -251,9 +251,18 @@ class Studio(QObject):
     def worth_asking(self) -> bool:
         """Closing now would put work aside that the user may want to keep."""
         is_open = self.open_tool is not None
-        if not self.session.dirty and not is_open:
+        if not self.session.dirty and not is_open and not self.unsaved_reconstructions:
             return False
-        return bool(self.session.features()) or is_open or not self.project.untitled
+        return (
+            bool(self.session.features())
+            or is_open
+            or not self.project.untitled
+            or self.unsaved_reconstructions
+        )
+
+    @property
+    def unsaved_reconstructions(self) -> bool:
+        return self.project.untitled and self.project.has_reconstructions
 
     def remember(self, path: Path) -> None:
         self.settings.add_recent(path.resolve())
@@ -403,8 +412,15 @@ class Studio(QObject):
 
         self.loader.load(model_id, path, self.project.cache, arrived)
 
-    def copy_model(self, model_id: str) -> None:
-        """Bring a model's files into the project's folder."""
+    def copy_model(
+        self,
+        model_id: str,
+        cameras: Path | None = None,
+        photos: bool = False,
+        then: Callable[[], None] = lambda: None,
+    ) -> None:
+        """Bring a model's files into the project's folder, with the cameras of its photos (None for
+        those beside it) and, where wanted, the photos. then: called before the model moves."""
         model = self.records.get(model_id)
         path = self.project.find_model(model) if isinstance(model, Model) else None
         if path is None or not isinstance(model, Model):
@@ -413,15 +429,22 @@ class Studio(QObject):
 
         def arrived(result: dict[str, Any]) -> None:
             copy = Path(result["path"])
-            if self.project is project and self.attempt(
-                edits.relocate_model, model_id, project.model_path(copy), model.content_hash
-            ):
+            if self.project is not project:
+                return
+            then()
+            stored = project.model_path(copy)
+            if self.attempt(edits.relocate_model, model_id, stored, model.content_hash):
                 self.info(f"{model.name} is part of the project's folder now.")
 
         self.jobs.submit(
             "files",
             "copy_model",
-            {"path": str(path), "folder": str(project.folder / "models")},
+            {
+                "path": str(path),
+                "folder": str(project.folder / "models"),
+                "cameras": None if cameras is None else str(cameras),
+                "photos": photos,
+            },
             title=f"Copying {model.name}",
             on_done=arrived,
             on_failed=lambda event: self.warn(event.message, "error"),

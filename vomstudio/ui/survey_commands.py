@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, QUrl
 from PySide6.QtGui import QDesktopServices
-from PySide6.QtWidgets import QFileDialog
+from PySide6.QtWidgets import QDialog, QFileDialog
 
 from vomstudio.document.records import Model
 from vomstudio.io.project import SUFFIX, is_project
@@ -28,6 +29,14 @@ def commands(w: MainWindow) -> list[Command]:
         Command("choose_photos", "New model from &photos…", lambda: _choose(w),
                 "image-multiple-outline", "Ctrl+Shift+I",
                 "A folder of photos: what they are worth, and the model they make"),
+        Command("plan_survey", "&Plan a survey…", lambda: _plan(w), "clipboard-text-outline", (),
+                "Before going out: distance, positions, number of photos, control points, and a "
+                "field sheet"),
+        Command("video_frames", "Frames from a &video…", lambda: _video(w), "movie-open-outline",
+                (), "The sharp frames of a video, as photos of a model"),
+        Command("make_settings", "&Settings of the model…", lambda: _settings(w), "tune", (),
+                "Quality, ground control, coordinate system, threads and memory",
+                lambda: _nothing_to_make(w)),
         Command("make_model", "&Make the model", lambda: w.survey.make(), "cube-scan", (),
                 "Align the photos and make a dense, textured model, in the background",
                 lambda: w.survey.why_not_make()),
@@ -44,6 +53,40 @@ def commands(w: MainWindow) -> list[Command]:
         Command("open_report", "&Report", lambda: _open_report(w), "file-document-outline", (),
                 "All figures of the reconstruction as one page", lambda: _no_report(w)),
     ]  # fmt: skip
+
+
+def _plan(w: MainWindow) -> None:
+    from vomstudio.ui.planner_dialog import PlannerDialog
+
+    _show(w, PlannerDialog)
+
+
+def _video(w: MainWindow) -> None:
+    from vomstudio.ui.video_dialog import VideoDialog
+
+    _show(w, VideoDialog)
+
+
+def _settings(w: MainWindow) -> None:
+    from vomstudio.ui.make_dialog import MakeDialog
+
+    _show(w, MakeDialog)
+
+
+def _show(w: MainWindow, kind: Callable[[MainWindow], QDialog]) -> None:
+    """The one that is open already comes forward."""
+    for shown in w.findChildren(QDialog):
+        if type(shown) is kind and shown.isVisible():
+            shown.raise_()
+            shown.activateWindow()
+            return
+    kind(w).show()
+
+
+def _nothing_to_make(w: MainWindow) -> str | None:
+    if w.survey.making is not None:
+        return "a model is being made"
+    return None if w.survey.rows else "choose a folder of photos first"
 
 
 def is_photo_folder(path: Path) -> bool:

@@ -112,6 +112,12 @@ def number(value: float | None, digits: int = 3) -> str:
     return f"{value:.{decimals}f}"
 
 
+def gigabytes(size: float) -> str:
+    """Of bytes, with two digits that mean something."""
+    value = size / 1e9
+    return f"{value:.1f} GB" if value < 9.95 else f"{value:.0f} GB"
+
+
 def natural(name: str) -> tuple[tuple[int, int, str], ...]:
     """For sorting: B2 before B10."""
     return tuple(

@@ -1,0 +1,238 @@
+"""Ground control and the rest of the settings, chosen in the window before a model is made."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QListWidget, QMessageBox, QToolButton
+
+from tests import driver
+from tests.journeys.test_photos import looked_at
+from vomstudio.paths import resource
+from vomstudio.ui.make_dialog import MakeDialog
+
+
+@pytest.fixture
+def sample(tmp_path) -> Path:
+    """The sample's photos with control and marks beside them."""
+    for name in ("control.csv", "marks.csv"):
+        shutil.copy(resource("sample", name), tmp_path / name)
+    shutil.copytree(resource("sample", "photos"), tmp_path / "photos")
+    return tmp_path / "photos"
+
+
+def settled(window) -> None:
+    driver.wait(lambda: not window.survey.foreseeing, "the forecast", 60.0)
+
+
+def open_dialog(window) -> MakeDialog:
+    wanted = window.actions_table.all["make_settings"]
+    button = next(
+        b for b in window.photos_panel.findChildren(QToolButton) if b.defaultAction() is wanted
+    )
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    (dialog,) = window.findChildren(MakeDialog)
+    QTest.qWaitForWindowExposed(dialog)
+    settled(window)
+    return dialog
+
+
+def tick(button) -> None:
+    """On the circle: the rest of a wide button does not listen."""
+    driver.click(button, QPoint(9, button.height() // 2))
+
+
+def retype(field, text: str) -> None:
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, text) if text else QTest.keyClick(field, Qt.Key.Key_Delete)
+
+
+def findings(window) -> str:
+    shown = window.photos_panel.findChild(QListWidget, "findings")
+    return "\n".join(shown.item(i).text() for i in range(shown.count()))
+
+
+def test_control_beside_the_photos_is_found_and_its_frame_proposed(window, sample) -> None:
+    window.open_path(sample)
+    looked_at(window)
+    settled(window)
+    assert "placed by ground control in EPSG:" in findings(window)
+    driver.keep_picture(window, "control-found")
+    dialog = open_dialog(window)
+    assert dialog.by_control.isChecked()
+    assert dialog.control.text() == str(sample.parent / "control.csv")
+    assert dialog.points.rowCount() == 8
+    assert "EPSG:32633 stated in control.csv" in dialog._crs_words.text()
+    assert "check point" in dialog.verdict.text()
+    assert dialog.start.isEnabled()
+    assert "GB that are free" in dialog.memory.text()
+    driver.keep_picture(dialog, "model-settings")
+    # The cameras' GPS instead.
+    tick(dialog.by_gps)
+    settled(window)
+    assert window.survey.settings.control is None
+    assert "ground control" not in findings(window)
+    tick(dialog.by_control)
+    settled(window)
+    assert window.survey.settings.control == sample.parent / "control.csv"
+    dialog.close()
+
+
+def test_marks_that_are_too_few_are_counted_before_the_work(window, sample) -> None:
+    marks = sample.parent / "marks.csv"
+    lines = marks.read_text().splitlines()
+    labels = list(dict.fromkeys(line.split(",")[0] for line in lines[1:]))
+    kept = [lines[0], *(x for x in lines[1:] if x.split(",")[0] in labels[:2])]
+    marks.write_text("\n".join(kept) + "\n")
+    window.open_path(sample)
+    looked_at(window)
+    settled(window)
+    # Nobody asked for these files.
+    assert window.survey.settings.control is None
+    assert "control.csv beside the photos is not used: 3 control points" in findings(window)
+    assert window.survey.why_not_make() is None
+    dialog = open_dialog(window)
+    tick(dialog.by_control)
+    assert "Choose the file" in dialog.verdict.text()
+    assert not dialog.start.isEnabled()
+    retype(dialog.control, str(sample.parent / "control.csv"))
+    driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
+    settled(window)
+    assert "3 control points, each marked in 2 or more of the photos, are needed" in (
+        dialog.verdict.text()
+    )
+    assert not dialog.start.isEnabled()
+    driver.keep_picture(dialog, "model-settings-missing")
+    retype(dialog.control, str(sample.parent / "gone.csv"))
+    driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
+    settled(window)
+    assert "gone.csv" in dialog.verdict.text()
+    assert not dialog.start.isEnabled()
+    dialog.close()
+
+
+def test_a_crs_that_is_none_is_said_and_threads_change_the_memory(window, sample) -> None:
+    window.open_path(sample)
+    looked_at(window)
+    dialog = open_dialog(window)
+    retype(dialog.crs, "EPSG:4326")
+    assert not dialog.start.isEnabled() or dialog._soon.isActive()
+    driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
+    assert "no East and North in metres" in dialog._crs_words.text()
+    assert not dialog.start.isEnabled()
+    retype(dialog.crs, "32612")
+    driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
+    settled(window)
+    assert "which is in EPSG:32633" in dialog.verdict.text()
+    assert not dialog.start.isEnabled()
+    retype(dialog.crs, "")
+    dialog.threads.setFocus()
+    dialog.threads.selectAll()
+    QTest.keyClicks(dialog.threads, "1")
+    driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
+    settled(window)
+    assert "Depths of one photo at once" in dialog.memory.text()
+    assert window.survey.settings.threads == 1
+    dialog.close()
+
+
+def test_a_model_is_placed_by_micmac_control_and_found_again_where_it_is_saved(
+    window,
+    photos,
+    tmp_path,
+    data_dir,
+) -> None:
+    folder = data_dir / "saint_martin"
+    scale = 2 / 5
+    # The photos are of two fifths of the size in which they were marked.
+    text = (folder / "GroundMeasure.xml").read_text()
+    import re
+
+    def smaller(found: re.Match[str]) -> str:
+        x, y = (float(v) * scale for v in found[1].split())
+        return f"<PtIm>{x} {y}</PtIm>"
+
+    (tmp_path / "marks.xml").write_text(re.sub(r"<PtIm>([^<]*)</PtIm>", smaller, text))
+    window.open_path(photos)
+    looked_at(window)
+    dialog = open_dialog(window)
+    dialog.quality.setFocus()
+    QTest.keyClick(dialog.quality, Qt.Key.Key_Home)
+    tick(dialog.by_control)
+    retype(dialog.control, str(folder / "Ground-Pts3D.xml"))
+    retype(dialog.marks, str(tmp_path / "marks.xml"))
+    driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
+    settled(window)
+    assert "6 control points and 0 check points can be used" in dialog.verdict.text()
+    assert dialog.start.isEnabled()
+    driver.keep_picture(dialog, "model-settings-micmac")
+    QTest.mouseClick(dialog.start, Qt.MouseButton.LeftButton)
+    driver.wait(lambda: window.survey.making is not None, "the work")
+    # The project gets its name while the work goes on.
+    out = window.survey.out()
+    driver.wait(lambda: list((out / "work").glob("alignment-*[!t]")), "the alignment", 240.0)
+    saved = tmp_path / "wall.vom"
+    window.survey.stop_to_move()
+    window.studio.save_as(saved)
+    driver.wait(lambda: window.survey.making is not None, "the work in the new place", 30.0)
+    assert window.survey.out().is_relative_to(saved)
+    driver.wait(lambda: window.survey.making is None, "the model", 300.0)
+    result = window.survey.result
+    assert result is not None
+    assert result["registration"]["rms_control_m"] < 0.2
+    assert result["settings"]["control"].endswith("Ground-Pts3D.xml")
+    driver.wait(lambda: window.studio.models, "the model in the window", 60.0)
+    window.studio.save()
+    window.studio.new_project()
+    assert window.survey.folder is None
+    window.studio.open_project(saved)
+    looked_at(window)
+    driver.wait(lambda: window.studio.models, "the model of the project", 60.0)
+    assert window.survey.folder == photos
+    assert window.survey.settings.control == folder / "Ground-Pts3D.xml"
+    assert window.survey.quality == "preview"
+    made = json.loads((window.survey.out() / "reconstruction.json").read_text())
+    assert made["registered"] == 4
+
+
+def test_marks_that_are_written_later_are_taken_up(window, sample) -> None:
+    marks = (sample.parent / "marks.csv").rename(sample.parent / "later.csv")
+    window.open_path(sample)
+    looked_at(window)
+    settled(window)
+    assert window.survey.settings.control is None
+    marks.rename(sample.parent / "marks.csv")
+    window.survey.control_written()
+    settled(window)
+    assert window.survey.settings.control == sample.parent / "control.csv"
+    assert "placed by ground control" in findings(window)
+
+
+def test_another_folder_of_the_same_name_gets_a_model_of_its_own(window, sample, tmp_path) -> None:
+    other = tmp_path / "elsewhere" / "photos"
+    other.mkdir(parents=True)
+    made = window.studio.project.folder / "reconstruction" / "photos-medium"
+    made.mkdir(parents=True)
+    (made / "request.json").write_text(json.dumps({"photos": str(other), "quality": "medium"}))
+    window.open_path(sample)
+    assert window.survey.out() == made.with_name("photos-2-medium")
+    # Of photos that are gone nobody can say that they were others.
+    other.rmdir()
+    assert window.survey.out() == made
+
+
+def test_a_reconstruction_without_a_name_is_asked_about_and_kept(window) -> None:
+    folder = window.studio.project.folder
+    stage = folder / "reconstruction" / "cliff-medium" / "work" / "alignment-1a2b"
+    stage.mkdir(parents=True)
+    seen: list[str] = []
+    driver.answer(QMessageBox.StandardButton.Discard, seen)
+    window.close()
+    assert "Save the changes to untitled?" in seen[0]
+    assert stage.is_dir()

@@ -1,0 +1,164 @@
+"""A survey planned in the window, with real keys: its figures are those of the formulas."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QToolButton
+
+from tests import driver
+from vomstudio.ui.palette import CommandPalette
+from vomstudio.ui.planner_dialog import PlannerDialog
+
+
+def retype(field, text: str) -> None:
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, text) if text else QTest.keyClick(field, Qt.Key.Key_Delete)
+
+
+def settled(dialog: PlannerDialog) -> None:
+    driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
+    asked = dialog._asked
+    driver.wait(lambda: dialog._shown == asked, "the plan")
+
+
+@pytest.fixture
+def planner(window):
+    window.show_dock("photos")
+    button = next(
+        b for b in window.photos_panel._pages.findChildren(QToolButton)
+        if b.defaultAction() is window.actions_table.all["plan_survey"]
+    )  # fmt: skip
+    driver.keep_picture(window, "photos-empty")
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    driver.wait(lambda: window.findChildren(PlannerDialog), "the planner")
+    (dialog,) = window.findChildren(PlannerDialog)
+    QTest.qWaitForWindowExposed(dialog)
+    settled(dialog)
+    return dialog
+
+
+def test_a_survey_is_planned_from_numbers_that_are_typed(planner, window, tmp_path) -> None:
+    assert "Choose the camera" in planner.problem.text()
+    assert not planner.save.isEnabled()
+    # 36 mm of sensor, 6000 pixels and 30 mm of lens at 25 m: 36/30 * 25 / 6000 = 5 mm.
+    retype(planner.camera.lineEdit(), "36x24,30,6000x4000")
+    retype(planner.value, "25")
+    retype(planner.width_, "60")
+    retype(planner.height_, "20")
+    settled(planner)
+    assert planner.figures["Pixel on the rock"].text() == "5 mm"
+    assert planner.figures["One photo shows"].text() == "30 x 20 m"
+    # 30 % of the footprint is new at 70 % overlap.
+    assert planner.figures["Step between"].text() == "9 m along, 6 m up"
+    assert planner.figures["Smallest plane"].text() == "5 m across"
+    driver.keep_picture(planner, "planner")
+    QTest.keyClick(planner.overlap, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
+    QTest.keyClicks(planner.overlap, "80")
+    settled(planner)
+    assert planner.figures["Step between"].text() == "6 m along, 4 m up"
+    sheet = tmp_path / "sheet.html"
+    planner.save_to(sheet)
+    driver.wait(sheet.exists, "the sheet")
+    assert "30 x 20 m" in sheet.read_text()
+
+
+def test_the_wish_may_be_a_pixel_or_a_plane(planner) -> None:
+    retype(planner.camera.lineEdit(), "36x24,30,6000x4000")
+    settled(planner)
+    planner.wish.setFocus()
+    QTest.keyClick(planner.wish, Qt.Key.Key_Down)
+    assert planner.wish.currentText() == "Pixel on the rock"
+    settled(planner)
+    # The same plan, said in another quantity: 30 m are 6 mm.
+    assert planner.value.text() == "6"
+    retype(planner.value, "4")
+    settled(planner)
+    assert planner.figures["Distance"].text() == "20 m"
+    QTest.keyClick(planner.wish, Qt.Key.Key_Down)
+    settled(planner)
+    retype(planner.value, "2,5")
+    settled(planner)
+    assert planner.figures["Distance"].text() == "12.5 m"
+    assert planner.figures["Smallest plane"].text() == "2.5 m across"
+
+
+def test_what_cannot_be_planned_is_said_and_mended(planner) -> None:
+    retype(planner.camera.lineEdit(), "no such camera")
+    settled(planner)
+    assert "is not in the table" in planner.problem.text()
+    retype(planner.camera.lineEdit(), "NIKON D90")
+    settled(planner)
+    assert "takes different lenses" in planner.problem.text()
+    retype(planner.focal, "35")
+    settled(planner)
+    assert planner.plan is not None
+    assert planner.plan.camera.focal_mm == 35.0
+    retype(planner.height_, "-3")
+    settled(planner)
+    assert "Height of the outcrop: must be a positive number" in planner.problem.text()
+    retype(planner.height_, "x")
+    settled(planner)
+    assert "height is a number" in planner.problem.text()
+    retype(planner.camera.lineEdit(), "a" * 5000)
+    settled(planner)
+    assert planner.plan is None
+
+
+def test_the_camera_is_read_from_a_photo_and_all_is_there_again(window, planner, data_dir) -> None:
+    photo = min((data_dir / "brighton_beach" / "images").glob("*.*"))
+    retype(planner.camera.lineEdit(), str(photo))
+    for _ in range(2):
+        QTest.keyClick(planner.manner, Qt.Key.Key_Down)
+    settled(planner)
+    # README of the data: the focal length is 2222 pixels of 4000.
+    c = planner.plan.camera
+    assert c.focal_mm / c.sensor_width_mm * c.width_px == pytest.approx(2222, abs=12)
+    assert planner.plan.manner == "terrain"
+    driver.keep_picture(planner, "planner-terrain")
+    planner.close()
+    driver.wait(lambda: not window.findChildren(PlannerDialog), "its end")
+    window.actions_table.run("plan_survey")
+    (again,) = window.findChildren(PlannerDialog)
+    settled(again)
+    assert again.plan is not None
+    assert again.plan.manner == "terrain"
+    again.close()
+
+
+def test_the_sheet_is_printed_on_one_page(planner, tmp_path) -> None:
+    from PySide6.QtPrintSupport import QPrinter
+
+    retype(planner.camera.lineEdit(), "36x24,30,6000x4000")
+    settled(planner)
+    printer = QPrinter()
+    printer.setOutputFormat(QPrinter.OutputFormat.PdfFormat)
+    printer.setOutputFileName(str(tmp_path / "sheet.pdf"))
+    planner.print_to(printer)
+    data = (tmp_path / "sheet.pdf").read_bytes()
+    assert data.startswith(b"%PDF")
+    assert data.count(b"/Type /Page\n") == 1
+
+
+def test_the_palette_finds_the_planner(window) -> None:
+    from PySide6.QtCore import QTimer
+
+    found = []
+
+    def type_it() -> None:
+        palette = QApplication.activeModalWidget()
+        if not isinstance(palette, CommandPalette):
+            QTimer.singleShot(25, type_it)
+            return
+        QTest.keyClicks(palette._words, "plan a survey")
+        found.append(palette.chosen)
+        QTest.keyClick(palette._words, Qt.Key.Key_Return)
+
+    QTimer.singleShot(25, type_it)
+    QTest.keyClick(window, Qt.Key.Key_K, Qt.KeyboardModifier.ControlModifier)
+    assert found == ["plan_survey"]
+    driver.wait(lambda: window.findChildren(PlannerDialog), "the planner")
+    (dialog,) = window.findChildren(PlannerDialog)
+    dialog.close()

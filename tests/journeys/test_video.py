@@ -1,0 +1,106 @@
+"""Frames of a video become photos of a model, in the window."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QMessageBox
+
+from tests import driver
+from tests.photogrammetry.test_video import film
+from vomstudio.ui.video_dialog import VideoDialog
+
+
+@pytest.fixture
+def dialog(window):
+    window.actions_table.all["video_frames"].trigger()
+    (made,) = window.findChildren(VideoDialog)
+    QTest.qWaitForWindowExposed(made)
+    return made
+
+
+def press(button) -> None:
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+
+
+def test_a_video_gives_frames_that_are_opened_as_photos(window, dialog, tmp_path) -> None:
+    blurs = [0.0] * 100 + [6.0] * 20
+    offsets = [*np.arange(100) * 12.0, *[1188.0] * 20]
+    video = film(tmp_path / "pan.avi", offsets, blurs, size=(1200, 560))
+    assert not dialog.start.isEnabled()
+    dialog.choose_video(video)
+    assert dialog.folder.text() == str(tmp_path / "pan frames")
+    dialog.fps.setFocus()
+    dialog.fps.selectAll()
+    QTest.keyClicks(dialog.fps, "4")
+    press(dialog.start)
+    assert [job.title for job in window.studio.jobs.visible()] == ["Frames of pan.avi"]
+    driver.wait(lambda: dialog._job is None, "the frames", 120.0)
+    said = dialog.said.text()
+    kept = len(list((tmp_path / "pan frames").glob("*.jpg")))
+    assert kept >= 15
+    assert f"<b>{kept} frames kept</b>" in said
+    assert "moments left out: blurred" in said
+    assert "frames can be used" in said
+    driver.keep_picture(dialog, "video")
+    driver.wait(lambda: len(window.survey.rows) == kept, "the frames as photos", 60.0)
+    assert window.survey.folder == tmp_path / "pan frames"
+    driver.keep_picture(window, "video-photos")
+
+
+def test_a_hopeless_video_says_that_it_is_time_to_give_up(window, dialog, tmp_path) -> None:
+    dialog.choose_video(film(tmp_path / "bad.avi", np.arange(80) * 10.0, [0.0] * 20 + [7.0] * 60))
+    press(dialog.start)
+    driver.wait(lambda: dialog._job is None, "the verdict", 120.0)
+    assert "time to give it up" in dialog.said.text()
+
+
+def test_what_is_no_video_is_said_in_the_dialog(window, dialog, tmp_path) -> None:
+    (tmp_path / "notes.mp4").write_text("rain")
+    dialog.choose_video(tmp_path / "notes.mp4")
+    press(dialog.start)
+    driver.wait(lambda: dialog._job is None, "the reason", 60.0)
+    assert "not a video" in dialog.said.text()
+    assert not (tmp_path / "notes frames").exists()
+
+
+def test_it_can_be_stopped_and_leaves_nothing(window, dialog, tmp_path) -> None:
+    path = tmp_path / "long.avi"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"MJPG"), 20, (1920, 1080))
+    noise = np.random.default_rng(3).integers(0, 255, (1080, 1920, 3), np.uint8)
+    for i in range(300):
+        writer.write(np.roll(noise, 40 * i, axis=1))
+    writer.release()
+    dialog.choose_video(path)
+    press(dialog.start)
+    driver.wait(lambda: dialog._job is not None and dialog._job.done > 10, "some work", 60.0)
+    driver.keep_picture(dialog, "video-working")
+    press(dialog.stop)
+    driver.wait(lambda: dialog._job is None, "the stop", 15.0)
+    assert "Stopped" in dialog.said.text()
+    assert not (tmp_path / "long frames").exists()
+    assert window.survey.folder is None
+
+
+def test_a_folder_with_other_files_is_asked_about(window, dialog, tmp_path) -> None:
+    (tmp_path / "own").mkdir()
+    (tmp_path / "own" / "thesis.txt").write_text("years")
+    dialog.choose_video(film(tmp_path / "pan.avi", np.arange(40) * 12.0))
+    dialog.folder.setText(str(tmp_path / "own"))
+    seen: list[str] = []
+    driver.answer(QMessageBox.StandardButton.No, seen)
+    press(dialog.start)
+    assert "own holds other files" in seen[0]
+    assert dialog._job is None
+    assert [p.name for p in (tmp_path / "own").iterdir()] == ["thesis.txt"]
+
+
+def test_the_dialog_may_be_closed_while_the_work_goes_on(window, dialog, tmp_path) -> None:
+    dialog.choose_video(film(tmp_path / "pan.avi", np.arange(60) * 12.0))
+    press(dialog.start)
+    dialog.close()
+    driver.wait(lambda: not window.findChildren(VideoDialog), "its end")
+    driver.wait(lambda: window.survey.rows, "the photos", 120.0)

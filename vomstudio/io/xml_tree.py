@@ -1,0 +1,146 @@
+"""Small XML files as trees whose elements know their lines, so that errors can say where."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from xml.parsers import expat
+
+from vomstudio.errors import InputError
+
+LARGEST_FILE = 64 << 20
+_DEEPEST = 64
+
+
+@dataclass
+class Element:
+    """text : what stands in it before its first child"""
+
+    tag: str
+    attributes: dict[str, str]
+    line: int
+    text: str = ""
+    children: list[Element] = field(default_factory=list)
+
+    def all(self, tag: str) -> list[Element]:
+        """Its children of this name."""
+        return [child for child in self.children if child.tag == tag]
+
+    def child(self, tag: str) -> Element | None:
+        return next(iter(self.all(tag)), None)
+
+    def below(self, tag: str) -> Iterator[Element]:
+        """All elements of this name, itself included, in their order."""
+        waiting = [self]
+        while waiting:
+            here = waiting.pop()
+            if here.tag == tag:
+                yield here
+            waiting += reversed(here.children)
+
+
+def read_xml(path: str | Path) -> Element:
+    """The root of a file. Raises InputError with the line where it is no XML.
+
+    Files that declare entities are refused: they can unfold to more than any memory holds.
+    """
+    path = Path(path)
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(LARGEST_FILE + 1)
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror})", file=path) from error
+    if len(data) > LARGEST_FILE:
+        raise InputError(f"is larger than {LARGEST_FILE >> 20} MB", file=path)
+    parser = expat.ParserCreate()
+    parser.buffer_text = True
+    open_: list[Element] = []
+    roots: list[Element] = []
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        made = Element(tag, attributes, parser.CurrentLineNumber)
+        if len(open_) >= _DEEPEST:
+            raise InputError(
+                f"has elements inside each other more than {_DEEPEST} deep",
+                file=path,
+                line=made.line,
+                field=tag,
+            )
+        (open_[-1].children if open_ else roots).append(made)
+        open_.append(made)
+
+    def end(_: str) -> None:
+        open_.pop()
+
+    def characters(text: str) -> None:
+        if not open_[-1].children:
+            open_[-1].text += text
+
+    def entity(name: str, *_: object) -> None:
+        raise InputError(
+            f"declares an entity ({name}), which such files do not need; remove it",
+            file=path,
+            line=parser.CurrentLineNumber,
+        )
+
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.CharacterDataHandler, parser.EntityDeclHandler = characters, entity
+    try:
+        parser.Parse(data, True)
+    except expat.ExpatError as error:
+        raise InputError(
+            f"is not sound XML ({expat.ErrorString(error.code)})", file=path, line=error.lineno
+        ) from error
+    except (LookupError, ValueError) as error:
+        # An encoding that nobody knows.
+        raise InputError(f"cannot be read as text ({error})", file=path) from error
+    return roots[0]
+
+
+def is_xml(path: str | Path) -> bool:
+    """By the first sign in it; False for what cannot be read."""
+    try:
+        with Path(path).open("rb") as stream:
+            head = stream.read(256)
+    except OSError:
+        return False
+    for mark in (b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff"):
+        head = head.removeprefix(mark)
+    return head.replace(b"\0", b"").lstrip().startswith(b"<")
+
+
+def words(path: Path, parent: Element, tag: str) -> str:
+    """What a child says. Raises InputError that names it where there is none or it is empty."""
+    child = parent.child(tag)
+    if child is None:
+        raise InputError(f"has no {tag}", file=path, line=parent.line, field=parent.tag)
+    text = child.text.strip()
+    if not text:
+        raise InputError("is empty", file=path, line=child.line, field=tag)
+    return text
+
+
+def numbers(path: Path, element: Element, text: str, count: int) -> tuple[float, ...]:
+    """So many finite numbers with blanks between them. Raises InputError that names the element."""
+    from math import isfinite
+
+    found = []
+    for word in text.split():
+        try:
+            value = float(word)
+        except ValueError:
+            value = float("nan")
+        if not isfinite(value):
+            raise InputError(
+                f"'{word[:40]}' is not a number", file=path, line=element.line, field=element.tag
+            )
+        found.append(value)
+    if len(found) != count:
+        raise InputError(
+            f"holds {len(found)} numbers; {count} are needed",
+            file=path,
+            line=element.line,
+            field=element.tag,
+        )
+    return tuple(found)
