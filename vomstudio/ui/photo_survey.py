@@ -80,7 +80,7 @@ class PhotoSurvey(QObject):
         self._tables_soon = QTimer(self)
         self._tables_soon.setSingleShot(True)
         self._tables_soon.setInterval(_TABLES_MS)
-        self._tables_soon.timeout.connect(self.look_for_tables)
+        self._tables_soon.timeout.connect(self.control_written)
         self.marks_changed.connect(self._tables_soon.start)
         studio.project_opened.connect(self._project_opened)
         studio.jobs.changed.connect(self.changed)
@@ -162,12 +162,7 @@ class PhotoSurvey(QObject):
         the control that lies beside these photos."""
         self._stop_reading()
         self.folder = folder
-        self.settings = settings or self.settings.for_photos(folder)
-        if settings is None:
-            # Also those that the project keeps for a folder that cannot be written.
-            control, marks = self.tables()
-            if control is not None:
-                self.settings = replace(self.settings, control=control, marks=marks, found=True)
+        self.settings = settings or self._with_tables(self.settings.for_photos(folder))
         self.forecast = None
         self.rows, self.findings, self.left_out = [], [], []
         self.verdict, self.problem, self.result = "", "", None
@@ -259,11 +254,11 @@ class PhotoSurvey(QObject):
     def control_written(self) -> None:
         """Control points or marks beside the photos are new: they are taken unless other files were
         chosen, and looked at again."""
+        self._tables_soon.stop()
         if self.folder is None:
             return
         if self.settings.control is None or self.settings.found:
-            crs, found = self.settings.crs, self.settings.for_photos(self.folder)
-            self.settings = replace(found, crs=crs)
+            self.settings = self._with_tables(self.settings)
         self.foresee()
         self.changed.emit()
 
@@ -338,20 +333,11 @@ class PhotoSurvey(QObject):
         control, marks = files.found(CONTROL), files.found(MARKS)
         return (None if marks is None else control), marks
 
-    def look_for_tables(self) -> None:
-        """Points or marks have changed: what they can do now, unless other files were named."""
-        self._tables_soon.stop()
-        if self.folder is None or self.making is not None:
-            return
-        if self.settings.control is None or self.settings.found:
-            control, marks = self.tables()
-            if control is None:
-                self.settings = self.settings.without_control()
-            else:
-                self.settings = replace(self.settings, control=control, marks=marks, found=True)
-        if self.rows:
-            self.foresee()
-        self.changed.emit()
+    def _with_tables(self, settings: MakeSettings) -> MakeSettings:
+        control, marks = self.tables()
+        if control is None:
+            return settings.without_control()
+        return replace(settings, control=control, marks=marks, found=True)
 
     def aligned_folder(self) -> Path | None:
         """A reconstruction of these photos with cameras: in this quality, else the newest one."""
