@@ -20,7 +20,6 @@ from PySide6.QtWidgets import (
     QHeaderView,
     QLabel,
     QLineEdit,
-    QPushButton,
     QRadioButton,
     QSpinBox,
     QTableWidget,
@@ -33,7 +32,7 @@ from vomstudio.errors import VomError
 from vomstudio.io.crs import parse_crs
 from vomstudio.ui import theme
 from vomstudio.ui.make_settings import QUALITIES, MakeSettings
-from vomstudio.ui.widgets import ComboBox
+from vomstudio.ui.widgets import ComboBox, file_field
 from vomstudio.ui.wording import gigabytes
 
 if TYPE_CHECKING:
@@ -97,13 +96,17 @@ class MakeDialog(QDialog):
             self.tr("by the cameras' GPS; without it a local frame, upright as photos were held")
         )
         self.by_control = QRadioButton(self.tr("by ground control points"))
-        self.control, control_row = self._file_row("control_file", self._browse_control)
+        self.control, control_row = file_field(
+            "control_file", self.tr("Choose…"), self._browse_control
+        )
         self.control.setPlaceholderText(self.tr("label, x, y, z, or XML of MicMac or Metashape, …"))
-        self.marks, marks_row = self._file_row("marks_file", self._browse_marks)
+        self.marks, marks_row = file_field("marks_file", self.tr("Choose…"), self._browse_marks)
         self.marks.setPlaceholderText(
             self.tr("where they are in the photos; empty: marks.csv beside the control, or in it")
         )
         self._control_rows = (control_row, marks_row)
+        for field in (self.control, self.marks):
+            field.textEdited.connect(lambda _: self._soon.start())
         self.crs = QLineEdit()
         self.crs.setObjectName("make_crs")
         self.crs.textEdited.connect(lambda _: self._soon.start())
@@ -151,19 +154,6 @@ class MakeDialog(QDialog):
         form.addRow(self.tr("CRS"), crs_row)
         self.by_control.toggled.connect(self._choose)
         return box
-
-    def _file_row(self, name: str, browse: Any) -> tuple[QLineEdit, QWidget]:
-        field = QLineEdit()
-        field.setObjectName(name)
-        field.textEdited.connect(lambda _: self._soon.start())
-        button = QPushButton(self.tr("Choose…"))
-        button.clicked.connect(browse)
-        row = QWidget()
-        line = QHBoxLayout(row)
-        line.setContentsMargins(0, 0, 0, 0)
-        line.addWidget(field, 1)
-        line.addWidget(button)
-        return field, row
 
     def _make_machine(self) -> QGroupBox:
         box = QGroupBox(self.tr("This machine"))

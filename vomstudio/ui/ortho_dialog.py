@@ -17,7 +17,6 @@ from PySide6.QtWidgets import (
     QLabel,
     QLineEdit,
     QMessageBox,
-    QPushButton,
     QRadioButton,
     QVBoxLayout,
 )
@@ -31,7 +30,7 @@ from vomstudio.jobs.events import Failed
 from vomstudio.products import orthophoto
 from vomstudio.ui.actions import Command
 from vomstudio.ui.trace_panel import parse_number
-from vomstudio.ui.widgets import ComboBox
+from vomstudio.ui.widgets import ComboBox, file_field
 from vomstudio.ui.wording import length
 
 if TYPE_CHECKING:
@@ -106,13 +105,7 @@ class OrthoDialog(QDialog):
         sheet.addWidget(self.sheet)
         sheet.addWidget(self.sheet_format)
         sheet.addStretch()
-        self.target = QLineEdit()
-        self.target.setObjectName("ortho_target")
-        browse = QPushButton(self.tr("Choose…"))
-        browse.clicked.connect(self._browse)
-        file = QHBoxLayout()
-        file.addWidget(self.target, 1)
-        file.addWidget(browse)
+        self.target, file = file_field("ortho_target", self.tr("Choose…"), self._browse)
         form = QFormLayout()
         form.setVerticalSpacing(8)
         form.addRow(self.tr("Model"), self.model)

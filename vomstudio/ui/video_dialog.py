@@ -14,18 +14,16 @@ from PySide6.QtWidgets import (
     QFormLayout,
     QHBoxLayout,
     QLabel,
-    QLineEdit,
     QMessageBox,
     QProgressBar,
-    QPushButton,
     QVBoxLayout,
-    QWidget,
 )
 
 from vomstudio.jobs.events import Failed
 from vomstudio.photogrammetry.video import DEFAULT_FPS, is_ours
 from vomstudio.ui.job_bridge import Job
 from vomstudio.ui.studio import Notice
+from vomstudio.ui.widgets import file_field
 
 if TYPE_CHECKING:
     from vomstudio.ui.main_window import MainWindow
@@ -52,8 +50,8 @@ class VideoDialog(QDialog):
             )
         )
         about.setWordWrap(True)
-        self.video, video = self._file("video_file", self._browse_video)
-        self.folder, folder = self._file("video_folder", self._browse_folder)
+        self.video, video = file_field("video_file", self.tr("Choose…"), self._browse_video)
+        self.folder, folder = file_field("video_folder", self.tr("Choose…"), self._browse_folder)
         self.fps = QDoubleSpinBox()
         self.fps.setObjectName("video_fps")
         self.fps.setRange(0.1, 10.0)
@@ -94,19 +92,6 @@ class VideoDialog(QDialog):
             field.textChanged.connect(self._refresh)
         window.studio.jobs.changed.connect(self._refresh)
         self._refresh()
-
-    def _file(self, name: str, browse: Any) -> tuple[QLineEdit, QWidget]:
-        field = QLineEdit()
-        field.setObjectName(name)
-        button = QPushButton(self.tr("Choose…"))
-        button.setAutoDefault(False)
-        button.clicked.connect(browse)
-        row = QWidget()
-        line = QHBoxLayout(row)
-        line.setContentsMargins(0, 0, 0, 0)
-        line.addWidget(field, 1)
-        line.addWidget(button)
-        return field, row
 
     # --- choosing ----------------------------------------------------------------------------
     def _browse_video(self) -> None:

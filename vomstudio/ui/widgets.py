@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QAction, QPainter, QPaintEvent, QWheelEvent
@@ -11,6 +11,8 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
     QLabel,
+    QLineEdit,
+    QPushButton,
     QSizePolicy,
     QSplitter,
     QToolButton,
@@ -75,6 +77,25 @@ def column_of() -> tuple[QWidget, QVBoxLayout]:
     column = QVBoxLayout(widget)
     column.setContentsMargins(0, 0, 0, 0)
     return widget, column
+
+
+def file_field(name: str, choose: str, browse: Callable[[], object]) -> tuple[QLineEdit, QWidget]:
+    """A field for a file's path, and the row that holds it with a button that looks for it.
+
+    name: of the field; choose: on the button
+    """
+    field = QLineEdit()
+    field.setObjectName(name)
+    button = QPushButton(choose)
+    # Enter in a field is no wish to look for a file.
+    button.setAutoDefault(False)
+    button.clicked.connect(lambda _=False: browse())
+    row = QWidget()
+    line = QHBoxLayout(row)
+    line.setContentsMargins(0, 0, 0, 0)
+    line.addWidget(field, 1)
+    line.addWidget(button)
+    return field, row
 
 
 def side_by_side(page: QWidget, left: QWidget, right: QWidget, sizes: list[int]) -> None:
