@@ -31,7 +31,7 @@ import numpy.typing as npt
 CONVERGENT_DEG = 8.0
 FEWEST_PHOTOS = 6
 # A camera with fewer photos keeps the distortion it has.
-_FEWEST_FOR_DISTORTION = 2
+FEWEST_FOR_DISTORTION = 2
 LARGEST_SIGMA = 0.01
 LEAST_EFFECT_PX = 0.1
 LEAST_SIGMAS = 3.0
@@ -115,7 +115,7 @@ def decide(
     known : EXIF gives the focal length; photos : placed photos of the camera; convergence : of all
     photos of the part, degrees; trusted : the photos could be placed with that focal length
     """
-    distortion = photos >= _FEWEST_FOR_DISTORTION
+    distortion = photos >= FEWEST_FOR_DISTORTION
     axes = f"the directions of view spread by {convergence:.1f}°"
     weak = convergence < CONVERGENT_DEG
     if not known:
