@@ -109,7 +109,7 @@ def place_by_control(
     stated = [p.sigma_m for p in (control[i] for i in fitting) if p.sigma_m is not None]
     surveyed = float(np.median(stated)) if stated else 0.0
     first = fit_similarity(places, local[fitting])
-    pixel = _pixel(scene, places) * first.scale
+    pixel = scene.pixel_at(places) * first.scale
     floor = 3 * math.hypot(surveyed, 2 * pixel)
     fit, good = fit_robustly(places, local[fitting], floor=floor)
     used = [i for i, keep in zip(fitting, good, strict=True) if keep]
@@ -190,15 +190,6 @@ def _some(names: set[str]) -> str:
 def _place(scene: SparseScene, seen: tuple[npt.NDArray[np.int64], Array]) -> Array:
     rows, pixels = seen
     return triangulate([scene.views[r] for r in rows], pixels)
-
-
-def _pixel(scene: SparseScene, places: Array) -> float:
-    """Size of a pixel at the points, in units of the scene."""
-    sizes = [
-        np.median(np.abs(view.depths(places))) / np.mean(view.intrinsics.focal)
-        for view in scene.views
-    ]
-    return float(np.median(sizes))
 
 
 def _require_width(local: Array) -> None:

@@ -108,6 +108,8 @@ def gps_registration(report: GpsReport) -> dict[str, Any]:
         "rms_m": report.rms_m,
         "sigma_m": report.sigma_m,
         "scale_error": report.scale_error,
+        "adjusted_together_with_the_cameras": report.adjusted,
+        "decisions": "; ".join(report.decisions),
         "rotation_error_deg": {
             "about_up": about_up,
             "about_east": about_east,

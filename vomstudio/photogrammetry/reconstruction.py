@@ -325,14 +325,22 @@ class _Run:
         if not stage.done:
             self.diary.stage("Registering")
             part, facts = alignment.parts[0], {}
+            threads = settings.threads or -1
             try:
                 if settings.control is not None:
                     scene, fitted = georeference.by_control(
-                        part, settings.control, settings.marks, settings.crs, self.diary
+                        part,
+                        settings.control,
+                        settings.marks,
+                        settings.crs,
+                        self.diary,
+                        threads=threads,
                     )
                     facts = figures.control_registration(fitted)
                 else:
-                    scene, report = georeference.by_gps(part, photos.photos, settings.crs)
+                    scene, report = georeference.by_gps(
+                        part, photos.photos, settings.crs, threads=threads, progress=self.diary
+                    )
                     facts = figures.gps_registration(report)
             except GeometryError as error:
                 if settings.control is not None or settings.crs is not None:
