@@ -130,6 +130,7 @@ def control_registration(report: ControlReport) -> dict[str, Any]:
         "rms_check_m": report.check_rms_m,
         "sigma_m": report.sigma_m,
         "adjusted_together_with_the_cameras": report.adjusted,
+        "decisions": "; ".join(report.decisions) or None,
         "rotation_error_deg": {
             "about_up": about_up,
             "about_east": about_east,

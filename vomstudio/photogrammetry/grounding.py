@@ -4,9 +4,10 @@ Control points, and positions of cameras that are good to centimetres, can tell 
 rock farther away where the photos alone cannot. How well they do so is what they add to the
 information that the tie points have: of a focal length that the tie points know to a and both
 together to b, the ground alone knows it to 1 / sqrt(1 / b² - 1 / a²), and worse by as much as the
-ground misses its stated errors. Where that is `priors.LARGEST_SIGMA` or less, the focal length is
-estimated; otherwise it stays as it was, since a value pulled between a guess and the tie points'
-own preference (the misfit of the lens's model) is no better.
+ground misses its stated errors. Where that is `LARGEST_SIGMA` or less, well within what focal
+lengths from EXIF are wrong by (2 to 5 %), the focal length is estimated; otherwise it stays as it
+was, since a value pulled between a guess and the tie points' own preference (the misfit of the
+lens's model) is no better.
 """
 
 from __future__ import annotations
@@ -18,7 +19,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from vomstudio.geometry.cameras import Intrinsics
-from vomstudio.photogrammetry.priors import LARGEST_SIGMA
 from vomstudio.photogrammetry.scene import SparseScene
 from vomstudio.photogrammetry.tied import (
     MARK_PX,
@@ -29,6 +29,7 @@ from vomstudio.photogrammetry.tied import (
 )
 from vomstudio.progress import Progress
 
+LARGEST_SIGMA = 0.015
 # Estimates made before the lens is right miss what they become by no more.
 _WORTH_A_TRIAL = 3.0
 
@@ -67,9 +68,7 @@ def adjust_to_ground(
     free = [lens for lens in order if alone[lens] <= _WORTH_A_TRIAL * LARGEST_SIGMA]
     result, sigma = held, dict.fromkeys(order, 0.0)
     while free:
-        trial = adjust_tied(
-            held, points, centres, free=free, threads=threads, progress=progress
-        )
+        trial = adjust_tied(held, points, centres, free=free, threads=threads, progress=progress)
         became = _became(held, trial)
         now = [became[lens] for lens in free]
         excess = ground_misfit(trial, points, centres)
@@ -84,8 +83,7 @@ def adjust_to_ground(
         free = good
     became = _became(held, result)
     return result, tuple(
-        _verdict(held, lens, became[lens], alone[lens], sigma[lens], lens in free)
-        for lens in order
+        _verdict(held, lens, became[lens], alone[lens], sigma[lens], lens in free) for lens in order
     )
 
 
@@ -100,7 +98,9 @@ def ground_misfit(
             continue
         for row, pixel in zip(point.views, point.pixels, strict=True):
             view = scene.views[row]
-            size = float(view.depths(point.position[None])[0]) / float(np.mean(view.intrinsics.focal))
+            size = float(view.depths(point.position[None])[0]) / float(
+                np.mean(view.intrinsics.focal)
+            )
             variance = MARK_PX**2 + (point.sigma / size) ** 2
             miss = view.project(point.position)[0] - pixel
             squares += (miss**2 / variance).tolist()
@@ -133,8 +133,7 @@ def _told(
 
 def _became(before: SparseScene, after: SparseScene) -> dict[Intrinsics, Intrinsics]:
     return {
-        old.intrinsics: new.intrinsics
-        for old, new in zip(before.views, after.views, strict=True)
+        old.intrinsics: new.intrinsics for old, new in zip(before.views, after.views, strict=True)
     }
 
 
@@ -149,15 +148,15 @@ def _verdict(
     photos = tuple(view.name for view in scene.views if view.intrinsics == lens)
     before, focal = lens.focal[0], became.focal[0]
     count = f"{len(photos)} photo" + ("s" if len(photos) > 1 else "")
-    least = f"{100 * LARGEST_SIGMA:g} % wanted"
+    least = f"{100 * LARGEST_SIGMA:.1f} % wanted"
     if freed:
         reason = (
             f"focal length of {count} estimated with what is known of the ground, which alone "
-            f"tells it to {100 * alone:.2g} % ({least}): {focal:.0f} ± {sigma * focal:.0f} px, "
+            f"tells it to {100 * alone:.2f} % ({least}): {focal:.0f} ± {sigma * focal:.0f} px, "
             f"{100 * (focal / before - 1):+.1f} % against before"
         )
     else:
-        tells = f"to {100 * alone:.2g} % only" if alone < 1 else "hardly at all"
+        tells = f"to {100 * alone:.2f} % only" if alone < 1 else "hardly at all"
         reason = (
             f"focal length of {count} held at {focal:.0f} px: what is known of the ground tells it "
             f"{tells} ({least})"

@@ -144,9 +144,7 @@ class _Problem:
             for lens, number in self.numbers.items()
         }
         grounded = bool(centres) or sum(p.position is not None for p in points) >= 3
-        self.adjuster = adjuster_of(
-            self.reconstruction, self.freedoms, threads, gauge=not grounded
-        )
+        self.adjuster = adjuster_of(self.reconstruction, self.freedoms, threads, gauge=not grounded)
         add = self.adjuster.problem.add_residual_block
         mark = np.eye(2) * (MARK_PX / noise) ** 2
         for point in points:
