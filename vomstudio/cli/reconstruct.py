@@ -31,7 +31,8 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument(
         "--marks", metavar="FILE",
-        help="where the control is seen: CSV label,photo,x,y (default: marks.csv beside --gcp)",
+        help="where control points, and markers that join parts of the photos, are seen: CSV "
+        "label,photo,x,y (default: marks.csv beside --gcp)",
     )  # fmt: skip
     parser.add_argument("--crs", metavar="EPSG", help="of the model, such as EPSG:32615")
     parser.add_argument(
@@ -91,16 +92,14 @@ def _crs(text: str) -> str:
 
 
 def _control(args: argparse.Namespace) -> tuple[str | None, str | None]:
-    if args.gcp is None:
-        if args.marks is not None:
-            raise UsageError("belongs to control points; name them with --gcp", field="--marks")
-        return None, None
-    control = Path(args.gcp).resolve()
-    marks = control.with_name("marks.csv") if args.marks is None else Path(args.marks).resolve()
+    control = None if args.gcp is None else Path(args.gcp).resolve()
+    marks = None if args.marks is None else Path(args.marks).resolve()
+    if control is not None and marks is None:
+        marks = control.with_name("marks.csv")
     for path, what in ((control, "--gcp"), (marks, "--marks")):
-        if not path.is_file():
+        if path is not None and not path.is_file():
             raise InputError("there is no such file", file=path, field=what)
-    return str(control), str(marks)
+    return (None if control is None else str(control)), (None if marks is None else str(marks))
 
 
 def _in_words(result: dict[str, Any]) -> str:

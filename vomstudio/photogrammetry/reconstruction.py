@@ -265,7 +265,7 @@ class _Run:
         self.diary.log(f"VOM Studio {__version__}, {self.settings.as_dict()}")
         self._remember()
         photos = self._checked()
-        alignment, aligned = self._align(photos)
+        alignment, aligned = self._join(*self._align(photos))
         placed = self._place(alignment, photos, aligned)
         self._write_cameras(alignment, placed)
         straight, flat = self._undistort(placed, photos)
@@ -311,6 +311,24 @@ class _Run:
                 raise InputError(error.message, file=error.file or self.folder) from error
             stage.finish()
         return Alignment.load(stage.folder), stage
+
+    def _join(self, alignment: Alignment, aligned: Stage) -> tuple[Alignment, Stage]:
+        """Parts that markers hold together; what is marked otherwise waits for the placing."""
+        from vomstudio.photogrammetry.joined_alignment import join_alignment
+
+        control, marks = self.settings.control, self.settings.marks
+        files = [path and hash_file(path) for path in (control, marks)]
+        alignment, stage, said = join_alignment(
+            alignment,
+            lambda: self.checkpoints.stage("joined", aligned.key, *files),
+            control,
+            marks,
+            self.settings.threads,
+            self.diary,
+        )
+        for text in said:
+            self.diary.note(text)
+        return alignment, stage or aligned
 
     def _place(self, alignment: Alignment, photos: PhotoFolder, aligned: Stage) -> _Placed:
         """The largest part in World where control or GPS allow it, else upright and local."""
