@@ -514,6 +514,12 @@ class _Run:
         write_cameras_csv(self.outputs.cameras, cameras, force=True)
         write_cameras(self.outputs.poses, cameras, force=True)
         write_model(tie_points(scene), scene.crs, self.outputs.sparse, force=True)
+        # Of an earlier run, before markers joined them.
+        for folder in self.outputs.folder.glob("part[0-9]*"):
+            for name in (self.outputs.poses.name, self.outputs.sparse.name):
+                (folder / name).unlink(missing_ok=True)
+            with contextlib.suppress(OSError):
+                folder.rmdir()
         for number, part in enumerate(alignment.parts[1:], start=2):
             folder = self.outputs.folder / f"part{number}"
             folder.mkdir(exist_ok=True)
