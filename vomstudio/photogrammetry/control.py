@@ -67,7 +67,7 @@ class ControlReport:
     rotation_error_deg : (about east, about north, about up), one sigma; tilt_error_deg : of the
         vertical
     adjusted : whether cameras and points were adjusted together with the control points
-    decisions : what became of the lenses then, in words
+    decisions : what became of the lenses then, in words; lenses : the same in numbers
     """
 
     points: tuple[PointFit, ...]
@@ -80,6 +80,7 @@ class ControlReport:
     crs: str | None
     adjusted: bool
     decisions: tuple[str, ...]
+    lenses: tuple[LensVerdict, ...]
     warnings: tuple[str, ...]
 
 
@@ -138,6 +139,7 @@ def place_by_control(
     fit = judgement.fit
     placed = moved(scene, fit, origin, crs)
     adjusted, decisions = False, []
+    told: tuple[LensVerdict, ...] = ()
     if adjust:
         better, lenses = adjusted_with(judgement.used)
         # A wrong lens makes good points contradict each other: judged again without it.
@@ -149,7 +151,7 @@ def place_by_control(
         adjusted = _mean_error(better) <= 1.2 * _mean_error(placed) + 0.1
         if adjusted:
             placed, judgement = better, again
-            decisions = [lens.reason for lens in lenses]
+            told, decisions = lenses, [lens.reason for lens in lenses]
             if ties:
                 decisions.append(
                     f"{len(ties)} markers without coordinates took part in the adjustment"
@@ -170,6 +172,7 @@ def place_by_control(
         crs,
         adjusted,
         tuple(decisions),
+        told,
         (),
     )
     warnings = [*unknown, *_warnings(report, adjust)]

@@ -18,6 +18,7 @@ from vomstudio.geometry.similarity import (
     rotation_covariance,
 )
 from vomstudio.photogrammetry.gps_priors import adjust_to_positions
+from vomstudio.photogrammetry.grounding import LensVerdict
 from vomstudio.photogrammetry.matching import PhotoLike
 from vomstudio.photogrammetry.scene import SparseScene
 
@@ -51,7 +52,7 @@ class GpsReport:
     tilt_error_deg : of the vertical; what dips may be wrong by
     heights : "above sea level" or "above the ellipsoid", as the photos state
     adjusted : whether the positions entered the adjustment; decisions : why or why not, and what
-        became of the lenses, in words
+        became of the lenses, in words; lenses : the latter in numbers
     """
 
     names: tuple[str, ...]
@@ -67,6 +68,7 @@ class GpsReport:
     heights: str
     adjusted: bool
     decisions: tuple[str, ...]
+    lenses: tuple[LensVerdict, ...]
     warnings: tuple[str, ...]
 
 
@@ -140,6 +142,7 @@ def by_gps(
         _heights(placed),
         entered.adjusted,
         (entered.said, *(lens.reason for lens in entered.lenses)),
+        entered.lenses,
         (),
     )
     report = replace(report, warnings=tuple(_warnings(report, scene, placed)))

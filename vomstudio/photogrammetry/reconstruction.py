@@ -596,7 +596,9 @@ class _Run:
             "tie_points_of_3": int((lengths >= 3).sum()),
             "photo_rows": rows,
             "dense_gsd_m": figures.dense_gsd(rows, self.dense_px),
-            "calibration": figures.calibration(alignment.cameras, photos.photos),
+            "calibration": figures.calibration(
+                alignment.cameras, photos.photos, scene, placed.registration
+            ),
             "registration": placed.registration,
             "model": figures.model(cloud, textured, dressed.facts["report"]),
             "settings": self.settings.as_dict(),
