@@ -104,6 +104,16 @@ def test_photos_that_look_one_way_leave_the_principal_point_in_the_middle(tmp_pa
     assert camera.values[1:3] == (800.0, 600.0)
 
 
+def test_photos_that_look_one_way_tell_how_the_lens_bends(tmp_path: Path) -> None:
+    lens = Intrinsics("RADIAL", 1600, 1200, (1500, 800, 600, -0.06, 0.08))
+    made = make(tmp_path / "photos", abreast(8, lens), face())
+    camera = aligned(made, tmp_path / "work").cameras[0]
+    assert camera.focal == "held"
+    assert camera.values[3] == pytest.approx(-0.06, abs=3 * camera.sigma[3])
+    assert camera.values[4] == pytest.approx(0.08, abs=3 * camera.sigma[4])
+    assert "k2 freed" in camera.reason
+
+
 def test_photos_that_look_one_way_leave_the_focal_the_focal_length_as_exif_has_it(
     tmp_path: Path,
 ) -> None:

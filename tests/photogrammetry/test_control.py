@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.photogrammetry.made_photos import LENS, ORIGIN, around, face
+from tests.photogrammetry.made_photos import LENS, ORIGIN, abreast, around, face
 from tests.photogrammetry.test_georeference import scene_of
+from tests.photogrammetry.test_gps_priors import block
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry.cameras import View
 from vomstudio.io.control import ControlPoint, Mark
@@ -118,6 +119,70 @@ def test_marks_of_nothing_are_told_and_do_no_harm(
     assert "unknown.jpg" in said
     assert "no such point in the table" in said
     assert "tell nothing: G" in said
+
+
+def surveyed(
+    views: list[View], depth: float, sigma: float
+) -> tuple[list[ControlPoint], list[Mark]]:
+    """Twelve points, every other one so far before the wall."""
+    rng = np.random.default_rng(3)
+    places = np.vstack([PLACES, PLACES + [0.7, 0.2, 0.4]])
+    places[1::2, 1] -= depth
+    control, marks = [], []
+    for number, place in enumerate(places):
+        x, y, z = place + ORIGIN + rng.normal(0, sigma, 3)
+        control.append(ControlPoint(str(number), (x, y, z), sigma))
+        for view in views:
+            pixel = view.project(place)[0] + rng.normal(0, 0.4, 2)
+            if view.contains(pixel)[0]:
+                marks.append(Mark(str(number), view.name, float(pixel[0]), float(pixel[1])))
+    return control, marks
+
+
+@pytest.fixture(scope="module")
+def short() -> tuple[list[View], SparseScene]:
+    """Photos that all look the same way, aligned with a focal length 5 % too short."""
+    views = abreast(8)
+    return views, block(views, face(500), (1425.0, 800.0, 600.0, -0.05))
+
+
+def centre_error(scene: SparseScene, views: list[View]) -> float:
+    truth = np.array([view.centre for view in views]) + ORIGIN
+    return float(np.median(np.linalg.norm(scene.centres + scene.origin - truth, axis=1)))
+
+
+def test_good_control_of_some_depth_frees_the_focal_length(
+    short: tuple[list[View], SparseScene],
+) -> None:
+    views, scene = short
+    placed, report = place_by_control(scene, *surveyed(views, 3.0, 0.005), threads=1)
+    assert placed.views[0].intrinsics.focal[0] == pytest.approx(1500, rel=0.01)
+    # 5 % of 12 m are 0.6 m.
+    assert centre_error(placed, views) < 0.08
+    assert "estimated with what is known of the ground" in report.decisions[0]
+    # A wrong lens makes good points contradict each other; none is left out for that.
+    assert {p.role for p in report.points} == {"control"}
+
+
+@pytest.mark.parametrize(("depth", "sigma"), [(0.0, 0.05), (1.5, 0.1)])
+def test_weak_control_does_not_free_the_focal_length(
+    short: tuple[list[View], SparseScene], depth: float, sigma: float
+) -> None:
+    views, scene = short
+    placed, report = place_by_control(scene, *surveyed(views, depth, sigma), threads=1)
+    assert placed.views[0].intrinsics.focal[0] == 1425.0
+    assert "held at 1425 px" in report.decisions[0]
+    assert "1.5 % wanted" in report.decisions[0]
+
+
+def test_markers_without_coordinates_take_part(
+    wall: tuple[list[View], np.ndarray, SparseScene],
+) -> None:
+    views, _, scene = wall
+    control, marks = marked(views)
+    _, report = place_by_control(scene, control[:4], marks, threads=1)
+    assert "2 markers without coordinates took part in the adjustment" in report.decisions
+    assert not any("not used" in warning for warning in report.warnings)
 
 
 def test_photos_may_be_named_without_their_folder(

@@ -38,10 +38,10 @@ def adjust(
     pycolmap = colmap()
     found: dict[int, npt.NDArray[np.float64]] = {}
     for left in range(rounds, 0, -1):
-        adjuster = _adjuster(reconstruction, freedoms, threads)
+        adjuster = adjuster_of(reconstruction, freedoms, threads)
         cancellable(lambda _token, a=adjuster: a.solve(), progress or Silent())  # type: ignore[misc]
         if covariance and left == 1:
-            found = _covariances(reconstruction, adjuster, freedoms)
+            found = covariances_of(reconstruction, adjuster, freedoms)
         manager = pycolmap.ObservationManager(reconstruction)
         manager.filter_all_points3D(MAX_ERROR_PX, MIN_ANGLE_DEG)
     return found
@@ -71,14 +71,14 @@ def unseen_error(
     )
     for i in ids:
         (fitted if i in unseen else judged).delete_point3D(i)
-    adjuster = _adjuster(fitted, freedoms, threads)
+    adjuster = adjuster_of(fitted, freedoms, threads)
     cancellable(lambda _token: adjuster.solve(), progress or Silent())
     for number in judged.cameras:
         judged.camera(number).params = fitted.camera(number).params
     for image in judged.reg_image_ids():
         pose = fitted.image(image).frame.rig_from_world
         judged.image(image).frame.rig_from_world = pose
-    points = _adjuster(judged, {}, threads, poses=False)
+    points = adjuster_of(judged, {}, threads, poses=False)
     cancellable(lambda _token: points.solve(), progress or Silent())
     judged.update_point_3d_errors()
     return float(judged.compute_mean_reprojection_error())
@@ -113,10 +113,18 @@ def given(thing: Any) -> Any:
     return thing
 
 
-def _adjuster(
-    reconstruction: Any, freedoms: Mapping[int, Freedom], threads: int, *, poses: bool = True
+def adjuster_of(
+    reconstruction: Any,
+    freedoms: Mapping[int, Freedom],
+    threads: int,
+    *,
+    poses: bool = True,
+    gauge: bool = True,
 ) -> Any:
-    """Each camera with its own freedom (COLMAP frees a kind of parameter of all or of none)."""
+    """Each camera with its own freedom (COLMAP frees a kind of parameter of all or of none).
+
+    gauge : two cameras hold the frame; False where something else does
+    """
     pycolmap = colmap()
     # The module of the problem is registered by this import.
     import pyceres  # noqa: F401
@@ -132,7 +140,7 @@ def _adjuster(
         config.add_image(image)
         if not poses:
             config.set_constant_rig_from_world_pose(reconstruction.image(image).frame_id)
-    if poses:
+    if poses and gauge:
         config.fix_gauge(pycolmap.BundleAdjustmentGauge.TWO_CAMS_FROM_WORLD)
     numbers = sorted({reconstruction.image(i).camera_id for i in images})
     free = [n for n in numbers if freedoms.get(n, HELD) != HELD]
@@ -145,9 +153,10 @@ def _adjuster(
     return adjuster
 
 
-def _covariances(
+def covariances_of(
     reconstruction: Any, adjuster: Any, freedoms: Mapping[int, Freedom]
 ) -> dict[int, npt.NDArray[np.float64]]:
+    """Of each camera's free parameters, for residuals of unit variance, where it can be had."""
     pycolmap = colmap()
     estimate = pycolmap.estimate_ba_covariance(
         pycolmap.BACovarianceOptions(), reconstruction, adjuster

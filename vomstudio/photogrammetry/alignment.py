@@ -21,7 +21,13 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.photogrammetry import mapping, matching
 from vomstudio.photogrammetry.calibration import calibrate
-from vomstudio.photogrammetry.features import ExtractTask, FeatureOptions, Features, extract
+from vomstudio.photogrammetry.features import (
+    MOST_FEATURES,
+    ExtractTask,
+    FeatureOptions,
+    Features,
+    extract,
+)
 from vomstudio.photogrammetry.matching import MatchingRule, PhotoLike
 from vomstudio.photogrammetry.priors import Calibration
 from vomstudio.photogrammetry.scene import SparseScene
@@ -40,7 +46,7 @@ class Options:
     """
 
     max_size: int = 2000
-    max_features: int = 8192
+    max_features: int = MOST_FEATURES
     matching: MatchingRule = "auto"
     mapper: str = "auto"
     threads: int | None = None

@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
-from vomstudio.geometry.similarity import fit_robustly, fit_similarity, rotation_covariance
+from vomstudio.geometry.similarity import (
+    Similarity,
+    fit_robustly,
+    fit_similarity,
+    rotation_covariance,
+)
 from vomstudio.io.control import ControlPoint, Mark
-from vomstudio.io.photo_names import photo_finder
+from vomstudio.photogrammetry.findings import named
+from vomstudio.photogrammetry.grounding import LensVerdict, adjust_to_ground
 from vomstudio.photogrammetry.mapping import point_errors
 from vomstudio.photogrammetry.scene import SparseScene
-from vomstudio.photogrammetry.tied import KnownPoint, adjust_tied, triangulate
+from vomstudio.photogrammetry.sightings import NOWHERE, Sighting, sightings
+from vomstudio.photogrammetry.tied import KnownPoint
 from vomstudio.progress import Progress
 
 Array = npt.NDArray[np.float64]
@@ -61,6 +68,7 @@ class ControlReport:
     rotation_error_deg : (about east, about north, about up), one sigma; tilt_error_deg : of the
         vertical
     adjusted : whether cameras and points were adjusted together with the control points
+    decisions : what became of the lenses then, in words; lenses : the same in numbers
     """
 
     points: tuple[PointFit, ...]
@@ -72,6 +80,8 @@ class ControlReport:
     tilt_error_deg: float
     crs: str | None
     adjusted: bool
+    decisions: tuple[str, ...]
+    lenses: tuple[LensVerdict, ...]
     warnings: tuple[str, ...]
 
 
@@ -93,9 +103,9 @@ def place_by_control(
     """
     from vomstudio.photogrammetry.georeference import integer_origin, moved
 
-    seen, unknown = _observations(scene, control, marks)
+    seen, ties, unknown = _observations(scene, control, marks)
     world = np.array([p.position for p in control], np.float64).reshape(-1, 3)
-    usable = [i for i, o in enumerate(seen) if np.isfinite(_place(scene, o)).all()]
+    usable = [i for i, o in enumerate(seen) if np.isfinite(o.place(scene)).all()]
     fitting = [i for i in usable if not control[i].check]
     if len(fitting) < 3:
         raise GeometryError(
@@ -105,30 +115,50 @@ def place_by_control(
         )
     origin = integer_origin(world[fitting])
     local = world - origin
-    places = np.array([_place(scene, seen[i]) for i in fitting])
+    places = np.array([seen[i].place(scene) for i in fitting])
     require_width(local[fitting])
     stated = [p.sigma_m for p in (control[i] for i in fitting) if p.sigma_m is not None]
     surveyed = float(np.median(stated)) if stated else 0.0
     first = fit_similarity(places, local[fitting])
-    pixel = _pixel(scene, places) * first.scale
+    pixel = scene.pixel_at(places) * first.scale
     floor = 3 * math.hypot(surveyed, 2 * pixel)
-    fit, good = fit_robustly(places, local[fitting], floor=floor)
-    used = [i for i, keep in zip(fitting, good, strict=True) if keep]
-    misses = (fit(places) - local[fitting])[good]
-    freedom = 3 * len(used) - 7
-    sigma = max(math.sqrt(float((misses**2).sum()) / freedom), surveyed)
-    covariance = rotation_covariance(local[used], max(sigma, 1e-9))
-    turn = np.degrees(np.sqrt(np.diag(covariance)))
-    placed = moved(scene, fit, origin, crs)
-    adjusted = False
-    if adjust:
+
+    def judged(one: SparseScene) -> _Judged:
+        return _judge(one, fitting, seen, local, floor, surveyed)
+
+    def adjusted_with(used: Sequence[int]) -> tuple[SparseScene, tuple[LensVerdict, ...]]:
         known = [
-            KnownPoint(local[i], control[i].sigma_m or max(surveyed, pixel), *seen[i]) for i in used
+            KnownPoint(
+                local[i], control[i].sigma_m or max(surveyed, pixel), seen[i].views, seen[i].pixels
+            )
+            for i in used
         ]
-        better = adjust_tied(placed, known, threads=threads, progress=progress)
+        known += [KnownPoint(None, 0.0, tie.views, tie.pixels) for tie in ties]
+        return adjust_to_ground(placed, known, threads=threads, progress=progress)
+
+    judgement = judged(scene)
+    fit = judgement.fit
+    placed = moved(scene, fit, origin, crs)
+    adjusted, decisions = False, []
+    told: tuple[LensVerdict, ...] = ()
+    if adjust:
+        better, lenses = adjusted_with(judgement.used)
+        # A wrong lens makes good points contradict each other: judged again without it.
+        again = judged(better)
+        if again.used != judgement.used:
+            better, lenses = adjusted_with(again.used)
+            again = judged(better)
         # Control points that no bundle of rays can meet bend the model: the tie points tell.
         adjusted = _mean_error(better) <= 1.2 * _mean_error(placed) + 0.1
-        placed = better if adjusted else placed
+        if adjusted:
+            placed, judgement = better, again
+            told, decisions = lenses, [lens.reason for lens in lenses]
+            if ties:
+                decisions.append(
+                    f"{len(ties)} markers without coordinates took part in the adjustment"
+                )
+    used, sigma = judgement.used, judgement.sigma
+    turn = np.degrees(np.sqrt(np.diag(rotation_covariance(local[used], max(sigma, 1e-9)))))
     points = tuple(
         _fit_of(placed, point, local[i], seen[i], i in used) for i, point in enumerate(control)
     )
@@ -142,60 +172,59 @@ def place_by_control(
         math.hypot(turn[0], turn[1]),
         crs,
         adjusted,
+        tuple(decisions),
+        told,
         (),
     )
     warnings = [*unknown, *_warnings(report, adjust)]
     return placed, replace(report, warnings=tuple(warnings))
 
 
+@dataclass(frozen=True, eq=False)
+class _Judged:
+    """used : rows of the control points that agree; sigma : of one coordinate of these"""
+
+    fit: Similarity
+    used: list[int]
+    sigma: float
+
+
+def _judge(
+    scene: SparseScene,
+    fitting: Sequence[int],
+    seen: Sequence[Sighting],
+    local: Array,
+    floor: float,
+    surveyed: float,
+) -> _Judged:
+    places = np.array([seen[i].place(scene) for i in fitting])
+    wanted = local[list(fitting)]
+    fit, good = fit_robustly(places, wanted, floor=floor)
+    misses = (fit(places) - wanted)[good]
+    freedom = 3 * int(good.sum()) - 7
+    sigma = max(math.sqrt(float((misses**2).sum()) / freedom), surveyed)
+    return _Judged(fit, [i for i, keep in zip(fitting, good, strict=True) if keep], sigma)
+
+
 def _observations(
     scene: SparseScene, control: Sequence[ControlPoint], marks: Sequence[Mark]
-) -> tuple[list[tuple[npt.NDArray[np.int64], Array]], list[str]]:
-    """For each point (rows of views, pixels), and sentences about marks that are of no use."""
-    find = photo_finder([view.name for view in scene.views])
-    number = {point.label: i for i, point in enumerate(control)}
-    views: list[list[int]] = [[] for _ in control]
-    pixels: list[list[tuple[float, float]]] = [[] for _ in control]
-    no_photo, no_point = set(), set()
-    for mark in marks:
-        row = find(mark.photo)
-        if row is None:
-            no_photo.add(mark.photo)
-        if mark.label not in number:
-            no_point.add(mark.label)
-        elif row is not None:
-            views[number[mark.label]].append(row)
-            pixels[number[mark.label]].append((mark.x, mark.y))
+) -> tuple[list[Sighting], list[Sighting], list[str]]:
+    """(of each point; of markers without coordinates that tie photos together; sentences about
+    marks that are of no use)."""
+    found, missing = sightings(scene, marks)
+    seen = [found.pop(point.label, NOWHERE) for point in control]
+    labels = {point.label for point in control}
+    ties = {label: s for label, s in found.items() if np.isfinite(s.place(scene)).all()}
+    useless = {mark.label for mark in marks} - labels - set(ties)
     said = []
-    if no_photo:
-        said.append(f"marks in {some(no_photo)} are not used: no such photo is placed")
-    if no_point:
-        said.append(f"marks of {some(no_point)} are not used: no such point in the table")
-    found = [
-        (np.array(v, np.int64), np.array(p, np.float64).reshape(-1, 2))
-        for v, p in zip(views, pixels, strict=True)
-    ]
-    return found, said
-
-
-def some(names: Collection[str]) -> str:
-    """The first four, and how many more."""
-    shown = sorted(names)[:4]
-    return ", ".join(shown) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
-
-
-def _place(scene: SparseScene, seen: tuple[npt.NDArray[np.int64], Array]) -> Array:
-    rows, pixels = seen
-    return triangulate([scene.views[r] for r in rows], pixels)
-
-
-def _pixel(scene: SparseScene, places: Array) -> float:
-    """Size of a pixel at the points, in units of the scene."""
-    sizes = [
-        np.median(np.abs(view.depths(places))) / np.mean(view.intrinsics.focal)
-        for view in scene.views
-    ]
-    return float(np.median(sizes))
+    if missing:
+        said.append(f"marks in {named(sorted(missing))} are not used: no such photo is placed")
+    if useless:
+        said.append(
+            f"marks of {named(sorted(useless))} are not used: no such point in the table, and a "
+            "tie marker needs two placed photos"
+        )
+    return seen, list(ties.values()), said
 
 
 def require_width(local: Array) -> None:
@@ -217,15 +246,15 @@ def _fit_of(
     scene: SparseScene,
     point: ControlPoint,
     local: Array,
-    seen: tuple[npt.NDArray[np.int64], Array],
+    seen: Sighting,
     used: bool,
 ) -> PointFit:
-    place = _place(scene, seen)
+    place = seen.place(scene)
     residual = None
     if np.isfinite(place).all():
         dx, dy, dz = (float(v) for v in place - local)
         residual = (dx, dy, dz)
-    rows, pixels = seen
+    rows, pixels = seen.views, seen.pixels
     distances = [
         float(np.linalg.norm(scene.views[r].project(local)[0] - pixel))
         for r, pixel in zip(rows, pixels, strict=True)

@@ -16,8 +16,8 @@ from vomstudio.photogrammetry.control import (
     WANTED_PHOTOS,
     WANTED_POINTS,
     require_width,
-    some,
 )
+from vomstudio.photogrammetry.findings import named
 from vomstudio.photogrammetry.matching import PhotoLike
 
 LEAST_POINTS, LEAST_PHOTOS = 3, 2
@@ -129,9 +129,9 @@ def _problem(
     if len(places) < LEAST_POINTS:
         why = ""
         if no_photo:
-            why = f"; marks name photos that are not in the folder: {some(no_photo)}"
+            why = f"; marks name photos that are not in the folder: {named(sorted(no_photo))}"
         elif no_point:
-            why = f"; marks name points that the control does not have: {some(no_point)}"
+            why = f"; marks name points that the control does not have: {named(sorted(no_point))}"
         return (
             f"{LEAST_POINTS} control points, each marked in {LEAST_PHOTOS} or more of the photos, "
             f"are needed, and there {'is' if len(places) == 1 else 'are'} "
@@ -156,13 +156,13 @@ def _warnings(
     if not any(p.usable and p.use == "check" for p in points):
         yield "no check points judge the model independently"
     if unseen:
-        yield f"marked in fewer than {LEAST_PHOTOS} photos, so of no use: {some(unseen)}"
+        yield f"marked in fewer than {LEAST_PHOTOS} photos, so of no use: {named(sorted(unseen))}"
     if few:
-        yield f"marked in fewer than {WANTED_PHOTOS} photos: {some(few)}"
+        yield f"marked in fewer than {WANTED_PHOTOS} photos: {named(sorted(few))}"
     if no_point:
-        yield f"marked, but no control points: {some(no_point)}"
+        yield f"marked, but no control points: {named(sorted(no_point))}"
     if no_photo:
-        yield f"marks in {some(no_photo)} are not used: no such photo in the folder"
+        yield f"marks in {named(sorted(no_photo))} are not used: no such photo in the folder"
 
 
 def _crs(

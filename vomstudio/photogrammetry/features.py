@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 import json
+import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,7 +19,12 @@ from vomstudio.photogrammetry.engine import colmap
 if TYPE_CHECKING:
     from PIL import Image
 
-_VERSION = 1
+_VERSION = 2
+# COLMAP stops at the first whole level of the pyramid beyond 8192 places, which leaves 10 to 15
+# thousand features, as the level falls; so many are never fewer, and do not hang on where it falls.
+MOST_FEATURES = 16_000
+# A place has more than one feature where its gradients have more than one direction.
+_FEATURES_PER_PLACE = 1.17
 # Up to this size a photo is doubled first: its finest details still carry features, and the memory
 # of the doubled pyramid stays under 1 GB.
 _DOUBLED_UP_TO = 2000
@@ -33,7 +39,7 @@ class FeatureOptions:
     """
 
     max_size: int = 2000
-    max_features: int = 8192
+    max_features: int = MOST_FEATURES
 
 
 @dataclass(frozen=True)
@@ -160,14 +166,28 @@ def sift(
     settings.max_image_size = max(image.shape)
     settings.num_threads = 1
     settings.use_gpu = False
-    settings.sift.max_num_features = options.max_features
+    settings.sift.max_num_features = math.ceil(options.max_features / _FEATURES_PER_PLACE)
     settings.sift.first_octave = -1 if max(image.shape) <= _DOUBLED_UP_TO else 0
     extractor = pycolmap.FeatureExtractor.create(settings, pycolmap.Device.cpu)
     found, descriptors = extractor.extract_from_uint8_array(np.ascontiguousarray(image))
     keypoints = np.array(
         [(k.x, k.y, k.a11, k.a12, k.a21, k.a22) for k in found], np.float32
     ).reshape(-1, 6)
-    return keypoints, np.array(descriptors.data, np.uint8).reshape(-1, 128)
+    kept = _largest(keypoints, options.max_features)
+    return keypoints[kept], np.array(descriptors.data, np.uint8).reshape(-1, 128)[kept]
+
+
+def sizes(keypoints: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    """(n,) areas of the affine shapes of keypoints (n, 6)."""
+    k = keypoints
+    return np.abs(k[:, 2] * k[:, 5] - k[:, 3] * k[:, 4])
+
+
+def _largest(keypoints: npt.NDArray[np.float32], count: int) -> npt.NDArray[np.intp]:
+    """Rows of the largest `count`, in their order."""
+    if len(keypoints) <= count:
+        return np.arange(len(keypoints))
+    return np.sort(np.argsort(-sizes(keypoints), kind="stable")[:count])
 
 
 def extraction_memory(width: int, height: int, options: FeatureOptions) -> int:

@@ -108,11 +108,14 @@ def gps_registration(report: GpsReport) -> dict[str, Any]:
         "rms_m": report.rms_m,
         "sigma_m": report.sigma_m,
         "scale_error": report.scale_error,
+        "adjusted_together_with_the_cameras": report.adjusted,
+        "decisions": "; ".join(report.decisions),
         "rotation_error_deg": {
             "about_up": about_up,
             "about_east": about_east,
             "about_north": about_north,
         },
+        "lenses": [asdict(lens) for lens in report.lenses],
         "residuals": residuals,
         "warnings": list(report.warnings),
     }
@@ -128,18 +131,26 @@ def control_registration(report: ControlReport) -> dict[str, Any]:
         "rms_check_m": report.check_rms_m,
         "sigma_m": report.sigma_m,
         "adjusted_together_with_the_cameras": report.adjusted,
+        "decisions": "; ".join(report.decisions) or None,
         "rotation_error_deg": {
             "about_up": about_up,
             "about_east": about_east,
             "about_north": about_north,
         },
+        "lenses": [asdict(lens) for lens in report.lenses],
         "points": [asdict(point) for point in report.points],
         "warnings": list(report.warnings),
     }
 
 
-def calibration(cameras: Sequence[Calibration], photos: Sequence[Photo]) -> list[dict[str, Any]]:
-    """Each camera's parameters with their errors, and what was held."""
+def calibration(
+    cameras: Sequence[Calibration],
+    photos: Sequence[Photo],
+    scene: SparseScene,
+    registration: Mapping[str, Any],
+) -> list[dict[str, Any]]:
+    """Each camera's parameters with their errors, and what was held; where the placed scene was
+    adjusted to the ground, as it is then."""
     by_name = {photo.name: photo for photo in photos}
     rows = []
     for camera in cameras:
@@ -162,7 +173,24 @@ def calibration(cameras: Sequence[Calibration], photos: Sequence[Photo]) -> list
                 "rule": f"Focal length {camera.reason}.",
             }
         )
+        _then(rows[-1], set(camera.photos), scene, registration)
     return rows
+
+
+def _then(
+    row: dict[str, Any], photos: set[str], scene: SparseScene, registration: Mapping[str, Any]
+) -> None:
+    """What the adjustment to the ground made of a camera."""
+    for view in scene.views:
+        if view.name in photos and view.intrinsics.model == row["model"]:
+            row["params"] = list(view.intrinsics.params)
+            break
+    for lens in registration.get("lenses", []):
+        if photos & set(lens["photos"]):
+            row["rule"] += f" When the model was placed: {lens['reason']}."
+            if lens["freed"]:
+                row["focal"] = "freed"
+                row["sigma"] = [lens["sigma_px"], *row["sigma"][1:]]
 
 
 def model(cloud: PointCloud, mesh: Mesh, texture: Mapping[str, Any]) -> dict[str, Any]:

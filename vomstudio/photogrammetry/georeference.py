@@ -17,6 +17,8 @@ from vomstudio.geometry.similarity import (
     fit_robustly,
     rotation_covariance,
 )
+from vomstudio.photogrammetry.gps_priors import adjust_to_positions
+from vomstudio.photogrammetry.grounding import LensVerdict
 from vomstudio.photogrammetry.matching import PhotoLike
 from vomstudio.photogrammetry.scene import SparseScene
 
@@ -30,6 +32,8 @@ Array = npt.NDArray[np.float64]
 _WORST_DEG = 40.0
 _WARN_DEG = 2.0
 _SAME_SPOT_M = 0.5
+# Receivers state a horizontal radius of 68 %, which is so many errors of one coordinate.
+_RADIUS = 1.5
 # Radius of 68 % of an ordinary receiver's positions.
 _DEFAULT_ACCURACY_M = 3.0
 
@@ -47,6 +51,8 @@ class GpsReport:
     rotation_error_deg : (about east, about north, about up), one sigma
     tilt_error_deg : of the vertical; what dips may be wrong by
     heights : "above sea level" or "above the ellipsoid", as the photos state
+    adjusted : whether the positions entered the adjustment; decisions : why or why not, and what
+        became of the lenses, in words; lenses : the latter in numbers
     """
 
     names: tuple[str, ...]
@@ -60,13 +66,22 @@ class GpsReport:
     tilt_error_deg: float
     crs: str
     heights: str
+    adjusted: bool
+    decisions: tuple[str, ...]
+    lenses: tuple[LensVerdict, ...]
     warnings: tuple[str, ...]
 
 
 def by_gps(
-    scene: SparseScene, photos: Sequence[PhotoLike], crs: str | None = None
+    scene: SparseScene,
+    photos: Sequence[PhotoLike],
+    crs: str | None = None,
+    *,
+    threads: int = -1,
+    progress: Progress | None = None,
 ) -> tuple[SparseScene, GpsReport]:
-    """Place the scene by the positions that the photos state.
+    """Place the scene by the positions that the photos state, and adjust it with them where they
+    are good enough (see `gps_priors`).
 
     crs : a projected CRS in metres, "EPSG:n"; None for the UTM zone (WGS 84) of the photos
     Raises GeometryError where the positions cannot place it, with the reason; UsageError or
@@ -98,8 +113,57 @@ def by_gps(
     origin = integer_origin(world)
     local = world - origin
     # A receiver that states nothing is one that wanders: nothing within its reach is called wrong.
-    fit, used = fit_robustly(centres, local, floor=2.5 * (stated or _DEFAULT_ACCURACY_M / 2))
-    residuals = fit(centres) - local
+    floor = 2.5 * (stated or _DEFAULT_ACCURACY_M / 2)
+    fit, used = fit_robustly(centres, local, floor=floor)
+    quality = _quality(fit(centres), local, used, stated)
+    better, entered = adjust_to_positions(
+        moved(scene, fit, origin, crs),
+        rows,
+        local,
+        _each_sigma(placed, stated or quality.sigma),
+        threads=threads,
+        progress=progress,
+    )
+    if entered.adjusted:
+        _, used = fit_robustly(better.centres[rows], local, floor=floor)
+        quality = _quality(better.centres[rows], local, used, stated)
+    turn = quality.turn_deg
+    report = GpsReport(
+        tuple(photo.name for photo in placed),
+        quality.residuals,
+        used,
+        float(np.sqrt((quality.residuals[used] ** 2).sum(1).mean())),
+        quality.sigma,
+        fit.scale,
+        quality.scale_error,
+        (float(turn[0]), float(turn[1]), float(turn[2])),
+        math.hypot(turn[0], turn[1]),
+        crs,
+        _heights(placed),
+        entered.adjusted,
+        (entered.said, *(lens.reason for lens in entered.lenses)),
+        entered.lenses,
+        (),
+    )
+    report = replace(report, warnings=tuple(_warnings(report, scene, placed)))
+    return better, report
+
+
+@dataclass(frozen=True, eq=False)
+class _Quality:
+    """residuals : (n, 3); sigma : of one coordinate; turn_deg : (3,) about the axes"""
+
+    residuals: Array
+    sigma: float
+    scale_error: float
+    turn_deg: Array
+
+
+def _quality(
+    centres: Array, local: Array, used: npt.NDArray[np.bool_], stated: float | None
+) -> _Quality:
+    """What placed cameras are worth. Raises GeometryError where that is nothing."""
+    residuals = centres - local
     freedom = 3 * int(used.sum()) - 7
     sigma = math.sqrt(float((residuals[used] ** 2).sum()) / freedom)
     sigma = max(sigma, stated or 0.0)
@@ -111,30 +175,14 @@ def by_gps(
             f"({baseline:.1f} m about their middle); use control points"
         )
     covariance = rotation_covariance(local[used], sigma)
-    turn = np.degrees(np.sqrt(np.diag(covariance)))
-    tilt = math.hypot(turn[0], turn[1])
     worst = math.degrees(math.sqrt(float(np.linalg.eigvalsh(covariance)[-1])))
     if worst > _WORST_DEG:
         raise GeometryError(
             f"with positions good to {sigma:.1f} m the model could still turn by {worst:.0f}° "
             "about the line along which the photos were taken; use control points"
         )
-    report = GpsReport(
-        tuple(photo.name for photo in placed),
-        residuals,
-        used,
-        float(np.sqrt((residuals[used] ** 2).sum(1).mean())),
-        sigma,
-        fit.scale,
-        float(sigma / math.sqrt(float((inside**2).sum()))),
-        (float(turn[0]), float(turn[1]), float(turn[2])),
-        tilt,
-        crs,
-        _heights(placed),
-        (),
-    )
-    report = replace(report, warnings=tuple(_warnings(report, scene, placed)))
-    return moved(scene, fit, origin, crs), report
+    scale_error = float(sigma / math.sqrt(float((inside**2).sum())))
+    return _Quality(residuals, sigma, scale_error, np.degrees(np.sqrt(np.diag(covariance))))
 
 
 def by_control(
@@ -143,6 +191,8 @@ def by_control(
     marks: Path | None,
     crs: str | None = None,
     progress: Progress | None = None,
+    *,
+    threads: int = -1,
 ) -> tuple[SparseScene, ControlReport]:
     """Place the scene by the tables of control points and of their marks (see `io.control`).
 
@@ -159,8 +209,14 @@ def by_control(
             "control points need a table of their marks in the photos: label, photo, x, y",
             field="--marks",
         )
-    code = agreed_crs(control, crs)
-    return place_by_control(scene, points, read_marks(marks), code, progress=progress)
+    return place_by_control(
+        scene,
+        points,
+        read_marks(marks),
+        agreed_crs(control, crs),
+        threads=threads,
+        progress=progress,
+    )
 
 
 def moved(
@@ -218,9 +274,14 @@ def has_position(photo: PhotoLike) -> bool:
 
 
 def _stated_accuracy(photos: Sequence[PhotoLike]) -> float | None:
-    """Of one coordinate: receivers state a horizontal radius of 68 %."""
+    """Of one coordinate, of most photos."""
     stated = [p.gps_accuracy_m for p in photos if p.gps_accuracy_m]
-    return float(np.median(stated)) / 1.5 if len(stated) > len(photos) / 2 else None
+    return float(np.median(stated)) / _RADIUS if len(stated) > len(photos) / 2 else None
+
+
+def _each_sigma(photos: Sequence[PhotoLike], usual: float) -> Array:
+    """(n,) of one horizontal coordinate of each photo; `usual` where it states none."""
+    return np.array([(p.gps_accuracy_m or 0) / _RADIUS or usual for p in photos])
 
 
 def _require_width(centres: Array, spread: Array) -> None:

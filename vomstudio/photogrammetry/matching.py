@@ -21,7 +21,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.photogrammetry.engine import cancellable, colmap
-from vomstudio.photogrammetry.features import Features
+from vomstudio.photogrammetry.features import Features, sizes
 from vomstudio.progress import Progress
 
 Pair = tuple[int, int]
@@ -167,8 +167,7 @@ def _resembling(features: Sequence[Features]) -> set[Pair]:
     n = len(features)
     largest: list[npt.NDArray[np.float32]] = []
     for f in features:
-        size = np.abs(f.keypoints[:, 2] * f.keypoints[:, 5] - f.keypoints[:, 3] * f.keypoints[:, 4])
-        chosen = np.argsort(-size, kind="stable")[:_FOR_PRESELECTION]
+        chosen = np.argsort(-sizes(f.keypoints), kind="stable")[:_FOR_PRESELECTION]
         d = f.descriptors[chosen].astype(np.float32)
         largest.append(d / np.maximum(np.linalg.norm(d, axis=1, keepdims=True), 1e-6))
     score = np.zeros((n, n), np.int32)

@@ -10,14 +10,15 @@ points are counted as one. Otherwise it is held. An unknown one is always freed,
 where nothing determines it. Radial distortion is seen in the overlap of any two photos and is free
 where a camera has some photos.
 
-The rest of the lens, k2 and the principal point, is tried where the focal length is free and there
-are photos enough, the principal point of convergent photos only: others cannot tell it from a turn
-of the camera. Each is kept where what it does in the corner of the photo, beyond what k1, the focal
-length and a turn of the camera can do in its stead, is `LEAST_EFFECT_PX` or more, and it is
-determined, neighbouring tie points counted as one: k2 `LEAST_SIGMAS` of its errors from nothing,
-the principal point to `LARGEST_CENTRE_SIGMA`, well within what cameras differ by. Both are kept
-only where tie points that the adjustment has not seen fit no worse with them. Decentring (p1, p2)
-does nearly what a shift of the principal point does, and is left to it.
+The rest of the lens, k2 and the principal point, is tried where there are photos enough, the
+principal point only where the focal length is free and the photos converge: others cannot tell it
+from a turn of the camera, while k2, as k1, is seen in the overlap of any photos. Each is kept where
+what it does in the corner of the photo, beyond what k1, the focal length and a turn of the camera
+can do in its stead, is `LEAST_EFFECT_PX` or more, and it is determined, neighbouring tie points
+counted as one: k2 `LEAST_SIGMAS` of its errors from nothing, the principal point to
+`LARGEST_CENTRE_SIGMA`, well within what cameras differ by. Both are kept only where tie points that
+the adjustment has not seen fit no worse with them. Decentring (p1, p2) does nearly what a shift of
+the principal point does, and is left to it.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ import numpy.typing as npt
 CONVERGENT_DEG = 8.0
 FEWEST_PHOTOS = 6
 # A camera with fewer photos keeps the distortion it has.
-_FEWEST_FOR_DISTORTION = 2
+FEWEST_FOR_DISTORTION = 2
 LARGEST_SIGMA = 0.01
 LEAST_EFFECT_PX = 0.1
 LEAST_SIGMAS = 3.0
@@ -115,7 +116,7 @@ def decide(
     known : EXIF gives the focal length; photos : placed photos of the camera; convergence : of all
     photos of the part, degrees; trusted : the photos could be placed with that focal length
     """
-    distortion = photos >= _FEWEST_FOR_DISTORTION
+    distortion = photos >= FEWEST_FOR_DISTORTION
     axes = f"the directions of view spread by {convergence:.1f}°"
     weak = convergence < CONVERGENT_DEG
     if not known:
@@ -142,8 +143,8 @@ def decide(
 def enriched(freedom: Freedom, photos: int, convergence: float) -> Freedom:
     """What more of a camera is worth a trial, after `decide`."""
     enough = freedom.distortion and photos >= FEWEST_PHOTOS
-    second = enough and freedom.focal
-    return replace(freedom, second=second, centre=second and convergence >= CONVERGENT_DEG)
+    centre = enough and freedom.focal and convergence >= CONVERGENT_DEG
+    return replace(freedom, second=enough, centre=centre)
 
 
 def judge_second(focal: float, corner_px: float, k2: float, sigma: float) -> tuple[bool, str]:

@@ -271,7 +271,7 @@ class _Run:
         self.diary.log(f"VOM Studio {__version__}, {self.settings.as_dict()}")
         self._remember()
         photos = self._checked()
-        alignment, aligned = self._align(photos)
+        alignment, aligned = self._join(*self._align(photos))
         placed = self._place(alignment, photos, aligned)
         self._write_cameras(alignment, placed)
         straight, flat = self._undistort(placed, photos)
@@ -318,6 +318,24 @@ class _Run:
             stage.finish()
         return Alignment.load(stage.folder), stage
 
+    def _join(self, alignment: Alignment, aligned: Stage) -> tuple[Alignment, Stage]:
+        """Parts that markers hold together; what is marked otherwise waits for the placing."""
+        from vomstudio.photogrammetry.joined_alignment import join_alignment
+
+        control, marks = self.settings.control, self.settings.marks
+        files = [path and hash_file(path) for path in (control, marks)]
+        alignment, stage, said = join_alignment(
+            alignment,
+            lambda: self.checkpoints.stage("joined", aligned.key, *files),
+            control,
+            marks,
+            self.settings.threads,
+            self.diary,
+        )
+        for text in said:
+            self.diary.note(text)
+        return alignment, stage or aligned
+
     def _place(self, alignment: Alignment, photos: PhotoFolder, aligned: Stage) -> _Placed:
         """The largest part in World where control or GPS allow it, else upright and local."""
         from vomstudio.photogrammetry import georeference
@@ -331,14 +349,22 @@ class _Run:
         if not stage.done:
             self.diary.stage("Registering")
             part, facts = alignment.parts[0], {}
+            threads = settings.threads or -1
             try:
                 if settings.control is not None:
                     scene, fitted = georeference.by_control(
-                        part, settings.control, settings.marks, settings.crs, self.diary
+                        part,
+                        settings.control,
+                        settings.marks,
+                        settings.crs,
+                        self.diary,
+                        threads=threads,
                     )
                     facts = figures.control_registration(fitted)
                 else:
-                    scene, report = georeference.by_gps(part, photos.photos, settings.crs)
+                    scene, report = georeference.by_gps(
+                        part, photos.photos, settings.crs, threads=threads, progress=self.diary
+                    )
                     facts = figures.gps_registration(report)
             except GeometryError as error:
                 if settings.control is not None or settings.crs is not None:
@@ -491,6 +517,12 @@ class _Run:
         write_cameras_csv(self.outputs.cameras, cameras, force=True)
         write_cameras(self.outputs.poses, cameras, force=True)
         write_model(tie_points(scene), scene.crs, self.outputs.sparse, force=True)
+        # Of an earlier run, before markers joined them.
+        for folder in self.outputs.folder.glob("part[0-9]*"):
+            for name in (self.outputs.poses.name, self.outputs.sparse.name):
+                (folder / name).unlink(missing_ok=True)
+            with contextlib.suppress(OSError):
+                folder.rmdir()
         for number, part in enumerate(alignment.parts[1:], start=2):
             folder = self.outputs.folder / f"part{number}"
             folder.mkdir(exist_ok=True)
@@ -567,7 +599,9 @@ class _Run:
             "tie_points_of_3": int((lengths >= 3).sum()),
             "photo_rows": rows,
             "dense_gsd_m": figures.dense_gsd(rows, self.dense_px),
-            "calibration": figures.calibration(alignment.cameras, photos.photos),
+            "calibration": figures.calibration(
+                alignment.cameras, photos.photos, scene, placed.registration
+            ),
             "registration": placed.registration,
             "model": figures.model(cloud, textured, dressed.facts["report"]),
             "settings": self.settings.as_dict(),

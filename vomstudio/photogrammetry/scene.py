@@ -72,6 +72,14 @@ class SparseScene:
         """Rows of the points that photo number `view` observes."""
         return self.track_points[self.track_views == view]
 
+    def pixel_at(self, places: npt.NDArray[np.float64]) -> float:
+        """Size of a pixel of the photos at points (n, 3), in units of the scene."""
+        sizes = [
+            np.median(np.abs(view.depths(places))) / np.mean(view.intrinsics.focal)
+            for view in self.views
+        ]
+        return float(np.median(sizes))
+
     def save(self, folder: str | Path) -> None:
         """Write `scene.json` and `scene.npz` into an existing folder."""
         folder = Path(folder)

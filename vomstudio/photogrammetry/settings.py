@@ -36,7 +36,8 @@ QUALITIES = {
 class Settings:
     """quality : one of QUALITIES
     crs : "EPSG:n" of the model; None for the UTM zone of the cameras, where they have GPS
-    control, marks : tables of ground control points and where they are seen in the photos
+    control, marks : tables of ground control points and where they are seen in the photos; marks
+        of other labels tie photos together
     threads : None for as many as there are processors; with 1, the same seed gives the same model
     """
 

@@ -1,0 +1,75 @@
+"""Photos that no tie point joins, and the markers that do."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image, ImageOps
+
+from tests.photogrammetry import photo_set, rock_face
+from tests.process.reconstruction_runs import reconstruct
+from vomstudio.geometry.similarity import fit_similarity
+from vomstudio.io.cameras_file import read_cameras
+
+PLACES = np.array([[-2.0, -1.2], [2.0, -1.1], [1.8, 1.2], [-1.9, 1.1], [0.1, 0.2]])
+
+
+@pytest.fixture(scope="module")
+def two_parts(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """(folder of photos, marks): every other photo is a negative, in which no feature of the others
+    is found again."""
+    folder = photo_set.write_photos(tmp_path_factory.mktemp("joined") / "photos", 12)
+    views = photo_set.views(12)
+    for number in range(1, 13, 2):
+        path = folder / f"photo {number}.jpg"
+        with Image.open(path) as image:
+            ImageOps.invert(image).save(path, quality=95, exif=image.info["exif"])
+    vertices = rock_face.rough_face(9.0, 6.0, 0.03).vertices
+    rng = np.random.default_rng(0)
+    lines = ["label,photo,x,y"]
+    for label, place in zip("ABCDE", PLACES, strict=True):
+        point = vertices[np.linalg.norm(vertices[:, [0, 2]] - place, axis=1).argmin()]
+        for number, view in enumerate(views, start=1):
+            x, y = view.project(point)[0] + rng.normal(0, 0.3, 2)
+            if 0 < x < photo_set.SIZE[0] and 0 < y < photo_set.SIZE[1]:
+                lines.append(f"{label},photo {number}.jpg,{x:.3f},{y:.3f}")
+    marks = folder.parent / "marks.csv"
+    marks.write_text("\n".join(lines) + "\n")
+    return folder, marks
+
+
+@pytest.mark.slow
+def test_marks_join_the_parts_and_another_run_gives_the_same_bits(
+    two_parts: tuple[Path, Path], tmp_path: Path
+) -> None:
+    photos, marks = two_parts
+    out = tmp_path / "out"
+    alone = reconstruct(photos, out, "--threads", 1, "--seed", 0)
+    assert alone.code == 0, alone.err
+    assert alone.json["registered"] == 6
+    assert (out / "part2" / "cameras.json").exists()
+    end = reconstruct(photos, out, "--threads", 1, "--seed", 0, "--marks", marks)
+    assert end.code == 0, end.err
+    assert end.json["registered"] == 12
+    assert any("6 and 6 photos were joined by 5 markers" in w for w in end.json["warnings"])
+    assert not (out / "part2").exists()
+    truth = {f"photo {n}.jpg": view.centre for n, view in enumerate(photo_set.views(12), start=1)}
+    views = read_cameras(out / "cameras.json").views
+    wanted = np.array([truth[view.name] for view in views])
+    centres = np.array([view.centre for view in views])
+    miss = np.linalg.norm(fit_similarity(centres, wanted)(centres) - wanted, axis=1)
+    # The same as photos of this size without a gap between them.
+    assert np.median(miss) < 3 * photo_set.GSD
+    stage = next((out / "work").glob("joined-*"))
+    with np.load(stage / "part0" / "scene.npz") as arrays:
+        before = {name: arrays[name] for name in arrays.files}
+    assert json.loads((stage / "stage.json").read_text())["parts"] == 1
+    shutil.rmtree(stage)
+    again = reconstruct(photos, out, "--threads", 1, "--seed", 0, "--marks", marks)
+    assert again.code == 0, again.err
+    with np.load(stage / "part0" / "scene.npz") as arrays:
+        assert all(np.array_equal(arrays[name], before[name]) for name in arrays.files)
