@@ -158,7 +158,7 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
     ]
     result = PhotoFolder(root, [])
     pictures = candidates
-    candidates = _without_twins(pictures, root, result)
+    candidates = _without_twins(_with_text_names(pictures, root, result), root, result)
     progress.stage("reading photos", len(candidates))
     found_masks = _MaskFinder(root, masks)
     problems: dict[str, list[str]] = defaultdict(list)
@@ -180,7 +180,7 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
     for path in files:
         reason = _OTHERS.get(path.suffix.lower())
         if reason and not _has_photo_beside(path, pictures):
-            result.skipped.append((path.relative_to(root).as_posix(), reason))
+            result.skipped.append((_said(path.relative_to(root).as_posix()), reason))
     for path in found_masks.left():
         result.skipped.append((path.relative_to(root).as_posix(), "is a mask without its photo"))
     result.warnings += [f"{_names(names)}: {words}" for words, names in problems.items()]
@@ -219,7 +219,20 @@ def _listed(root: Path) -> list[Path]:
             f for f in folders if depth < _DEEPEST and not _is_other_folder(Path(here, f))
         )
         found += (Path(here, name) for name in names if not name.startswith("."))
-    return sorted((p for p in found if p.is_file()), key=lambda p: _natural(str(p)))
+    return sorted((p for p in found if p.is_file() or _leads_nowhere(p)), key=_by_name)
+
+
+def _by_name(path: Path) -> list[tuple[int, int, str]]:
+    return _natural(str(path))
+
+
+def _leads_nowhere(path: Path) -> bool:
+    return path.is_symlink() and not path.exists()
+
+
+def _said(name: str) -> str:
+    """A file name that can be printed, whatever its bytes."""
+    return name.encode("utf-8", "replace").decode()
 
 
 def _is_other_folder(folder: Path) -> bool:
@@ -249,6 +262,18 @@ def _is_mask(path: Path, root: Path) -> bool:
         return False
     inside = path.relative_to(root).parts[:-1]
     return bool(_MASK.search(path.stem)) or any(p.casefold() in _MASK_FOLDERS for p in inside)
+
+
+def _with_text_names(paths: Sequence[Path], root: Path, result: PhotoFolder) -> list[Path]:
+    """Leave out files whose name is no text: no table or report could name them."""
+    kept = []
+    for path in paths:
+        name = path.relative_to(root).as_posix()
+        if _said(name) == name:
+            kept.append(path)
+        else:
+            result.skipped.append((_said(name), "has a name that is no text (UTF-8); rename it"))
+    return kept
 
 
 def _without_twins(paths: Sequence[Path], root: Path, result: PhotoFolder) -> list[Path]:
@@ -282,6 +307,8 @@ def _without_twins(paths: Sequence[Path], root: Path, result: PhotoFolder) -> li
 
 def _read(path: Path, name: str) -> tuple[Photo, list[str]]:
     """The photo, and sentences about what in its header is nonsense. Raises InputError."""
+    if _leads_nowhere(path):
+        raise InputError("is a link to a file that is not there")
     try:
         if path.stat().st_size == 0:
             raise InputError("is empty (0 bytes)")
