@@ -12,12 +12,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from PIL import Image
 
 from tests.io import photo_maker
 from tests.photogrammetry import rock_face
-from tests.photogrammetry.rock_face import Array, Face
+from tests.photogrammetry.rock_face import Array, Face, looking
 from vomstudio.geometry.cameras import Intrinsics, View
 
 LATITUDE, LONGITUDE, GROUND = 46.0, 11.0, 300.0
@@ -48,7 +47,6 @@ class Survey:
     def write(self, folder: Path, *, samples: int = 2) -> Path:
         """The photos, where they are not there yet."""
         folder.mkdir(parents=True, exist_ok=True)
-        scene = self.face.scene()
         rng = np.random.default_rng(17)
         places = self.centres + rng.normal(0, self.gps_m or 0.0, (len(self.views), 3))
         for row, view in enumerate(self.views):
@@ -56,9 +54,7 @@ class Survey:
             if path.exists():
                 continue
             gain = self.gains[row] if self.gains else 1.0
-            pixels = rock_face.photograph(
-                self.face, view, scene=scene, seed=row, samples=samples, gain=gain
-            )
+            pixels = rock_face.photograph(self.face, view, seed=row, samples=samples, gain=gain)
             options: dict[str, Any] = {}
             said = self.exif(row, places[row])
             if said:
@@ -91,7 +87,7 @@ class Survey:
 def lens(
     focal: float, size: tuple[int, int] = SIZE, bent: Sequence[float] = (), off=(0.0, 0.0)
 ) -> Intrinsics:
-    """focal : in widths of the long side; bent : k1, k2, p1, p2; off : of the principal point, px"""
+    """focal : in long sides; bent : k1, k2, p1, p2; off : of the principal point, pixels"""
     f = focal * max(size)
     cx, cy = size[0] / 2 + off[0], size[1] / 2 + off[1]
     if not bent:
@@ -104,21 +100,6 @@ def upright(camera: Intrinsics) -> Intrinsics:
     named = (camera.height, camera.width)
     f = camera.focal[0]
     return Intrinsics.pinhole(*named, f, named[0] / 2, named[1] / 2)
-
-
-def looking(
-    name: str, camera: Intrinsics, place: Array, target: Array, roll_deg: float = 0.0
-) -> View:
-    """From a place to another, also straight down (then north is up in the photo)."""
-    z = np.asarray(target, float) - place
-    z /= np.linalg.norm(z)
-    up = np.array([0.0, 1.0, 0.0]) if abs(z[2]) > 0.98 else np.array([0.0, 0.0, 1.0])
-    x = np.cross(z, up)
-    x /= np.linalg.norm(x)
-    y = np.cross(z, x)
-    c, s = np.cos(np.radians(roll_deg)), np.sin(np.radians(roll_deg))
-    rotation = np.stack([c * x + s * y, c * y - s * x, z])
-    return View(name, camera, rotation, -rotation @ np.asarray(place, float))
 
 
 def arc(
@@ -236,7 +217,9 @@ def ground(width: float = 110.0, height: float = 90.0, seed: int = 21, finest: f
     face = rock_face.rough_face(width / scale, height / scale, 0.03, seed=seed)
     v = face.vertices * scale * [1, 0.6, 1]
     return Face(
-        np.column_stack([v[:, 0], v[:, 2], -v[:, 1]]), face.faces, rock_face.rock_paint(seed, finest)
+        np.column_stack([v[:, 0], v[:, 2], -v[:, 1]]),
+        face.faces,
+        rock_face.rock_paint(seed, finest),
     )
 
 
@@ -245,7 +228,7 @@ def boulder(radius: float = 1.5, seed: int = 31) -> Face:
     from scipy.ndimage import map_coordinates
 
     rng = np.random.default_rng(seed)
-    noise = rock_face._lattice(rng, 48)
+    noise = rock_face.lattice(rng, 48)
     n = 420
     u, w = np.meshgrid(np.linspace(0, 2 * np.pi, 2 * n), np.linspace(0.001, np.pi - 0.001, n))
     out = np.stack([np.cos(u) * np.sin(w), np.sin(u) * np.sin(w), np.cos(w)], -1).reshape(-1, 3)
@@ -316,7 +299,20 @@ def nadir_oblique(said: float | None = 25.0) -> Survey:
 def phones(said: bool = True) -> Survey:
     """One phone, its three lenses and both ways to hold it; one lens only once."""
     wide, one, tele = lens(26 / 36, bent=(0.05, -0.06)), lens(35 / 36), lens(52 / 36)
-    chosen = [wide, wide, upright(wide), one, wide, tele, upright(wide), tele, wide, one, wide, wide]
+    chosen = [
+        wide,
+        wide,
+        upright(wide),
+        one,
+        wide,
+        tele,
+        upright(wide),
+        tele,
+        wide,
+        one,
+        wide,
+        wide,
+    ]
     chosen += [tele, upright(tele)]
     views = arc(len(chosen), chosen, distance=10, half_deg=35, ending=".jpg", seed=6)
     film = tuple(c.focal[0] / max(c.width, c.height) * 36 for c in chosen)

@@ -11,6 +11,7 @@ that is kept where it explains the photos clearly better.
 
 from __future__ import annotations
 
+import itertools
 import shutil
 import sqlite3
 from collections.abc import Sequence
@@ -149,7 +150,7 @@ def _alike(
         }
         order = sorted(placed, key=lambda r: focal[r])
         clusters = [[order[0]]]
-        for before, row in zip(order, order[1:], strict=False):
+        for before, row in itertools.pairwise(order):
             if np.log(focal[row] / focal[before]) > _ALIKE:
                 clusters.append([])
             clusters[-1].append(row)
@@ -162,10 +163,9 @@ def _alike(
 
 
 def _better(one: Any, other: Any) -> bool:
-    return (
-        one.num_reg_images() >= other.num_reg_images()
-        and _error(one) < _CLEARLY_BETTER * _error(other)
-    )
+    return one.num_reg_images() >= other.num_reg_images() and _error(
+        one
+    ) < _CLEARLY_BETTER * _error(other)
 
 
 def _error(reconstruction: Any) -> float:

@@ -16,12 +16,13 @@ photos.
 
 The rest of the lens is tried where there are photos enough: k2, without which a block that looks
 one way bends like a dome, and of convergent photos with a free focal length the principal point,
-which others cannot tell from a turn of the camera. Each is kept where what it does in the corner of the photo, beyond what k1, the focal
-length and a turn of the camera can do in its stead, is `LEAST_EFFECT_PX` or more, and it is
-determined, neighbouring tie points counted as one: k2 `LEAST_SIGMAS` of its errors from nothing,
-the principal point to `LARGEST_CENTRE_SIGMA`, well within what cameras differ by. Both are kept
-only where tie points that the adjustment has not seen fit no worse with them. Decentring (p1, p2)
-does nearly what a shift of the principal point does, and is left to it.
+which others cannot tell from a turn of the camera. Each is kept where what it does in the corner of
+the photo, beyond what k1, the focal length and a turn of the camera can do in its stead, is
+`LEAST_EFFECT_PX` or more, and it is determined, neighbouring tie points counted as one: k2
+`LEAST_SIGMAS` of its errors from nothing, the principal point to `LARGEST_CENTRE_SIGMA`, well
+within what cameras differ by. Both are kept only where tie points that the adjustment has not seen
+fit no worse with them. Decentring (p1, p2) does nearly what a shift of the principal point does,
+and is left to it.
 """
 
 from __future__ import annotations
