@@ -12,6 +12,8 @@ from tests.photogrammetry.made_photos import LENS, Finder, Made, abreast, around
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.geometry.similarity import fit_similarity
 from vomstudio.photogrammetry.alignment import Alignment, Options, align
+from vomstudio.photogrammetry.findings import Finding
+from vomstudio.photogrammetry.scene_check import check_scene
 from vomstudio.progress import Silent
 
 
@@ -51,6 +53,10 @@ def test_five_photos_contradict_a_focal_length_that_is_a_quarter_off(
     assert abs(camera.values[0] - 1500) < 3 * camera.sigma[0]
     assert "EXIF" in camera.reason
     assert worst_centre(alignment, made) < 0.05
+    told = finding(alignment, "focal-wrong")
+    assert told is not None
+    assert told.value == pytest.approx(focal / 1500 - 1, abs=0.02)
+    assert len(told.photos) == 5
 
 
 def test_a_focal_length_that_is_right_is_not_contradicted(tmp_path: Path) -> None:
@@ -76,10 +82,19 @@ def test_an_unknown_focal_length_that_nothing_determines_is_that_of_a_usual_lens
     tmp_path: Path,
 ) -> None:
     made = make(tmp_path / "photos", abreast(6), face(relief=0.0), focal_px=None)
-    camera = aligned(made, tmp_path / "work").cameras[0]
+    alignment = aligned(made, tmp_path / "work")
+    camera = alignment.cameras[0]
     assert camera.focal == "held"
+    told = finding(alignment, "focal-vague")
+    assert told is not None
+    assert told.severity == "warning"
     assert camera.values[0] == pytest.approx(30 / 36 * 1600, rel=0.01)
     assert "assumed" in camera.reason
+
+
+def finding(alignment: Alignment, code: str) -> Finding | None:
+    report = check_scene(alignment.parts[0], cameras=alignment.cameras)
+    return next((f for f in report.findings if f.code == code), None)
 
 
 def test_lenses_are_told_apart_where_files_say_nothing(tmp_path: Path) -> None:
@@ -96,4 +111,6 @@ def test_lenses_are_told_apart_where_files_say_nothing(tmp_path: Path) -> None:
 
 def test_one_lens_is_not_taken_for_several(tmp_path: Path) -> None:
     made = make(tmp_path / "photos", around(8), face(), focal_px=None)
-    assert len(aligned(made, tmp_path / "work").cameras) == 1
+    alignment = aligned(made, tmp_path / "work")
+    assert len(alignment.cameras) == 1
+    assert finding(alignment, "focal-vague") is None
