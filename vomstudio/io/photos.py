@@ -10,7 +10,7 @@ import hashlib
 import os
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
@@ -18,11 +18,12 @@ from pathlib import Path
 from vomstudio.errors import InputError
 from vomstudio.io.camera_table import camera_label, find_camera
 from vomstudio.io.exif import Exif, read_exif
+from vomstudio.io.photo_masks import PICTURES, SAME_SHAPE, MaskFinder, is_mask
 from vomstudio.io.photo_pixels import opened
 from vomstudio.io.xmp import DroneTags, read_drone_tags
 from vomstudio.progress import Progress, Silent
 
-PHOTO_ENDINGS = (".jpg", ".jpeg", ".tif", ".tiff", ".png")
+PHOTO_ENDINGS = PICTURES
 _OTHERS = {
     **dict.fromkeys(
         (".heic", ".heif", ".avif"), "is HEIF: save it as JPEG with its EXIF, at full size"
@@ -37,12 +38,8 @@ _OTHERS = {
     ),
     **dict.fromkeys((".webp", ".bmp", ".gif", ".jp2"), "is no JPEG, TIFF or PNG: convert it"),
 }
-_MASK = re.compile(r"(?:[_.]mask)$", re.IGNORECASE)
-_MASK_FOLDERS = {"mask", "masks"}
 _DEEPEST = 3
 _FILM_WIDTH_MM = 36.0
-# A photo may be cropped by a line or two without being another picture.
-_SAME_SHAPE = 0.01
 
 
 @dataclass(frozen=True)
@@ -152,7 +149,7 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
     root = Path(folder)
     progress = progress or Silent()
     files = _listed(root)
-    masks = {path for path in files if _is_mask(path, root)}
+    masks = {path for path in files if is_mask(path, root)}
     candidates = [
         path for path in files if path.suffix.lower() in PHOTO_ENDINGS and path not in masks
     ]
@@ -160,7 +157,7 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
     pictures = candidates
     candidates = _without_twins(_with_text_names(pictures, root, result), root, result)
     progress.stage("reading photos", len(candidates))
-    found_masks = _MaskFinder(root, masks)
+    found_masks = MaskFinder(root, masks)
     problems: dict[str, list[str]] = defaultdict(list)
     for done, path in enumerate(candidates):
         progress.step(done)
@@ -255,13 +252,6 @@ def _natural(text: str) -> list[tuple[int, int, str]]:
         for part in re.split(r"(\d+)", text.casefold())
         if part
     ]
-
-
-def _is_mask(path: Path, root: Path) -> bool:
-    if path.suffix.lower() not in PHOTO_ENDINGS:
-        return False
-    inside = path.relative_to(root).parts[:-1]
-    return bool(_MASK.search(path.stem)) or any(p.casefold() in _MASK_FOLDERS for p in inside)
 
 
 def _with_text_names(paths: Sequence[Path], root: Path, result: PhotoFolder) -> list[Path]:
@@ -433,7 +423,7 @@ def _focal(
     as_taken, note = float(long_side), ""
     if tags.pixels is not None:
         was = max(tags.pixels), min(tags.pixels)
-        reshaped = abs(was[0] * short_side / (was[1] * long_side) - 1.0) > _SAME_SHAPE
+        reshaped = abs(was[0] * short_side / (was[1] * long_side) - 1.0) > SAME_SHAPE
         if long_side > 1.02 * was[0]:
             said.append(
                 f"has {width} x {height} pixels but was taken with {was[0]} x {was[1]}: it was "
@@ -468,69 +458,6 @@ def _focal(
     if drone.focal_px is not None and 0.2 < drone.focal_px / long_side < 20:
         return drone.focal_px, "calibration by the maker", None, said
     return None, None, None, said
-
-
-class _MaskFinder:
-    def __init__(self, root: Path, masks: Iterable[Path]) -> None:
-        self._by_name = {self._key(path): path for path in masks}
-        self._outside: dict[Path, dict[tuple[Path, str], Path]] = {}
-        self._root = root
-        self._used: set[Path] = set()
-
-    @staticmethod
-    def _key(path: Path) -> tuple[Path, str]:
-        return path.parent, path.name.casefold()
-
-    def of(self, photo: Photo) -> tuple[Path | None, str | None]:
-        """The photo's mask, or why the one that is there is not used."""
-        path = photo.path
-        for key in self._places(path):
-            found = self._by_name.get(key) or self._beside_root(key)
-            if found is not None and found != path:
-                self._used.add(found)
-                return self._checked(found, photo)
-        return None, None
-
-    def _places(self, path: Path) -> Iterable[tuple[Path, str]]:
-        stem, name = path.stem.casefold(), path.name.casefold()
-        marked = [f"{stem}_mask", f"{name}.mask", f"{name}_mask", f"{stem}.mask"]
-        for ending in (".png", ".jpg", ".jpeg", ".tif", ".tiff"):
-            for base in marked:
-                yield path.parent, base + ending
-            for folder in (path.parent / "masks", path.parent / "mask"):
-                for base in (*marked, name, stem):
-                    yield folder, base + ending
-            for folder in (path.parent.parent / "masks", path.parent.parent / "mask"):
-                for base in (*marked, name, stem):
-                    yield folder, base + ending
-
-    def _beside_root(self, key: tuple[Path, str]) -> Path | None:
-        """Masks in a folder beside the one that was named."""
-        folder = key[0]
-        if folder.parent != self._root.parent or folder.name not in _MASK_FOLDERS:
-            return None
-        if folder not in self._outside:
-            try:
-                self._outside[folder] = {self._key(p): p for p in folder.iterdir() if p.is_file()}
-            except OSError:
-                self._outside[folder] = {}
-        return self._outside[folder].get(key)
-
-    def _checked(self, mask: Path, photo: Photo) -> tuple[Path | None, str | None]:
-        try:
-            with opened(mask) as image:
-                size = image.size
-        except InputError as error:
-            return None, f"its mask {mask.name} is not used: {error.message.rstrip('.')}"
-        if size == (photo.width, photo.height):
-            return mask, None
-        said = f"{size[0]} x {size[1]} pixels, the photo {photo.width} x {photo.height}"
-        if abs(size[0] * photo.height / (size[1] * photo.width) - 1) <= _SAME_SHAPE:
-            return mask, f"its mask has {said}; it is stretched"
-        return None, f"its mask has another shape ({said}) and is not used"
-
-    def left(self) -> list[Path]:
-        return [path for path in self._by_name.values() if path not in self._used]
 
 
 def _with_mask(photo: Photo, mask: Path | None) -> Photo:
