@@ -16,15 +16,15 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.photogrammetry.rockface import (
+from tests.photogrammetry.dense_truth import (
     accuracy,
     completeness,
     look,
-    make_face,
-    photograph,
+    lying_face,
     tie_points,
     true_points,
 )
+from tests.photogrammetry.rock_face import photograph
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.depthmaps import DepthOptions, depth_map, make_task
 from vomstudio.photogrammetry.fusion import FusionOptions, fuse, neighbours_by_name
@@ -44,7 +44,7 @@ def jpeg(picture: np.ndarray) -> bytes:
 
 def survey():
     """The face, 12 undistorted photos in two rows, and the tie points."""
-    face = make_face()
+    face = lying_face()
     lens = Intrinsics.pinhole(1200, 864, FOCAL, 600.0, 432.0)
     rng = np.random.default_rng(11)
     photos: list[Undistorted] = []

@@ -79,7 +79,7 @@ def off_truth(mesh: Mesh, face: rock.Face) -> str:
     chosen = rng.choice(len(area), 100_000, p=area / area.sum())
     weights = rng.dirichlet(np.ones(3), len(chosen))
     points = (corners[chosen] * weights[..., None]).sum(1)
-    found = face.scene().compute_closest_points(o3d.core.Tensor(points.astype(np.float32)))
+    found = face.scene.compute_closest_points(o3d.core.Tensor(points.astype(np.float32)))
     off = np.linalg.norm(points - found["points"].numpy(), axis=1) * 1000
     cosine = (cross[chosen] * found["primitive_normals"].numpy()).sum(1) / area[chosen]
     turn = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
@@ -134,13 +134,10 @@ def main() -> None:
     views = rock.ring_of_views(2, columns, size=size, focal=1100.0 * scale)
     rng = np.random.default_rng(5)
     gains = np.exp(rng.normal(0, 0.12, (len(views), 1)) + rng.normal(0, 0.03, (len(views), 3)))
-    scene = face.scene()
     taken = []
     for k, view in enumerate(views):
         green = tuple(scale * v for v in GREEN) if k == min(3, len(views) - 1) else None
-        picture = rock.photograph(
-            face, view, scene=scene, gain=tuple(gains[k]), occluder=green, seed=k
-        )
+        picture = rock.photograph(face, view, gain=tuple(gains[k]), occluder=green, seed=k)
         taken.append(rock.taken(view, picture, ending=".jpg"))
     cloud = rock.cloud_of(face, views, spacing=0.0125, noise=0.002)
     print(f"{len(views)} photos of {size[0]} x {size[1]}, {len(cloud.points):,} points", flush=True)

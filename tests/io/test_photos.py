@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import time
 from datetime import datetime
@@ -382,6 +383,24 @@ def test_what_cannot_be_used_is_named_with_its_reason(tmp_path: Path) -> None:
         assert words in reasons[name]
     assert "notes.txt" not in reasons
     assert "good.CR2" not in reasons
+
+
+def test_links_to_nothing_and_names_that_are_no_text_are_named_and_left_out(
+    tmp_path: Path,
+) -> None:
+    maker.write_photo(tmp_path / "写真 1.jpg")
+    (tmp_path / "gone.jpg").symlink_to(tmp_path / "elsewhere" / "gone.jpg")
+    try:
+        maker.write_photo(tmp_path / os.fsdecode(b"b\xff.jpg"), seed=2)
+    except OSError:
+        pytest.skip("this disk takes no such names")
+    found = read_photos(tmp_path)
+    assert [photo.name for photo in found.photos] == ["写真 1.jpg"]
+    said = dict(found.skipped)
+    assert "link" in said.pop("gone.jpg")
+    ((other, reason),) = said.items()
+    assert "rename" in reason
+    assert other.encode()
 
 
 @pytest.mark.parametrize("cut", [0.2, 0.5, 0.9, 0.999])

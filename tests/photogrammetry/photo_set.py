@@ -29,13 +29,12 @@ def write_photos(folder: Path, count: int = 6, quality: int = 95) -> Path:
     """`count` overlapping JPEG photos, `photo 1.jpg` ..., whose EXIF tells the focal length."""
     folder.mkdir(parents=True, exist_ok=True)
     face = rock_face.rough_face(9.0, 6.0, 0.03)
-    scene = face.scene()
     said = exif_bytes(
         {0x010F: text("Maker"), 0x0110: text("Model")},
         {0x920A: rational(FOCAL / SIZE[0] * 36), 0xA405: short(round(FOCAL / SIZE[0] * 36))},
     )
     for number, view in enumerate(views(count), start=1):
-        picture = rock_face.photograph(face, view, scene=scene, seed=number)
+        picture = rock_face.photograph(face, view, seed=number)
         path = folder / f"photo {number}.jpg"
         Image.fromarray(picture).save(path, quality=quality, exif=said)
     return folder

@@ -7,8 +7,10 @@ function of position, so that what a texture should show is known everywhere.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +22,7 @@ Array = npt.NDArray[np.float64]
 SUN = np.array([-0.35, -0.75, 0.56]) / np.linalg.norm([-0.35, -0.75, 0.56])
 
 
-def _lattice(rng: np.random.Generator, size: int = 96) -> Array:
+def lattice(rng: np.random.Generator, size: int = 96) -> Array:
     from scipy.ndimage import gaussian_filter
 
     values = gaussian_filter(rng.standard_normal((size, size, size)), 0.6, mode="wrap")
@@ -29,13 +31,17 @@ def _lattice(rng: np.random.Generator, size: int = 96) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Face:
-    """vertices, faces : the true surface, fine. paint : colours (n, 3), 0..255, of points (n, 3)"""
+    """vertices, faces : the true surface, fine. paint : colours (n, 3), 0..255, of points (n, 3)
+    sun : towards it
+    """
 
     vertices: Array
     faces: npt.NDArray[np.int32]
     paint: Callable[[Array], Array]
+    sun: Array = field(default_factory=SUN.copy)
 
-    def scene(self):  # type: ignore[no-untyped-def]
+    @cached_property
+    def scene(self) -> Any:
         import open3d as o3d
 
         scene = o3d.t.geometry.RaycastingScene()
@@ -45,6 +51,48 @@ class Face:
         )
         return scene
 
+    def hits(self, origins: Array, directions: Array) -> tuple[Array, Array]:
+        """Distances (n,) in units of the directions, infinity for none; and triangles' normals."""
+        import open3d as o3d
+
+        packed = np.concatenate([np.broadcast_to(origins, directions.shape), directions], 1)
+        found = self.scene.cast_rays(o3d.core.Tensor(packed.astype(np.float32)))
+        return found["t_hit"].numpy(), found["primitive_normals"].numpy()
+
+    def distance(self, points: Array) -> Array:
+        """(n,) distances to the surface."""
+        import open3d as o3d
+
+        tensor = o3d.core.Tensor(np.ascontiguousarray(points, np.float32))
+        return self.scene.compute_distance(tensor).numpy()
+
+    def shade(self, normals: Array) -> Array:
+        return 0.55 + 0.45 * np.clip(normals @ self.sun, 0, 1)
+
+    def lying(self) -> Face:
+        """Turned on its back: y is where z was, and it faces +z."""
+        turn = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+        return Face(self.vertices @ turn.T, self.faces, self.paint, turn @ self.sun)
+
+    def scattered(self, count: int, rng: np.random.Generator) -> tuple[Array, Array]:
+        """Points (n, 3) spread evenly over the surface, and its normals there."""
+        corners = self.vertices[self.faces]
+        cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        area = np.linalg.norm(cross, axis=1) / 2
+        chosen = rng.choice(len(area), count, p=area / area.sum())
+        a, b = rng.random((2, count))
+        flip = a + b > 1
+        a[flip], b[flip] = 1 - a[flip], 1 - b[flip]
+        c = corners[chosen]
+        points = c[:, 0] + a[:, None] * (c[:, 1] - c[:, 0]) + b[:, None] * (c[:, 2] - c[:, 0])
+        return points, cross[chosen] / (2 * area[chosen, None])
+
+    @property
+    def area(self) -> float:
+        corners = self.vertices[self.faces]
+        cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        return float(np.linalg.norm(cross, axis=1).sum() / 2)
+
 
 def rough_face(
     width: float = 14.0,
@@ -53,8 +101,11 @@ def rough_face(
     *,
     seed: int = 7,
     joints: bool = True,
+    relief: float = 0.28,
+    ledge: float = 0.16,
+    slope: tuple[float, float] = (0.0, 0.0),
 ) -> Face:
-    """Roughness over seven octaves, with ledges and joint steps."""
+    """Roughness over seven octaves, with ledges and joint steps. slope : dy/dx, dy/dz"""
     from scipy.ndimage import map_coordinates
 
     rng = np.random.default_rng(seed)
@@ -70,12 +121,13 @@ def rough_face(
             amplitude, size = amplitude * gain, size / 2
         return total
 
-    depth = 0.28 * noise(3.0, 7, 0.47)
+    depth = relief * noise(3.0, 7, 0.47)
     if joints:
         steps = noise(2.2, 3, 0.45) + 0.35 * x - 0.2 * z[:, None]
-        depth += 0.16 * np.floor(1.3 * steps)
+        depth += ledge * np.floor(1.3 * steps)
     xx, zz = np.meshgrid(x - width / 2, z - height / 2)
-    vertices = np.stack([xx, depth - depth.mean(), zz], -1).reshape(-1, 3)
+    depth += slope[0] * xx + slope[1] * zz - depth.mean()
+    vertices = np.stack([xx, depth, zz], -1).reshape(-1, 3)
     return Face(vertices, grid_faces(nz, nx), rock_paint(seed))
 
 
@@ -100,12 +152,12 @@ def rock_paint(seed: int, finest: float = 0.02) -> Callable[[Array], Array]:
     from scipy.ndimage import map_coordinates
 
     rng = np.random.default_rng(seed + 1)
-    lattice = _lattice(rng)
+    grid = lattice(rng)
     cells = ((30 * finest, 0.55), (8.5 * finest, 0.5), (2.75 * finest, 0.45), (finest, 0.45))
 
     def paint(points: Array) -> Array:
         def at(cell: float, shift: float) -> Array:
-            return map_coordinates(lattice, (points / cell + shift).T, order=1, mode="grid-wrap")
+            return map_coordinates(grid, (points / cell + shift).T, order=1, mode="grid-wrap")
 
         tone = sum(weight * at(cell, 3.1 * k) for k, (cell, weight) in enumerate(cells))
         hue = at(40 * finest, 9.3)
@@ -156,11 +208,23 @@ def ring_of_views(
     return views
 
 
-def looking(name: str, lens: Intrinsics, place: Array, target: Array) -> View:
-    forward = (target - place) / np.linalg.norm(target - place)
-    right = np.cross(forward, [0.0, 0.0, 1.0])
-    right /= np.linalg.norm(right)
-    rotation = np.stack([right, np.cross(forward, right), forward])
+def looking(
+    name: str,
+    lens: Intrinsics,
+    place: npt.ArrayLike,
+    target: npt.ArrayLike,
+    roll_deg: float = 0.0,
+    up: tuple[float, float, float] = (0.0, 0.0, 1.0),
+) -> View:
+    """The view from a place to another; straight up or down, y is up in the photo."""
+    place = np.asarray(place, float)
+    z = np.asarray(target, float) - place
+    z /= np.linalg.norm(z)
+    x = np.cross(z, up if abs(z @ up) < 0.98 else (0.0, 1.0, 0.0))
+    x /= np.linalg.norm(x)
+    y = np.cross(z, x)
+    c, s = np.cos(np.radians(roll_deg)), np.sin(np.radians(roll_deg))
+    rotation = np.stack([c * x + s * y, c * y - s * x, z])
     return View(name, lens, rotation, -rotation @ place)
 
 
@@ -175,27 +239,24 @@ def photograph(
     shaded: bool = True,
     occluder: tuple[float, float, float, float] | None = None,
     seed: int = 0,
-    scene: object = None,
 ) -> npt.NDArray[np.uint8]:
     """(h, w, 3) RGB. occluder : x, y, half width, half height, pixels, of a green thing in front"""
     import cv2
-    import open3d as o3d
 
-    scene = scene or face.scene()
     width, height = view.intrinsics.width, view.intrinsics.height
     x, y = np.meshgrid(
         (np.arange(width * samples) + 0.5) / samples, (np.arange(height * samples) + 0.5) / samples
     )
     rays = view.rays(np.stack([x.ravel(), y.ravel()], 1))
-    packed = np.concatenate([np.broadcast_to(view.centre, rays.shape), rays], 1)
-    hits = scene.cast_rays(o3d.core.Tensor(packed.astype(np.float32)))  # type: ignore[attr-defined]
-    reach = hits["t_hit"].numpy()
-    hit = np.isfinite(reach)
+    # Beyond the edge of the lens there is nothing.
+    beyond = ~np.isfinite(rays).all(axis=1)
+    rays[beyond] = view.direction
+    reach, normals = face.hits(view.centre, rays)
+    hit = np.isfinite(reach) & ~beyond
     colors = np.full((len(rays), 3), 205.0)
-    points = view.centre + rays[hit] * reach[hit][:, None]
-    colors[hit] = face.paint(points)
+    colors[hit] = face.paint(view.centre + rays[hit] * reach[hit, None])
     if shaded:
-        colors[hit] *= shade(hits["primitive_normals"].numpy()[hit])[:, None]
+        colors[hit] *= face.shade(normals[hit])[:, None]
     picture = colors.reshape(height, samples, width, samples, 3).mean((1, 3)) * np.asarray(gain)
     if occluder is not None:
         cx, cy, rx, ry = occluder
@@ -206,10 +267,6 @@ def photograph(
         picture = cv2.GaussianBlur(picture, (0, 0), blur)
     picture = picture + np.random.default_rng(seed).normal(0, noise, picture.shape)
     return np.clip(np.rint(picture), 0, 255).astype(np.uint8)
-
-
-def shade(normals: Array) -> Array:
-    return 0.55 + 0.45 * np.clip(normals @ SUN, 0, 1)
 
 
 def encoded(picture: npt.NDArray[np.uint8], ending: str = ".png") -> bytes:
@@ -232,35 +289,19 @@ def cloud_of(
     face: Face, views: list[View], *, spacing: float, noise: float = 0.0, seed: int = 1
 ) -> PointCloud:
     """What a dense matching would leave: points of the face that at least two views see."""
-    import open3d as o3d
-
     rng = np.random.default_rng(seed)
-    scene = face.scene()
-    corners = face.vertices[face.faces]
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    area = np.linalg.norm(cross, axis=1) / 2
-    count = int(area.sum() / spacing**2)
-    chosen = rng.choice(len(area), count, p=area / area.sum())
-    a, b = rng.random((2, count))
-    flip = a + b > 1
-    a[flip], b[flip] = 1 - a[flip], 1 - b[flip]
-    c = corners[chosen]
-    points = c[:, 0] + a[:, None] * (c[:, 1] - c[:, 0]) + b[:, None] * (c[:, 2] - c[:, 0])
-    normals = cross[chosen] / (2 * area[chosen, None])
-    seen = np.zeros(count, int)
+    points, normals = face.scattered(int(face.area / spacing**2), rng)
+    seen = np.zeros(len(points), int)
     for view in views:
         pixels = view.project(points)
         inside = view.contains(np.nan_to_num(pixels, nan=-1.0))
         rays = points - view.centre
         reach = np.linalg.norm(rays, axis=1)
-        packed = np.concatenate(
-            [np.broadcast_to(view.centre, rays.shape), rays / reach[:, None]], 1
-        )
-        hit = scene.cast_rays(o3d.core.Tensor(packed.astype(np.float32)))["t_hit"].numpy()
+        hit, _ = face.hits(view.centre, rays / reach[:, None])
         seen += inside & (hit > reach - 0.2 * spacing) & ((rays * normals).sum(1) < -0.17 * reach)
     keep = seen >= 2
     points, normals = points[keep], normals[keep]
-    colors = np.clip(face.paint(points) * shade(normals)[:, None], 0, 255).astype(np.uint8)
+    colors = np.clip(face.paint(points) * face.shade(normals)[:, None], 0, 255).astype(np.uint8)
     points = points + rng.normal(0, noise, points.shape) if noise else points
     turned = normals + rng.normal(0, 0.08, normals.shape) if noise else normals
     turned = turned / np.linalg.norm(turned, axis=1, keepdims=True)

@@ -6,16 +6,16 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.photogrammetry.rockface import (
+from tests.photogrammetry.dense_truth import (
     accuracy,
     completeness,
     look,
-    make_face,
-    photograph,
+    lying_face,
     tie_points,
     true_depth,
     true_points,
 )
+from tests.photogrammetry.rock_face import photograph
 from vomstudio.errors import GeometryError, InputError
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.depthmaps import (
@@ -65,12 +65,12 @@ def maps_of(photos, scene, **choice):
 
 
 def plane(slope=(0.0, 0.0)):
-    return make_face((5.0, 4.0), 0.02, relief=0.0, step=0.0, slope=slope)
+    return lying_face((5.0, 4.0), 0.02, relief=0.0, ledge=0.0, slope=slope)
 
 
 @pytest.fixture(scope="module")
 def rock():
-    return make_face((5.0, 4.0), 0.01, relief=0.12, step=0.05, seed=3)
+    return lying_face((5.0, 4.0), 0.01, relief=0.12, ledge=0.05, seed=3)
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.photogrammetry.rockface import look
+from tests.photogrammetry.dense_truth import look
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.depthmaps import DepthMap

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.photogrammetry.rockface import look
+from tests.photogrammetry.dense_truth import look
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.pairs import choose_pairs

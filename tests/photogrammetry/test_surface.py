@@ -195,7 +195,7 @@ def test_the_face_of_rock_is_met_within_millimetres():
     views = rock.ring_of_views(1, 3, spread=(2.0, 0), distance=3.0, size=(300, 200), focal=250.0)
     cloud = rock.cloud_of(face, views, spacing=0.014, noise=0.001)
     mesh = make_surface(cloud, SurfaceOptions(faces=20_000))
-    found = face.scene().compute_closest_points(o3d.core.Tensor(mesh.vertices.astype(np.float32)))
+    found = face.scene.compute_closest_points(o3d.core.Tensor(mesh.vertices.astype(np.float32)))
     off = np.linalg.norm(mesh.vertices - found["points"].numpy(), axis=1)
     assert np.median(off) < 0.0015
     assert np.percentile(off, 95) < 0.012

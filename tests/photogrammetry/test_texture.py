@@ -42,12 +42,11 @@ def cameras(lens: str = "pinhole", rows: int = 1, columns: int = 4) -> list:
 
 
 def photos(face: rock.Face, views: list, **how) -> list:
-    scene = face.scene()
     return [
         rock.taken(
             view,
             rock.photograph(
-                face, view, scene=scene, seed=k, shaded=False, noise=1.0,
+                face, view, seed=k, shaded=False, noise=1.0,
                 **{name: value[k] for name, value in how.items()},
             ),
         )

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from tests.photogrammetry.rock_face import Face, shade
+from tests.photogrammetry.rock_face import Face
 from vomstudio.geometry.mesh import Mesh
 
 Array = npt.NDArray[np.float64]
@@ -126,11 +126,11 @@ def compare(
     drawn[there] = sample_pages(
         mesh, pages, number[there], hits["primitive_uvs"].numpy()[there].astype(float)
     )
-    fine, seen, points = cast(face.scene(), 2)
+    fine, seen, points = cast(face.scene, 2)
     true = np.zeros((2 * h, 2 * w, 3))
     true[seen] = face.paint(points[seen])
     if shaded:
-        true[seen] *= shade(fine["primitive_normals"].numpy()[seen])[:, None]
+        true[seen] *= face.shade(fine["primitive_normals"].numpy()[seen])[:, None]
     true = true.reshape(h, 2, w, 2, 3).mean((1, 3))
     covered = there & seen.reshape(h, 2, w, 2).all((1, 3))
     return Comparison(drawn, true, covered, np.where(there, number, -1))

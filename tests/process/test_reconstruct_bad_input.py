@@ -104,15 +104,12 @@ def mixed(photos: Path, tmp_path: Path) -> Path:
     """Six good photos of several sizes and orientations, and what else lies about in folders."""
     folder = only(photos, tmp_path / "mixed", 1, 2, 3, 4)
     face, views = rock_face.rough_face(9.0, 6.0, 0.03), photo_set.views()
-    scene = face.scene()
-    upright = rock_face.photograph(face, views[4], scene=scene, seed=5)
+    upright = rock_face.photograph(face, views[4], seed=5)
     turned = np.ascontiguousarray(np.rot90(upright))
     Image.fromarray(turned).save(folder / "photo 5.jpg", quality=95)
     lens = views[5].intrinsics.scaled(480, 360)
     larger = View(views[5].name, lens, views[5].rotation, views[5].translation)
-    Image.fromarray(rock_face.photograph(face, larger, scene=scene, seed=6)).save(
-        folder / "photo 6.png"
-    )
+    Image.fromarray(rock_face.photograph(face, larger, seed=6)).save(folder / "photo 6.png")
     good = (photos / "photo 6.jpg").read_bytes()
     (folder / "cut off.jpg").write_bytes(good[:20000])
     (folder / "scrambled.jpg").write_bytes(good[:3000] + os.urandom(5000) + good[-2:])

@@ -10,7 +10,7 @@ import hashlib
 import os
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
@@ -18,11 +18,12 @@ from pathlib import Path
 from vomstudio.errors import InputError
 from vomstudio.io.camera_table import camera_label, find_camera
 from vomstudio.io.exif import Exif, read_exif
+from vomstudio.io.mask_files import PICTURES, SAME_SHAPE, MaskFinder, is_mask
 from vomstudio.io.photo_pixels import opened
 from vomstudio.io.xmp import DroneTags, read_drone_tags
 from vomstudio.progress import Progress, Silent
 
-PHOTO_ENDINGS = (".jpg", ".jpeg", ".tif", ".tiff", ".png")
+PHOTO_ENDINGS = PICTURES
 _OTHERS = {
     **dict.fromkeys(
         (".heic", ".heif", ".avif"), "is HEIF: save it as JPEG with its EXIF, at full size"
@@ -37,12 +38,8 @@ _OTHERS = {
     ),
     **dict.fromkeys((".webp", ".bmp", ".gif", ".jp2"), "is no JPEG, TIFF or PNG: convert it"),
 }
-_MASK = re.compile(r"(?:[_.]mask)$", re.IGNORECASE)
-_MASK_FOLDERS = {"mask", "masks"}
 _DEEPEST = 3
 _FILM_WIDTH_MM = 36.0
-# A photo may be cropped by a line or two without being another picture.
-_SAME_SHAPE = 0.01
 
 
 @dataclass(frozen=True)
@@ -152,15 +149,15 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
     root = Path(folder)
     progress = progress or Silent()
     files = _listed(root)
-    masks = {path for path in files if _is_mask(path, root)}
+    masks = {path for path in files if is_mask(path, root)}
     candidates = [
         path for path in files if path.suffix.lower() in PHOTO_ENDINGS and path not in masks
     ]
     result = PhotoFolder(root, [])
     pictures = candidates
-    candidates = _without_twins(pictures, root, result)
+    candidates = _without_twins(_with_text_names(pictures, root, result), root, result)
     progress.stage("reading photos", len(candidates))
-    found_masks = _MaskFinder(root, masks)
+    found_masks = MaskFinder(root, masks)
     problems: dict[str, list[str]] = defaultdict(list)
     for done, path in enumerate(candidates):
         progress.step(done)
@@ -180,7 +177,7 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
     for path in files:
         reason = _OTHERS.get(path.suffix.lower())
         if reason and not _has_photo_beside(path, pictures):
-            result.skipped.append((path.relative_to(root).as_posix(), reason))
+            result.skipped.append((_said(path.relative_to(root).as_posix()), reason))
     for path in found_masks.left():
         result.skipped.append((path.relative_to(root).as_posix(), "is a mask without its photo"))
     result.warnings += [f"{_names(names)}: {words}" for words, names in problems.items()]
@@ -219,7 +216,20 @@ def _listed(root: Path) -> list[Path]:
             f for f in folders if depth < _DEEPEST and not _is_other_folder(Path(here, f))
         )
         found += (Path(here, name) for name in names if not name.startswith("."))
-    return sorted((p for p in found if p.is_file()), key=lambda p: _natural(str(p)))
+    return sorted((p for p in found if p.is_file() or _leads_nowhere(p)), key=_by_name)
+
+
+def _by_name(path: Path) -> list[tuple[int, int, str]]:
+    return _natural(str(path))
+
+
+def _leads_nowhere(path: Path) -> bool:
+    return path.is_symlink() and not path.exists()
+
+
+def _said(name: str) -> str:
+    """A file name that can be printed, whatever its bytes."""
+    return name.encode("utf-8", "replace").decode()
 
 
 def _is_other_folder(folder: Path) -> bool:
@@ -244,11 +254,16 @@ def _natural(text: str) -> list[tuple[int, int, str]]:
     ]
 
 
-def _is_mask(path: Path, root: Path) -> bool:
-    if path.suffix.lower() not in PHOTO_ENDINGS:
-        return False
-    inside = path.relative_to(root).parts[:-1]
-    return bool(_MASK.search(path.stem)) or any(p.casefold() in _MASK_FOLDERS for p in inside)
+def _with_text_names(paths: Sequence[Path], root: Path, result: PhotoFolder) -> list[Path]:
+    """Leave out files whose name is no text: no table or report could name them."""
+    kept = []
+    for path in paths:
+        name = path.relative_to(root).as_posix()
+        if _said(name) == name:
+            kept.append(path)
+        else:
+            result.skipped.append((_said(name), "has a name that is no text (UTF-8); rename it"))
+    return kept
 
 
 def _without_twins(paths: Sequence[Path], root: Path, result: PhotoFolder) -> list[Path]:
@@ -282,6 +297,8 @@ def _without_twins(paths: Sequence[Path], root: Path, result: PhotoFolder) -> li
 
 def _read(path: Path, name: str) -> tuple[Photo, list[str]]:
     """The photo, and sentences about what in its header is nonsense. Raises InputError."""
+    if _leads_nowhere(path):
+        raise InputError("is a link to a file that is not there")
     try:
         if path.stat().st_size == 0:
             raise InputError("is empty (0 bytes)")
@@ -406,7 +423,7 @@ def _focal(
     as_taken, note = float(long_side), ""
     if tags.pixels is not None:
         was = max(tags.pixels), min(tags.pixels)
-        reshaped = abs(was[0] * short_side / (was[1] * long_side) - 1.0) > _SAME_SHAPE
+        reshaped = abs(was[0] * short_side / (was[1] * long_side) - 1.0) > SAME_SHAPE
         if long_side > 1.02 * was[0]:
             said.append(
                 f"has {width} x {height} pixels but was taken with {was[0]} x {was[1]}: it was "
@@ -441,68 +458,6 @@ def _focal(
     if drone.focal_px is not None and 0.2 < drone.focal_px / long_side < 20:
         return drone.focal_px, "calibration by the maker", None, said
     return None, None, None, said
-
-
-class _MaskFinder:
-    def __init__(self, root: Path, masks: Iterable[Path]) -> None:
-        self._by_name = {self._key(path): path for path in masks}
-        self._outside: dict[Path, dict[tuple[Path, str], Path]] = {}
-        self._root = root
-        self._used: set[Path] = set()
-
-    @staticmethod
-    def _key(path: Path) -> tuple[Path, str]:
-        return path.parent, path.name.casefold()
-
-    def of(self, photo: Photo) -> tuple[Path | None, str | None]:
-        """The photo's mask, or why the one that is there is not used. Of several the first counts,
-        which is the one that is drawn here."""
-        path = photo.path
-        places = (self._by_name.get(key) or self._beside_root(key) for key in self._places(path))
-        found = list(dict.fromkeys(p for p in places if p is not None and p != path))
-        self._used.update(found)
-        return self._checked(found[0], photo) if found else (None, None)
-
-    def _places(self, path: Path) -> Iterable[tuple[Path, str]]:
-        stem, name = path.stem.casefold(), path.name.casefold()
-        marked = [f"{stem}_mask", f"{name}.mask", f"{name}_mask", f"{stem}.mask"]
-        for ending in (".png", ".jpg", ".jpeg", ".tif", ".tiff"):
-            for base in marked:
-                yield path.parent, base + ending
-            for folder in (path.parent / "masks", path.parent / "mask"):
-                for base in (*marked, name, stem):
-                    yield folder, base + ending
-            for folder in (path.parent.parent / "masks", path.parent.parent / "mask"):
-                for base in (*marked, name, stem):
-                    yield folder, base + ending
-
-    def _beside_root(self, key: tuple[Path, str]) -> Path | None:
-        """Masks in a folder beside the one that was named."""
-        folder = key[0]
-        if folder.parent != self._root.parent or folder.name not in _MASK_FOLDERS:
-            return None
-        if folder not in self._outside:
-            try:
-                self._outside[folder] = {self._key(p): p for p in folder.iterdir() if p.is_file()}
-            except OSError:
-                self._outside[folder] = {}
-        return self._outside[folder].get(key)
-
-    def _checked(self, mask: Path, photo: Photo) -> tuple[Path | None, str | None]:
-        try:
-            with opened(mask) as image:
-                size = image.size
-        except InputError as error:
-            return None, f"its mask {mask.name} is not used: {error.message.rstrip('.')}"
-        if size == (photo.width, photo.height):
-            return mask, None
-        said = f"{size[0]} x {size[1]} pixels, the photo {photo.width} x {photo.height}"
-        if abs(size[0] * photo.height / (size[1] * photo.width) - 1) <= _SAME_SHAPE:
-            return mask, f"its mask has {said}; it is stretched"
-        return None, f"its mask has another shape ({said}) and is not used"
-
-    def left(self) -> list[Path]:
-        return [path for path in self._by_name.values() if path not in self._used]
 
 
 def _with_mask(photo: Photo, mask: Path | None) -> Photo:

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.photogrammetry import mapping, matching
+from vomstudio.photogrammetry import lenses, mapping, matching
 from vomstudio.photogrammetry.calibration import calibrate
 from vomstudio.photogrammetry.features import (
     MOST_FEATURES,
@@ -150,6 +150,8 @@ def align(
         raise InputError(_no_overlap(photos, features, best))
     settings = mapping.MappingOptions(options.mapper, threads, options.seed)  # type: ignore[arg-type]
     found, notes = mapping.map_photos(database, photos, work, settings, progress)
+    told = lenses.separate(database, photos, features, work, settings, found, progress)
+    found, notes = told or (found, notes)
     if not found:
         raise InputError(
             "the photos have points in common, but no two of them can be placed: step aside "

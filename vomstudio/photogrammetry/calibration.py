@@ -45,24 +45,42 @@ def calibrate(
     factors = _factors(reconstruction, by_camera)
     back = False
     for number, rows in by_camera.items():
-        exif = photos[rows[0]].focal_px
-        if exif is None or not freedoms[number].focal or not trusted:
+        if not freedoms[number].focal:
             continue
         relative = _focal_sigma(reconstruction, number, covariances) * factors[number]
-        if not relative <= priors.LARGEST_SIGMA:
+        lens = photos[rows[0]]
+        held = priors.held_instead(lens.focal_px, max(lens.width, lens.height), relative, trusted)
+        if held is not None:
             freedoms[number] = replace(freedoms[number], focal=False)
-            priors.set_focal(reconstruction, number, exif)
-            reasons[number] = (
-                f"held at the value from EXIF: freed, its error would be {100 * relative:.1f} %"
-            )
+            value, reasons[number] = held
+            priors.set_focal(reconstruction, number, value)
             back = True
     if back:
         covariances = adjust(reconstruction, freedoms, threads=threads, progress=progress)
-        factors = _factors(reconstruction, by_camera)
-    wider = _widened(reconstruction, by_camera, freedoms, reasons, convergence, threads, progress)
-    if wider is not None:
-        reconstruction, freedoms, covariances = wider
-        factors = _factors(reconstruction, by_camera)
+    given = dict(reasons)
+
+    def widen() -> None:
+        nonlocal reconstruction, freedoms, covariances
+        reasons.update(given)
+        wider = _widened(
+            reconstruction, by_camera, freedoms, reasons, convergence, threads, progress
+        )
+        if wider is not None:
+            reconstruction, freedoms, covariances = wider
+
+    widen()
+    held_to_exif = [
+        number
+        for number, rows in by_camera.items()
+        if photos[rows[0]].focal_px is not None and not freedoms[number].focal
+    ]
+    against = _contradicted(
+        reconstruction, by_camera, freedoms, held_to_exif, given, threads, progress
+    )
+    if against is not None:
+        reconstruction, freedoms, covariances = against
+        widen()
+    factors = _factors(reconstruction, by_camera)
     return reconstruction, [
         _describe(
             reconstruction.camera(number),
@@ -75,6 +93,49 @@ def calibrate(
         )
         for number, rows in sorted(by_camera.items())
     ]
+
+
+def _contradicted(
+    base: Any,
+    by_camera: dict[int, list[int]],
+    freedoms: dict[int, Freedom],
+    numbers: Sequence[int],
+    reasons: dict[int, str],
+    threads: int,
+    progress: Progress,
+) -> tuple[Any, dict[int, Freedom], dict[int, Covariance]] | None:
+    """(reconstruction, freedoms, covariances) without the focal lengths from EXIF of the cameras
+    `numbers`, where the photos speak clearly against them; else None. Tells `reasons` of it; `base`
+    stays."""
+    if not numbers:
+        return None
+    progress.step(0)
+    tried = {n: replace(f, focal=f.focal or n in numbers) for n, f in freedoms.items()}
+    trial = _with_lenses(base, tried)
+    covariances = adjust(trial, tried, threads=threads, progress=progress)
+    factors = _factors(trial, by_camera)
+    wrong = {}
+    for number in numbers:
+        exif, focal = (float(r.camera(number).params[0]) for r in (base, trial))
+        sigma = _focal_sigma(trial, number, covariances) * factors[number]
+        if priors.far_from_exif(focal / exif, sigma):
+            wrong[number] = f"{100 * (exif / focal - 1):+.0f} %"
+    if not wrong:
+        return None
+    if len(wrong) < len(numbers):
+        tried = {n: replace(f, focal=f.focal or n in wrong) for n, f in freedoms.items()}
+        trial = _with_lenses(base, tried)
+        covariances = adjust(trial, tried, threads=threads, progress=progress)
+    before = unseen_error(base, freedoms, threads=threads, progress=progress)
+    after = unseen_error(trial, tried, threads=threads, progress=progress)
+    if not after < priors.CONTRADICTED * before:
+        return None
+    for number, off in wrong.items():
+        reasons[number] = (
+            f"estimated: the value from EXIF is off by {off}; with it, tie points unseen by the "
+            f"adjustment miss by {before:.3f} px instead of {after:.3f}"
+        )
+    return trial, tried, covariances
 
 
 def _widened(

@@ -105,6 +105,9 @@ NEXT_TIME = {
     "exposure": "expose for the rock, and look at the pictures on the spot",
     "brightness-jump": "keep to one exposure, and to one window of time with steady light",
     "light-changed": "keep to one window of time with steady light",
+    "focal-vague": (
+        "keep the camera's own files with their EXIF, and add photos turned 20 to 30 degrees"
+    ),
     "gsd-spread": "keep to one distance, or bridge the two with photos in between",
     "gps-equal": "lay out control points or a scale bar: these positions cannot register anything",
     "gps-noise": "lay out at least four control points: these positions cannot orient the model",
@@ -169,6 +172,7 @@ _SHORT = {
     "brightness-jump": "jumps of exposure",
     "light-changed": "changing light",
     "gsd-spread": "very different pixel sizes",
+    "focal-vague": "a focal length that is not known",
     "gps-equal": "useless GPS",
     "gps-noise": "GPS too coarse for the scene",
     "unregistered": "photos that could not be placed",

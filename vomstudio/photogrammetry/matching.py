@@ -201,16 +201,22 @@ def _mutual(a: npt.NDArray[np.float32], b: npt.NDArray[np.float32]) -> int:
 
 # ------------------------------------------------------------------------------------------------
 def open_database(
-    path: Path, photos: Sequence[PhotoLike], features: Sequence[Features], keys: Sequence[str]
+    path: Path,
+    photos: Sequence[PhotoLike],
+    features: Sequence[Features],
+    keys: Sequence[str],
+    lenses: Sequence[int] | None = None,
 ) -> None:
     """Make the database of these photos, or keep one that is of exactly these and sound.
 
-    Photo number i becomes image i + 1; photos with the same `camera_key` and size share a camera.
+    Photo number i becomes image i + 1; photos with the same `camera_key`, size and number of the
+    lens share a camera.
     """
+    lenses = lenses or [0] * len(photos)
     stated = json.dumps(
         [
-            [p.name, p.width, p.height, repr(p.camera_key), p.focal_px, k]
-            for p, k in zip(photos, keys, strict=True)
+            [p.name, p.width, p.height, repr(p.camera_key), p.focal_px, k, lens]
+            for p, k, lens in zip(photos, keys, lenses, strict=True)
         ]
     )
     note = path.with_suffix(".json")
@@ -226,8 +232,10 @@ def open_database(
     cameras: dict[tuple[object, ...], int] = {}
     database = pycolmap.Database.open(path)
     try:
-        for photo in photos:
-            key = (photo.camera_key, photo.width, photo.height)
+        of_photo = [
+            (p.camera_key, p.width, p.height, lens) for p, lens in zip(photos, lenses, strict=True)
+        ]
+        for photo, key in zip(photos, of_photo, strict=True):
             if key not in cameras:
                 cameras[key] = len(cameras) + 1
                 camera = _camera(photo, cameras[key])
@@ -235,8 +243,8 @@ def open_database(
                 rig = pycolmap.Rig(rig_id=cameras[key])
                 rig.add_ref_sensor(camera.sensor_id)
                 database.write_rig(rig, use_rig_id=True)
-        for row, (photo, found) in enumerate(zip(photos, features, strict=True)):
-            camera_id = cameras[(photo.camera_key, photo.width, photo.height)]
+        for row, found in enumerate(features):
+            camera_id = cameras[of_photo[row]]
             image = pycolmap.Image(name=image_name(row), camera_id=camera_id, image_id=row + 1)
             database.write_image(image, use_image_id=True)
             frame = pycolmap.Frame(frame_id=row + 1, rig_id=camera_id)

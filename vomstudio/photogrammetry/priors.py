@@ -6,19 +6,23 @@ it really fits is the lens's deviation from its model. So the formal error alone
 The rule: a focal length known from EXIF is freed only where the photos of the camera look at the
 same rock from directions that differ enough (`CONVERGENT_DEG`, root mean square about their mean),
 there are enough of them, and the error of the freed value is small even when neighbouring tie
-points are counted as one. Otherwise it is held. An unknown one is always freed, and it is said
-where nothing determines it. Radial distortion is seen in the overlap of any two photos and is free
-where a camera has some photos.
+points are counted as one. Otherwise it is held, unless the photos speak clearly against it: freed,
+it is `FAR_FROM_EXIF` or more off, several times its error, and tie points that the adjustment has
+not seen miss by less than `CONTRADICTED` times as much. (Freed where EXIF is right, they miss by
+some hundredths less at best, since the freed value takes up what the lens's model leaves.) An
+unknown one is freed; where nothing determines it, that of a usual lens is assumed, and it is said.
+Radial distortion is seen in the overlap of any two photos and is free where a camera has some
+photos.
 
-The rest of the lens, k2 and the principal point, is tried where there are photos enough, the
-principal point only where the focal length is free and the photos converge: others cannot tell it
-from a turn of the camera, while k2, as k1, is seen in the overlap of any photos. Each is kept where
-what it does in the corner of the photo, beyond what k1, the focal length and a turn of the camera
-can do in its stead, is `LEAST_EFFECT_PX` or more, and it is determined, neighbouring tie points
-counted as one: k2 `LEAST_SIGMAS` of its errors from nothing, the principal point to
-`LARGEST_CENTRE_SIGMA`, well within what cameras differ by. Both are kept only where tie points that
-the adjustment has not seen fit no worse with them. Decentring (p1, p2) does nearly what a shift of
-the principal point does, and is left to it.
+The rest of the lens is tried where there are photos enough: k2, without which a block that looks
+one way bends like a dome, and of convergent photos with a free focal length the principal point,
+which others cannot tell from a turn of the camera. Each is kept where what it does in the corner of
+the photo, beyond what k1, the focal length and a turn of the camera can do in its stead, is
+`LEAST_EFFECT_PX` or more, and it is determined, neighbouring tie points counted as one: k2
+`LEAST_SIGMAS` of its errors from nothing, the principal point to `LARGEST_CENTRE_SIGMA`, well
+within what cameras differ by. Both are kept only where tie points that the adjustment has not seen
+fit no worse with them. Decentring (p1, p2) does nearly what a shift of the principal point does,
+and is left to it.
 """
 
 from __future__ import annotations
@@ -36,9 +40,15 @@ FEWEST_FOR_DISTORTION = 2
 LARGEST_SIGMA = 0.01
 LEAST_EFFECT_PX = 0.1
 LEAST_SIGMAS = 3.0
+# Relative, of an unknown focal length: lenses of cameras differ by no more, as a rule.
+LOOSEST_SIGMA = 0.2
+# Of the long side: 30 mm on film, between phones and drones (24 to 28) and normal lenses (35).
+USUAL_FOCAL = 0.83
+FAR_FROM_EXIF = 0.04
+CONTRADICTED = 0.93
 # Of the diagonal of the photo: the principal points of sound cameras lie some 0.5 % from the
-# middle, so an estimate with less than a third of that is the better guess.
-LARGEST_CENTRE_SIGMA = 0.0016
+# middle, so an estimate with less than half of that is the better guess.
+LARGEST_CENTRE_SIGMA = 0.0025
 FARTHEST_CENTRE = 0.02
 # The misfit of the lens's model is shared by neighbouring points: so many regions of a photo speak
 # for themselves.
@@ -140,11 +150,39 @@ def decide(
     return Freedom(True, distortion), f"estimated: {axes}"
 
 
+def held_instead(
+    exif_px: float | None, long_side: int, sigma: float, trusted: bool
+) -> tuple[float, str] | None:
+    """(focal length in pixels at which it is held, why) where a freed one turned out to have a
+    relative error of `sigma` that is too large; None where it is small enough."""
+    if exif_px is None:
+        if sigma <= LOOSEST_SIGMA:
+            return None
+        size = f"{100 * sigma:.0f} %" if np.isfinite(sigma) else "unlimited"
+        return USUAL_FOCAL * long_side, (
+            f"assumed, that of a usual lens ({36 * USUAL_FOCAL:.0f} mm on film): there is no EXIF, "
+            f"and estimated from these photos its error would be {size}; depths may be wrong by a "
+            "third"
+        )
+    if not trusted or sigma <= LARGEST_SIGMA:
+        return None
+    return exif_px, f"held at the value from EXIF: freed, its error would be {100 * sigma:.1f} %"
+
+
+def far_from_exif(ratio: float, sigma: float) -> bool:
+    """Whether a freed focal length, `ratio` times that from EXIF, with a relative error of `sigma`,
+    is another one."""
+    return abs(ratio - 1) > max(FAR_FROM_EXIF, LEAST_SIGMAS * sigma)
+
+
 def enriched(freedom: Freedom, photos: int, convergence: float) -> Freedom:
     """What more of a camera is worth a trial, after `decide`."""
     enough = freedom.distortion and photos >= FEWEST_PHOTOS
-    centre = enough and freedom.focal and convergence >= CONVERGENT_DEG
-    return replace(freedom, second=enough, centre=centre)
+    return replace(
+        freedom,
+        second=enough,
+        centre=enough and freedom.focal and convergence >= CONVERGENT_DEG,
+    )
 
 
 def judge_second(focal: float, corner_px: float, k2: float, sigma: float) -> tuple[bool, str]:

@@ -568,7 +568,12 @@ class _Run:
             )
         placed_names = {view.name for view in scene.views}
         missing = [p.name for p in photos.photos if p.name not in placed_names]
-        survey = check_scene(scene, unregistered=missing, other_parts=alignment.parts[1:])
+        survey = check_scene(
+            scene,
+            unregistered=missing,
+            other_parts=alignment.parts[1:],
+            cameras=alignment.cameras,
+        )
         lengths = scene.track_lengths
         rows = figures.photo_rows(photos.photos, scene, placed.registration)
         for row in rows:

@@ -25,12 +25,16 @@ from vomstudio.photogrammetry.survey_check import Limits
 
 if TYPE_CHECKING:
     from vomstudio.geometry.cameras import View
+    from vomstudio.photogrammetry.priors import Calibration
     from vomstudio.photogrammetry.scene import SparseScene
 
 Array = npt.NDArray[np.float64]
 
 _WEAK_POINTS = 50
 _HIGH_ERROR_PX = 2.0
+# Of a focal length, relative: by as much depths can be stretched.
+_VAGUE = 0.05
+_OTHER = 0.04
 
 
 def check_scene(
@@ -39,10 +43,12 @@ def check_scene(
     unregistered: Sequence[str] = (),
     other_parts: Sequence[SparseScene] = (),
     blur: dict[str, float] | None = None,
+    cameras: Sequence[Calibration] = (),
     limits: Limits | None = None,
 ) -> SurveyReport:
     """unregistered : names of photos that could not be placed; other_parts : further parts that do
-    not hang together with this one; blur : sigma by name, from the check before."""
+    not hang together with this one; blur : sigma by name, from the check before; cameras : what
+    the alignment found of them."""
     limits = limits or Limits()
     unit = "m" if scene.scaled or scene.crs is not None else "model units"
     if not scene.views:
@@ -68,6 +74,7 @@ def check_scene(
         *_of_directions(scene, limits),
         *_of_places(scene, gsd, limits),
         *_of_line(scene, limits),
+        *_of_lenses(cameras),
     ]
     findings = list(ordered(findings))
     known = gsd[np.isfinite(gsd)]
@@ -372,6 +379,50 @@ def _of_places(scene: SparseScene, gsd: Array, limits: Limits) -> list[Finding]:
             float(len(turned)),
         )
     ]
+
+
+def _of_lenses(cameras: Sequence[Calibration]) -> list[Finding]:
+    """What stretches all depths: a focal length that is not known, or that EXIF tells wrongly."""
+    vague: dict[str, float] = {}
+    wrong: dict[str, float] = {}
+    for camera in cameras:
+        focal, sigma = camera.values[0], camera.sigma[0]
+        if camera.exif_px is None:
+            error = math.inf if camera.focal == "held" else sigma / focal
+            # A NaN is no knowledge either.
+            if not error <= _VAGUE:
+                vague |= dict.fromkeys(camera.photos, error)
+        elif abs(camera.exif_px / focal - 1) > max(_OTHER, 3 * sigma / focal):
+            wrong |= dict.fromkeys(camera.photos, camera.exif_px / focal - 1)
+    found = []
+    if vague:
+        error = max(vague.values())
+        known = f"known to {100 * error:.0f} % only" if math.isfinite(error) else "a guess"
+        found.append(
+            Finding(
+                "focal-vague",
+                "warning",
+                tuple(vague),
+                f"{named(tuple(vague))}: there is no focal length in EXIF, and these photos do not "
+                f"tell it: it is {known}, and depths are stretched by as much. Lengths along the "
+                "face are sound once they are scaled; dips are not.",
+                error if math.isfinite(error) else None,
+            )
+        )
+    if wrong:
+        worst = max(wrong.values(), key=abs)
+        found.append(
+            Finding(
+                "focal-wrong",
+                "info",
+                tuple(wrong),
+                f"{named(tuple(wrong))}: the focal length in EXIF is {abs(100 * worst):.0f} % too "
+                f"{'long' if worst > 0 else 'short'} by what the photos show (zoomed digitally, "
+                "cut, or resized); that of the photos is used.",
+                worst,
+            )
+        )
+    return found
 
 
 def _of_line(scene: SparseScene, limits: Limits) -> list[Finding]:
