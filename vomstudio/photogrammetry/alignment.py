@@ -21,7 +21,13 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.photogrammetry import mapping, matching
 from vomstudio.photogrammetry.calibration import calibrate
-from vomstudio.photogrammetry.features import ExtractTask, FeatureOptions, Features, extract
+from vomstudio.photogrammetry.features import (
+    ExtractTask,
+    FeatureOptions,
+    Features,
+    extract,
+    extraction_memory,
+)
 from vomstudio.photogrammetry.matching import MatchingRule, PhotoLike
 from vomstudio.photogrammetry.priors import Calibration
 from vomstudio.photogrammetry.scene import SparseScene
@@ -216,7 +222,8 @@ def find_features(
                 yield task
 
     counted = _Counted(progress, lambda: sum(f is not None for f in found))
-    for number, result in executor.map(extract, missing(), counted):
+    needed = max(extraction_memory(p.width, p.height, settings) for p in photos)
+    for number, result in executor.map(extract, missing(), counted, needed):
         row = order[number]
         result.save(folder / f"{keys[row]}.npz")
         found[row] = result
