@@ -150,6 +150,26 @@ def memory_needed(width: int, height: int, sources: int = 4) -> int:
     return int(width * height * (14 * sources + 80) + 20_000_000)
 
 
+def fitting_size(wanted_px: int, sizes: Sequence[tuple[int, int]]) -> int:
+    """The long side of the photos whose pixels get a depth, at most `wanted_px`: so that the work
+    on one photo, and the cloud of them all, fit into the memory that is free.
+
+    sizes : width and height of the photos as they were taken
+    """
+    from vomstudio.photogrammetry import fusion, memory
+
+    def needed(side: int) -> int:
+        reduced = []
+        for width, height in sizes:
+            scale = min(1.0, side / max(width, height))
+            reduced.append((round(width * scale), round(height * scale)))
+        areas = [width * height for width, height in reduced]
+        one = max(memory_needed(*size) for size in reduced)
+        return max(one, fusion.memory_needed(sum(areas), max(areas)))
+
+    return memory.fitting_size(wanted_px, needed)
+
+
 Photo = tuple[View, npt.NDArray[np.uint8], npt.NDArray[np.bool_]]
 
 

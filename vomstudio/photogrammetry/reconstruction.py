@@ -32,7 +32,6 @@ from vomstudio.photogrammetry.kept import (
     save_mesh,
     save_straight,
 )
-from vomstudio.photogrammetry.memory import peak_bytes
 from vomstudio.photogrammetry.scene import SparseScene
 from vomstudio.photogrammetry.scene_check import check_scene
 from vomstudio.photogrammetry.settings import Settings
@@ -235,16 +234,18 @@ class _Placed:
 
 @dataclass(frozen=True)
 class _Source:
-    """A photo as it was taken, for the texture."""
+    """A photo as it was taken, for the texture; read when it is asked for."""
 
-    photo: bytes
-    mask: bytes | None
+    taken: Photo
     view: View
 
-    @classmethod
-    def read(cls, photo: Photo, view: View) -> _Source:
-        mask = None if photo.mask is None else _bytes(photo.mask)
-        return cls(_bytes(photo.path), mask, view)
+    @property
+    def photo(self) -> bytes:
+        return _bytes(self.taken.path)
+
+    @property
+    def mask(self) -> bytes | None:
+        return None if self.taken.mask is None else _bytes(self.taken.mask)
 
 
 class _Run:
@@ -351,7 +352,8 @@ class _Run:
         """Photos without distortion, of the size in which every pixel gets a depth."""
         from vomstudio.photogrammetry import undistortion
 
-        size, views = self._dense_size(), placed.scene.views
+        views = placed.scene.views
+        size = self._dense_size(placed)
         self.dense_px = size
         stage = self.checkpoints.stage("straight", placed.stage.key, versions("cv2"), size)
         by_name = {photo.name: photo for photo in photos.photos}
@@ -362,16 +364,21 @@ class _Run:
             return undistortion.UndistortTask(_bytes(photo.path), mask, views[number], size)
 
         kept = Kept(stage.folder, [view.name for view in views], save_straight, load_straight)
-        self._each("Straightening photos", stage, kept, undistortion.undistort, task)
+        lenses = [view.intrinsics for view in views]
+        needed = max(undistortion.memory_needed(n.width, n.height, size) for n in lenses)
+        self._each("Straightening photos", stage, kept, undistortion.undistort, task, needed)
         return kept.at(stage.folder), stage
 
-    def _dense_size(self) -> int:
-        from vomstudio.photogrammetry.depthmaps import memory_needed
-        from vomstudio.photogrammetry.memory import fitting_size
+    def _dense_size(self, placed: _Placed) -> int:
+        """What was chosen once is kept where it still fits, so that a run goes on with it."""
+        from vomstudio.photogrammetry.depthmaps import fitting_size
 
-        wanted = self.settings.steps.dense_px
-        threads = self.settings.threads or os.cpu_count() or 1
-        size = fitting_size(wanted, memory_needed, 4 / 3, threads)
+        wanted, lenses = self.settings.steps.dense_px, [v.intrinsics for v in placed.scene.views]
+        size = fitting_size(wanted, [(lens.width, lens.height) for lens in lenses])
+        stage = self.checkpoints.stage("size", placed.stage.key, wanted)
+        if not stage.done:
+            stage.finish(dense_px=size)
+        size = min(size, int(stage.facts["dense_px"]))
         if size < wanted:
             self.diary.note(
                 f"Depths are sought at {size} instead of {wanted} pixels along the long side, "
@@ -395,7 +402,13 @@ class _Run:
 
         names = [scene.views[plan.view].name for plan in pairs.plans]
         kept = Kept(stage.folder, names, _save_map, depthmaps.DepthMap.load)
-        self._each("Finding depths", stage, kept, depthmaps.depth_map, task)
+        lenses = [view.intrinsics for view in scene.views]
+        scales = [min(1.0, self.dense_px / max(n.width, n.height)) for n in lenses]
+        needed = max(
+            depthmaps.memory_needed(round(n.width * k), round(n.height * k))
+            for n, k in zip(lenses, scales, strict=True)
+        )
+        self._each("Finding depths", stage, kept, depthmaps.depth_map, task, needed)
         return pairs, kept.at(stage.folder), stage
 
     def _each(
@@ -405,6 +418,7 @@ class _Run:
         kept: Kept[Result],
         work: Callable[[Item], Result],
         task: Callable[[int], Item],
+        needed: int,
     ) -> None:
         """Do what is not done yet of a stage whose results are one for each photo."""
         if stage.done:
@@ -412,7 +426,7 @@ class _Run:
         left = [number for number in range(len(kept)) if not kept.has(number)]
         self.diary.stage(title, len(kept))
         progress = Ahead(self.diary, len(kept) - len(left))
-        for done, result in self.executor.map(work, map(task, left), progress):
+        for done, result in self.executor.map(work, map(task, left), progress, needed):
             kept.put(left[done], result)
         stage.finish()
 
@@ -436,16 +450,22 @@ class _Run:
         return loaded(load_cloud, stage.folder / _CLOUD), stage
 
     def _surface(self, cloud: PointCloud, placed: _Placed, fused: Stage) -> tuple[Mesh, Stage]:
-        from vomstudio.photogrammetry.surface import SurfaceOptions, make_surface
+        from vomstudio.photogrammetry.surface import (
+            SurfaceOptions,
+            build_surface,
+            fitting_points,
+        )
 
         faces = self.settings.steps.faces
         stage = self.checkpoints.stage("surface", fused.key, versions("open3d"), faces)
         if not stage.done:
             threads = self.settings.threads or os.cpu_count() or 1
-            options = SurfaceOptions(faces=faces, threads=threads)
-            mesh = make_surface(cloud, options, self.diary, placed.scene.centres)
-            write_whole(stage.folder / _MESH, lambda path: save_mesh(path, mesh))
-            stage.finish(faces=len(mesh.faces))
+            options = SurfaceOptions(faces=faces, threads=threads, max_points=fitting_points())
+            made = build_surface(cloud, options, self.diary, placed.scene.centres)
+            write_whole(stage.folder / _MESH, lambda path: save_mesh(path, made.mesh))
+            stage.finish(facts=made.facts, warnings=list(made.warnings))
+        for warning in stage.facts["warnings"]:
+            self.diary.note(warning)
         return loaded(load_mesh, stage.folder / _MESH), stage
 
     def _texture(
@@ -459,7 +479,7 @@ class _Run:
         stage = self.checkpoints.stage("texture", surfaced.key, steps.page_px, steps.pages)
         if not stage.done:
             by_name = {photo.name: photo for photo in photos.photos}
-            sources = [_Source.read(by_name[view.name], view) for view in placed.scene.views]
+            sources = [_Source(by_name[view.name], view) for view in placed.scene.views]
             options = TextureOptions(atlas=AtlasOptions(page=steps.page_px, most_pages=steps.pages))
             made = make_texture(mesh, sources, options, self.executor, self.diary)
             for material, page in zip(made.mesh.materials, made.pages, strict=True):
@@ -555,7 +575,7 @@ class _Run:
             "frame": scene.crs or "local",
             "scaled": scene.scaled,
             "seconds": {s.name: round(s.seconds, 2) for s in self.checkpoints.stages},
-            "peak_memory_mb": round(peak_bytes() / 1e6),
+            "peak_memory_mb": round(max(s.peak_bytes for s in self.checkpoints.stages) / 1e6),
             "report": str(outputs.report),
             "poses": str(outputs.poses),
             "folder": str(self.folder),

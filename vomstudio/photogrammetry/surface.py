@@ -12,6 +12,7 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.photogrammetry import memory
 from vomstudio.photogrammetry.topology import (
     Array,
     Faces,
@@ -28,6 +29,8 @@ from vomstudio.progress import Progress, Silent
 _FEWEST = 100
 _DEPTHS = (5, 12)
 _NEAR = 24
+_BYTES_PER_POINT = 1000
+_FEWEST_THINNED = 100_000
 # At its rim a surface ends at this share of the distance up to which it is borne out.
 _RIM_SHARE = 0.45
 
@@ -73,6 +76,12 @@ class Surface:
     mesh: Mesh
     facts: dict[str, Any]
     warnings: tuple[str, ...]
+
+
+def fitting_points() -> int:
+    """How many points may make a surface in the memory that is free."""
+    most = memory.SHARE * memory.available_bytes() / _BYTES_PER_POINT
+    return int(min(max(most, _FEWEST_THINNED), SurfaceOptions.max_points))
 
 
 def make_surface(
