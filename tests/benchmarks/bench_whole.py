@@ -25,42 +25,46 @@ import psutil
 from tests.io import photo_maker
 from tests.photogrammetry.rockface import look, make_face
 from tests.photogrammetry.wall_maker import gps_fields
-from vomstudio.geometry.cameras import Intrinsics
+from vomstudio.geometry.cameras import Intrinsics, View
 
 ROWS, DISTANCE, SPACING = 3, 8.0, 0.7
 SIZE, FOCAL = (640, 480), 560.0
 TEXEL = 0.5 * DISTANCE / FOCAL
 
 
-def render(folder: Path, count: int) -> None:
-    folder.mkdir(parents=True, exist_ok=True)
+def stations(count: int) -> tuple[list[View], tuple[float, float]]:
+    """Cameras along the face, and its width and height."""
     columns = -(-count // ROWS)
-    missing = [k for k in range(count) if not (folder / f"m{k:03d}.jpg").exists()]
-    if not missing:
-        return
-    extent = (columns * SPACING + 10.0, 11.0)
-    face, paint = make_face(extent, 0.02), painted(extent)
     lens = Intrinsics.pinhole(*SIZE, FOCAL, SIZE[0] / 2, SIZE[1] / 2)
     rng = np.random.default_rng(4)
+    views = []
     for k in range(count):
         column, row = divmod(k, ROWS)
         centre = np.array([(column - (columns - 1) / 2) * SPACING, 1.6 * (row - 1), DISTANCE])
         centre += rng.normal(0.0, [0.1, 0.1, 0.2])
         aside = 2.2 * (row - 1) + rng.normal(0.0, 0.2)
         target = np.array([centre[0] + aside, 0.5 * centre[1], 0.0])
-        if k not in missing:
-            continue
-        view = look("", lens, centre, target, 2.0 * math.sin(k))
+        views.append(look(f"m{k:03d}.jpg", lens, centre, target, 2.0 * math.sin(k)))
+    return views, (columns * SPACING + 10.0, 11.0)
+
+
+def render(folder: Path, count: int) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    views, extent = stations(count)
+    if all((folder / view.name).exists() for view in views):
+        return
+    face, paint = make_face(extent, 0.02), painted(extent)
+    for k, view in enumerate(views):
         picture = drawn(face, paint, extent, view, np.random.default_rng(k))
         photo_maker.write_photo(
-            folder / f"m{k:03d}.jpg",
+            folder / view.name,
             pixels=picture,
             main={0x010F: photo_maker.text("Acme"), 0x0110: photo_maker.text("Wall 1")},
             exif={
                 0x920A: photo_maker.rational(20.0),
                 0xA405: photo_maker.rational(round(FOCAL / SIZE[0] * 36)),
             },
-            gps=gps_fields(centre, 0.05),
+            gps=gps_fields(view.centre, 0.05),
         )
 
 

@@ -14,6 +14,7 @@ from vomstudio.errors import GeometryError, InputError
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.jit import for_kernels
 from vomstudio.io.cameras_file import view_from_dict, view_to_dict
+from vomstudio.photogrammetry.fringes import sky_fringe
 from vomstudio.photogrammetry.pairs import PATCHMATCH, SGBM, Plan
 from vomstudio.photogrammetry.undistortion import Undistorted
 
@@ -280,6 +281,7 @@ def _finish(
     np.divide(1.0, inverse, out=depth, where=good)
     alike = likeness(view, first[1], depth, normals, others)
     good &= alike > 0
+    good &= ~sky_fringe(first[1], good)
     depth[~good] = 0.0
     normals[~good] = 0.0
     agreeing = np.maximum(agreeing, alike)

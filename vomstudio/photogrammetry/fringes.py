@@ -1,0 +1,50 @@
+"""Depths that an edge lends to the sky behind it."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+# Windows that are matched reach this far over an edge, pixels.
+_REACH = 16
+_WINDOW = 5
+# Standard deviation in a window of what counts as bare, values of 0..255: half as much again as
+# that of the barest parts of the photo, where only its noise is left, but within these.
+_LEAST_BARE, _MOST_BARE = 2.0, 4.0
+_BAREST_PERCENT = 2.0
+# Beside an edge, where the window does not tell, what is as bright as the sky belongs to it.
+_SAME = 15.0
+
+
+def sky_fringe(
+    gray: npt.NDArray[np.uint8], has: npt.NDArray[np.bool_]
+) -> npt.NDArray[np.bool_]:
+    """(h, w) the pixels with a depth that show bare, bright ground and hang together with pixels
+    without: a window on the sky that reaches the skyline looks alike at the depth of the rock.
+
+    gray : (h, w) the photo. has : (h, w) where it has depths
+    """
+    import cv2
+
+    value = gray.astype(np.float32)
+    size = (_WINDOW, _WINDOW)
+    mean = cv2.blur(value, size)
+    spread = np.sqrt(np.maximum(cv2.blur(value * value, size) - mean * mean, 0))
+    noise = float(np.percentile(spread[::3, ::3], _BAREST_PERCENT))
+    # Rock in deep shade is bare too, but dark.
+    bare = spread < np.clip(1.5 * noise, _LEAST_BARE, _MOST_BARE)
+    bare &= mean > np.median(gray[::3, ::3])
+    open_sky = (~has).astype(np.uint8)
+    cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+    reached = open_sky
+    for _ in range(_REACH):
+        reached = np.where(bare, cv2.dilate(reached, cross), reached)
+    fringe = has & (reached > 0)
+    if not fringe.any():
+        return fringe
+    sky = (bare & (reached > 0)).astype(np.float32)
+    near = (2 * _WINDOW - 1, 2 * _WINDOW - 1)
+    share = cv2.blur(sky, near)
+    tone = cv2.blur(sky * value, near) / np.maximum(share, 1e-6)
+    beside = (share > 1e-3) & (np.abs(value - tone) < _SAME)
+    return np.asarray(has & ((reached > 0) | beside))
