@@ -223,8 +223,10 @@ def _balance(
     common = there.astype(np.float32) @ there.astype(np.float32).T
     normal, right = np.zeros((count, count)), np.zeros((count, values.shape[1]))
     for i in range(count):
+        # Of hundreds of photos each sees a small part.
+        mine = np.flatnonzero(there[i])
         for j in np.flatnonzero(common[i, :i] >= _FEWEST_IN_COMMON):
-            both = there[i] & there[j]
+            both = mine[there[j, mine]]
             above = np.median(table[i, both] - table[j, both], axis=0)
             weight = float(common[i, j])
             normal[i, i] += weight
