@@ -2,9 +2,9 @@
 
     python -m tests.benchmarks.bench_many [COUNT ...]
 
-The made photos of bench_whole with their true cameras, so that nothing but the number changes. Last,
-what a step takes for a photo more, of the largest number over that of the smallest: 1 where a step
-grows with the photos, and the larger the less it scales.
+The made photos of bench_whole with their true cameras, so that nothing but the number changes.
+Last, what a step takes for a photo of the largest set over what it takes for one of the smallest:
+1 where a step grows with the photos, and the larger the less it scales.
 """
 
 from __future__ import annotations

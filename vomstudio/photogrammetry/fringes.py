@@ -16,9 +16,7 @@ _BAREST_PERCENT = 2.0
 _SAME = 15.0
 
 
-def sky_fringe(
-    gray: npt.NDArray[np.uint8], has: npt.NDArray[np.bool_]
-) -> npt.NDArray[np.bool_]:
+def sky_fringe(gray: npt.NDArray[np.uint8], has: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
     """(h, w) the pixels with a depth that show bare, bright ground and hang together with pixels
     without: a window on the sky that reaches the skyline looks alike at the depth of the rock.
 

@@ -51,6 +51,8 @@ Result = TypeVar("Result")
 
 _CLOUD, _MESH = "cloud.npz", "mesh.npz"
 RESULT = "reconstruction.json"
+# Not work, but a choice that a run which goes on keeps.
+_SIZE = "size"
 WORK = "work"
 # A worker whose window was killed may still be in native code that nothing interrupts.
 _LAST_BREATH_S = 5.0
@@ -375,7 +377,7 @@ class _Run:
 
         wanted, lenses = self.settings.steps.dense_px, [v.intrinsics for v in placed.scene.views]
         size = fitting_size(wanted, [(lens.width, lens.height) for lens in lenses])
-        stage = self.checkpoints.stage("size", placed.stage.key, wanted)
+        stage = self.checkpoints.stage(_SIZE, placed.stage.key, wanted)
         if not stage.done:
             stage.finish(dense_px=size)
         size = min(size, int(stage.facts["dense_px"]))
@@ -574,7 +576,9 @@ class _Run:
             "faces": len(textured.faces),
             "frame": scene.crs or "local",
             "scaled": scene.scaled,
-            "seconds": {s.name: round(s.seconds, 2) for s in self.checkpoints.stages},
+            "seconds": {
+                s.name: round(s.seconds, 2) for s in self.checkpoints.stages if s.name != _SIZE
+            },
             "peak_memory_mb": round(max(s.peak_bytes for s in self.checkpoints.stages) / 1e6),
             "report": str(outputs.report),
             "poses": str(outputs.poses),
