@@ -12,13 +12,14 @@ _WINDOW = 5
 # that of the barest parts of the photo, where only its noise is left, but within these.
 _LEAST_BARE, _MOST_BARE = 2.0, 4.0
 _BAREST_PERCENT = 2.0
+_OPEN, _FREE_SHARE = 33, 0.85
 # Beside an edge, where the window does not tell, what is as bright as the sky belongs to it.
 _SAME = 15.0
 
 
 def sky_fringe(gray: npt.NDArray[np.uint8], has: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-    """(h, w) the pixels with a depth that show bare, bright ground and hang together with pixels
-    without: a window on the sky that reaches the skyline looks alike at the depth of the rock.
+    """(h, w) the pixels with a depth that show sky: bare, bright, and beside much of the same that
+    has none. A window on the sky that reaches the skyline looks alike at the depth of the rock.
 
     gray : (h, w) the photo. has : (h, w) where it has depths
     """
@@ -32,9 +33,11 @@ def sky_fringe(gray: npt.NDArray[np.uint8], has: npt.NDArray[np.bool_]) -> npt.N
     # Rock in deep shade is bare too, but dark.
     bare = spread < np.clip(1.5 * noise, _LEAST_BARE, _MOST_BARE)
     bare &= mean > np.median(gray[::3, ::3])
-    open_sky = (~has).astype(np.uint8)
+    # Mortar and plaster have holes too: sky is where a whole square is bare and without depth.
+    square = (_OPEN, _OPEN)
+    free = cv2.blur((bare & ~has).astype(np.float32), square) > _FREE_SHARE
+    reached = cv2.dilate(free.astype(np.uint8), np.ones(square, np.uint8)) & ~has
     cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
-    reached = open_sky
     for _ in range(_REACH):
         reached = np.where(bare, cv2.dilate(reached, cross), reached)
     fringe = has & (reached > 0)
