@@ -11,7 +11,7 @@ def skyline(sky=210.0, rock=90.0, noise=1.5):
     photo += noise * rng.standard_normal(photo.shape)
     has = np.zeros(photo.shape, bool)
     has[50:] = True
-    return np.clip(photo, 0, 255).astype(np.uint8), has
+    return np.clip(photo, 0, 255).astype(np.uint8), np.ones(photo.shape, bool), has
 
 
 def test_what_laps_over_the_skyline_is_found_and_the_rock_is_left():
@@ -28,11 +28,26 @@ def test_a_noisy_photo_has_a_sky_too():
 
 
 def test_bare_ground_within_the_rock_keeps_its_depths():
-    photo, has = skyline()
+    photo, valid, has = skyline()
     photo[100:140, 50:150] = 215
-    assert not sky_fringe(photo, has)[95:145].any()
+    assert not sky_fringe(photo, valid, has)[95:145].any()
 
 
 def test_rock_in_deep_shade_keeps_its_depths():
-    photo, has = skyline(sky=20.0, rock=120.0)
-    assert not sky_fringe(photo, has).any()
+    photo, valid, has = skyline(sky=20.0, rock=120.0)
+    assert not sky_fringe(photo, valid, has).any()
+
+
+def test_bare_ground_beside_what_a_mask_hides_keeps_its_depths():
+    photo, valid, has = skyline()
+    photo[60:80] = 210
+    valid[:50] = False
+    assert not sky_fringe(photo, valid, has).any()
+
+
+def test_small_holes_in_plaster_are_no_sky():
+    photo, valid, has = skyline()
+    photo[60:] = 200
+    has[:] = True
+    has[100:115, 60:90] = False
+    assert not sky_fringe(photo, valid, has).any()

@@ -281,7 +281,7 @@ def _finish(
     np.divide(1.0, inverse, out=depth, where=good)
     alike = likeness(view, first[1], depth, normals, others)
     good &= alike > 0
-    good &= ~sky_fringe(first[1], good)
+    good &= ~sky_fringe(first[1], first[2], good)
     depth[~good] = 0.0
     normals[~good] = 0.0
     agreeing = np.maximum(agreeing, alike)

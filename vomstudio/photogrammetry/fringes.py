@@ -17,11 +17,13 @@ _OPEN, _FREE_SHARE = 33, 0.85
 _SAME = 15.0
 
 
-def sky_fringe(gray: npt.NDArray[np.uint8], has: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+def sky_fringe(
+    gray: npt.NDArray[np.uint8], valid: npt.NDArray[np.bool_], has: npt.NDArray[np.bool_]
+) -> npt.NDArray[np.bool_]:
     """(h, w) the pixels with a depth that show sky: bare, bright, and beside much of the same that
     has none. A window on the sky that reaches the skyline looks alike at the depth of the rock.
 
-    gray : (h, w) the photo. has : (h, w) where it has depths
+    gray : (h, w) the photo. valid : (h, w) where it counts. has : (h, w) where it has depths
     """
     import cv2
 
@@ -35,7 +37,7 @@ def sky_fringe(gray: npt.NDArray[np.uint8], has: npt.NDArray[np.bool_]) -> npt.N
     bare &= mean > np.median(gray[::3, ::3])
     # Mortar and plaster have holes too: sky is where a whole square is bare and without depth.
     square = (_OPEN, _OPEN)
-    free = cv2.blur((bare & ~has).astype(np.float32), square) > _FREE_SHARE
+    free = cv2.blur((bare & valid & ~has).astype(np.float32), square) > _FREE_SHARE
     reached = cv2.dilate(free.astype(np.uint8), np.ones(square, np.uint8)) & ~has
     cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
     for _ in range(_REACH):
