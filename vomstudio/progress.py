@@ -60,9 +60,16 @@ class Executor(Protocol):
     """Where work on many photos or tiles is done: here, in processes, or on a cluster."""
 
     def map(
-        self, work: Callable[[Item], Result], items: Iterable[Item], progress: Progress
+        self,
+        work: Callable[[Item], Result],
+        items: Iterable[Item],
+        progress: Progress,
+        needed: int = 0,
     ) -> Iterator[tuple[int, Result]]:
         """(number of the item, result) as they are finished, in any order.
+
+        needed : bytes that the work on one item takes at most; as many are done at once as the
+        memory of this machine holds
 
         `work` is a function at the top of a module, items and results can be pickled; photos travel
         as bytes. At most a few items are in flight, so that `items` may be made lazily. What `work`
@@ -90,7 +97,11 @@ class Inline:
     """An Executor that does everything here, one item after the other."""
 
     def map(
-        self, work: Callable[[Item], Result], items: Iterable[Item], progress: Progress
+        self,
+        work: Callable[[Item], Result],
+        items: Iterable[Item],
+        progress: Progress,
+        needed: int = 0,
     ) -> Iterator[tuple[int, Result]]:
         for number, item in enumerate(items):
             progress.step(number)

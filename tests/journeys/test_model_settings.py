@@ -137,7 +137,7 @@ def test_a_crs_that_is_none_is_said_and_threads_change_the_memory(window, sample
     QTest.keyClicks(dialog.threads, "1")
     driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
     settled(window)
-    assert "Depths of one photo at once" in dialog.memory.text()
+    assert "Depths and their cloud take up to" in dialog.memory.text()
     assert window.survey.settings.threads == 1
     dialog.close()
 

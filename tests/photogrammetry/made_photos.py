@@ -172,6 +172,7 @@ class Finder:
         work: Callable[[ExtractTask], Features],
         items: Iterable[ExtractTask],
         progress: Progress,
+        needed: int = 0,
     ) -> Iterator[tuple[int, Features]]:
         known = {
             photo.name: found

@@ -153,12 +153,13 @@ def test_a_face_seen_in_parallel_is_met(rock, lens):
     assert completeness(cloud.points, true_points(rock, views, 20_000), GSD) > 0.97
 
 
-def test_a_face_seen_from_all_sides_is_met(rock):
-    views = around([-50, -25, 0, 25, 50])
+@pytest.mark.parametrize(("chosen", "found"), [(None, "sgbm"), ("patchmatch", "patchmatch")])
+def test_a_face_seen_from_all_sides_is_met(rock, chosen, found):
+    views = around([-48, -24, 0, 24, 48])
     photos = taken(rock, views)
     scene = tie_points(rock, views, 1500)
-    pairs, maps = maps_of(photos, scene, count=2)
-    assert all(source.method == "patchmatch" for plan in pairs.plans for source in plan.sources)
+    pairs, maps = maps_of(photos, scene, count=2, method=chosen)
+    assert all(source.method == found for plan in pairs.plans for source in plan.sources)
     cloud = fuse([m.name for m in maps], maps, photos, neighbours_by_name(scene, pairs))
     median, most = accuracy(rock, cloud.points)
     assert median < 0.4 * GSD

@@ -5,7 +5,12 @@ from tests.photogrammetry import rock_face as rock
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.photogrammetry.surface import SurfaceOptions, build_surface, make_surface
+from vomstudio.photogrammetry.surface import (
+    SurfaceOptions,
+    _trim,
+    build_surface,
+    make_surface,
+)
 from vomstudio.photogrammetry.topology import (
     components,
     cross_products,
@@ -199,3 +204,24 @@ def test_the_face_of_rock_is_met_within_millimetres():
     off = np.linalg.norm(mesh.vertices - found["points"].numpy(), axis=1)
     assert np.median(off) < 0.0015
     assert np.percentile(off, 95) < 0.012
+
+
+def grid(nx: int, nz: int, step: float) -> tuple[np.ndarray, np.ndarray]:
+    x, z = np.meshgrid(np.arange(nx) * step, np.arange(nz) * step)
+    vertices = np.stack([x, 0 * x, z], -1).reshape(-1, 3)
+    return vertices, rock.grid_faces(nz, nx)
+
+
+def test_a_long_strip_without_points_that_reaches_the_rim_is_closed_and_the_rim_is_cut():
+    vertices, faces = grid(81, 61, 0.05)
+    x, z = vertices[:, 0], vertices[:, 2]
+    # Points stand at 1 <= z <= 2 but for a strip 0.2 wide that runs from the left end to the right.
+    outside = np.maximum(np.maximum(1 - z, z - 2), 0)
+    distance = np.maximum(outside, np.maximum(0.1 - np.abs(z - 1.5), 0))
+    distance[x > 3.8] = 1.0
+    kept, _ = _trim(vertices, faces, distance, reach=0.16, hole=0.3)
+    middle = vertices[faces].mean(axis=1)
+    strip = (np.abs(middle[:, 2] - 1.5) < 0.1) & (middle[:, 0] < 3.3)
+    assert kept[strip].all()
+    assert not kept[(middle[:, 2] < 0.85) | (middle[:, 2] > 2.15)].any()
+    assert not kept[middle[:, 0] > 3.9].any()

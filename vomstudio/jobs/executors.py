@@ -12,6 +12,7 @@ from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from typing import Any, TypeVar
 
 from vomstudio.errors import UsageError, WorkerError
+from vomstudio.photogrammetry.memory import at_once
 from vomstudio.progress import Executor, Inline, Progress
 
 Item = TypeVar("Item")
@@ -33,16 +34,21 @@ class Threads:
         self._count = count
 
     def map(
-        self, work: Callable[[Item], Result], items: Iterable[Item], progress: Progress
+        self,
+        work: Callable[[Item], Result],
+        items: Iterable[Item],
+        progress: Progress,
+        needed: int = 0,
     ) -> Iterator[tuple[int, Result]]:
         done = 0
         progress.step(0)
-        pool = ThreadPoolExecutor(self._count)
+        count = at_once(needed, self._count)
+        pool = ThreadPoolExecutor(count)
         try:
             numbered = enumerate(items)
             running = {
                 pool.submit(work, item): number
-                for number, item in itertools.islice(numbered, self._count)
+                for number, item in itertools.islice(numbered, count)
             }
             while running:
                 finished, _ = wait(running, _PATIENCE_S, FIRST_COMPLETED)
@@ -98,7 +104,11 @@ class Cluster:
         return sum(self._client.nthreads().values())
 
     def map(
-        self, work: Callable[[Item], Result], items: Iterable[Item], progress: Progress
+        self,
+        work: Callable[[Item], Result],
+        items: Iterable[Item],
+        progress: Progress,
+        needed: int = 0,
     ) -> Iterator[tuple[int, Result]]:
         import distributed
 

@@ -22,8 +22,8 @@ def take_frames(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
 def foresee(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """What a reconstruction of the folder `photos` with these settings will need and use.
 
-    memory: see `MemoryNeed`. control: see `ControlCheck`, None without control points; where a file
-    cannot be read its `problem` says so.
+    memory: see `MemoryNeed`, None without photos. control: see `ControlCheck`, None without control
+    points; where a file cannot be read its `problem` says so.
     """
     from vomstudio.errors import VomError
     from vomstudio.io.photos import read_photos
@@ -31,15 +31,17 @@ def foresee(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     from vomstudio.photogrammetry.settings import Settings
 
     settings = Settings(quality=args["quality"], threads=args["threads"])
+    photos = read_photos(args["photos"], progress).photos
+    sizes = [(photo.width, photo.height) for photo in photos]
+    memory = memory_need(settings, sizes).as_dict() if sizes else None
     control = None
     if args["control"] is not None:
-        photos = read_photos(args["photos"], progress).photos
         try:
             control = _control(Path(args["control"]), args["marks"], args["crs"], photos)
         except VomError as error:
             control = {"points": [], "summary": "", "warnings": [], "crs": args["crs"],
                        "crs_reason": "", "problem": str(error)}  # fmt: skip
-    return {"memory": memory_need(settings).as_dict(), "control": control}
+    return {"memory": memory, "control": control}
 
 
 def _control(path: Path, marks: str | None, crs: str | None, photos: Any) -> dict[str, Any]:

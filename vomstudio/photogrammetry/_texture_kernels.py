@@ -60,29 +60,28 @@ def choose_views(starts, views, quality, across, joining, sweeps, labels):  # ty
             break
 
 
-@kernel("void(i4[::1], i4[::1], b1[::1], f4[:,::1], f4[:,::1], i8)")
-def diffuse(starts, links, free, values, spare, rounds):  # type: ignore[no-untyped-def]
-    """Average values over the vertices that are `free` and linked; the others stay."""
-    n, channels = values.shape
+@kernel("void(i4[::1], i4[::1], i4[::1], b1[::1], f4[:,::1], f4[:,::1], i8)")
+def diffuse(starts, links, some, counts, values, spare, rounds):  # type: ignore[no-untyped-def]
+    """Average the values of `some` vertices over themselves and those linked to them that count;
+    the others stay. `spare` (len(some), c)"""
+    channels = values.shape[1]
     for _ in range(rounds):
-        for v in range(n):
-            if not free[v]:
-                continue
+        for k in range(len(some)):
+            v = some[k]
             count = 1.0
             for c in range(channels):
-                spare[v, c] = values[v, c]
+                spare[k, c] = values[v, c]
             for at in range(starts[v], starts[v + 1]):
                 o = links[at]
-                if free[o]:
+                if counts[o]:
                     count += 1.0
                     for c in range(channels):
-                        spare[v, c] += values[o, c]
+                        spare[k, c] += values[o, c]
             for c in range(channels):
-                spare[v, c] /= count
-        for v in range(n):
-            if free[v]:
-                for c in range(channels):
-                    values[v, c] = spare[v, c]
+                spare[k, c] /= count
+        for k in range(len(some)):
+            for c in range(channels):
+                values[some[k], c] = spare[k, c]
 
 
 @kernel("void(i4[::1], i4[::1], b1[::1], f4[:,::1], i4[::1])")

@@ -27,6 +27,7 @@ from vomstudio.photogrammetry.features import (
     FeatureOptions,
     Features,
     extract,
+    extraction_memory,
 )
 from vomstudio.photogrammetry.matching import MatchingRule, PhotoLike
 from vomstudio.photogrammetry.priors import Calibration
@@ -224,7 +225,8 @@ def find_features(
                 yield task
 
     counted = _Counted(progress, lambda: sum(f is not None for f in found))
-    for number, result in executor.map(extract, missing(), counted):
+    needed = max(extraction_memory(p.width, p.height, settings) for p in photos)
+    for number, result in executor.map(extract, missing(), counted, needed):
         row = order[number]
         result.save(folder / f"{keys[row]}.npz")
         found[row] = result

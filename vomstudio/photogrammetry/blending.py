@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -69,6 +70,15 @@ class _Rows:
     owner: Ints
     views: Ints
     keys: npt.NDArray[np.int64]
+
+    @cached_property
+    def by_view(self) -> list[npt.NDArray[np.intp]]:
+        """The rows of each view up to the last one that has any."""
+        order = np.argsort(self.views, kind="stable")
+        return np.split(order, np.cumsum(np.bincount(self.views))[:-1])
+
+    def of_view(self, view: int) -> npt.NDArray[np.intp]:
+        return self.by_view[view] if view < len(self.by_view) else np.zeros(0, np.intp)
 
     @classmethod
     def of(cls, owner: Ints, views: Ints, n: int, count: int) -> tuple[_Rows, npt.NDArray[np.intp]]:
@@ -184,10 +194,14 @@ class _Links:
         np.cumsum(np.bincount(start, minlength=n), out=starts[1:])
         return cls(starts, np.ascontiguousarray(end[order]))
 
-    def spread(self, free: npt.NDArray[np.bool_], values: Floats, rounds: int) -> None:
+    def spread(
+        self, some: Ints, counts: npt.NDArray[np.bool_], values: Floats, rounds: int
+    ) -> None:
+        """Average the values (n, c) of `some` vertices over those linked to them that count."""
         from vomstudio.photogrammetry._texture_kernels import diffuse
 
-        diffuse(self.starts, self.others, free, values, np.empty_like(values), rounds)
+        spare = np.empty((len(some), values.shape[1]), np.float32)
+        diffuse(self.starts, self.others, some, counts, values, spare, rounds)
 
 
 def _unclipped(colors: Floats) -> npt.NDArray[np.bool_]:
@@ -209,8 +223,10 @@ def _balance(
     common = there.astype(np.float32) @ there.astype(np.float32).T
     normal, right = np.zeros((count, count)), np.zeros((count, values.shape[1]))
     for i in range(count):
+        # Of hundreds of photos each sees a small part.
+        mine = np.flatnonzero(there[i])
         for j in np.flatnonzero(common[i, :i] >= _FEWEST_IN_COMMON):
-            both = there[i] & there[j]
+            both = mine[there[j, mine]]
             above = np.median(table[i, both] - table[j, both], axis=0)
             weight = float(common[i, j])
             normal[i, i] += weight
@@ -241,31 +257,33 @@ def _odd(
     usual = float(np.median(distance[distance > 0])) if (distance > 0).any() else 0.0
     odd = distance > np.maximum(max(_LEAST_ODD, 6.0 * usual), 2.5 * spread)
     for view in range(count):
-        mine = rows.views == view
+        mine = rows.of_view(view)
         if not odd[mine].any():
             continue
+        owner = rows.owner[mine]
         here = np.zeros((n, 1), np.float32)
-        here[rows.owner[mine], 0] = odd[mine]
+        here[owner, 0] = odd[mine]
         there = np.zeros(n, bool)
-        there[rows.owner[mine]] = True
+        there[owner] = True
         # A single vertex is noise; a spot has an edge that is mixed with the rock.
-        links.spread(there, here, 1)
+        links.spread(owner, there, here, 1)
         here[here < 0.4] = 0
-        links.spread(there, here, _RINGS_ABOUT_ODD)
-        odd[mine] = here[rows.owner[mine], 0] > 0.01
+        links.spread(owner, there, here, _RINGS_ABOUT_ODD)
+        odd[mine] = here[owner, 0] > 0.01
     return odd
 
 
 def _on_view(rows: _Rows, view: int, values: Floats, links: _Links, rounds: int) -> None:
     """Smooth the values of one view's entries over the vertices that it sees."""
     n = len(rows.starts) - 1
-    mine = np.flatnonzero(rows.views == view)
+    mine = rows.of_view(view)
+    owner = rows.owner[mine]
     dense = np.zeros((n, values.shape[1]), np.float32)
-    free = np.zeros(n, bool)
-    free[rows.owner[mine]] = True
-    dense[rows.owner[mine]] = values[mine]
-    links.spread(free, dense, rounds)
-    values[mine] = dense[rows.owner[mine]]
+    seen = np.zeros(n, bool)
+    seen[owner] = True
+    dense[owner] = values[mine]
+    links.spread(owner, seen, dense, rounds)
+    values[mine] = dense[owner]
 
 
 def _corner_rows(
@@ -315,13 +333,14 @@ def _offsets(
     everywhere = np.ones(n, bool)
     for view in range(count):
         progress.step(view)
-        mine = np.flatnonzero(rows.views == view)
-        # Towards the end of what a photo sees it fades out, so that no step is left there.
+        mine = rows.of_view(view)
+        # Towards the end of what a photo sees well it fades out, so that no step is left there.
+        mine = mine[sound[mine]]
+        owner = rows.owner[mine]
         ramp = np.zeros((n, 1), np.float32)
-        ramp[rows.owner[mine], 0] = sound[mine]
-        links.spread(everywhere, ramp, min(rounds, 30))
-        fade = np.clip(2 * ramp[rows.owner[mine], 0] - 1, 1e-4, 1)
-        weight[mine] = np.where(sound[mine], total[mine] * fade, 0)
+        ramp[owner, 0] = 1.0
+        links.spread(owner, everywhere, ramp, min(rounds, 30))
+        weight[mine] = total[mine] * np.maximum(ramp[owner, 0], 1e-4)
     weight = np.maximum(weight, np.where(odd, 1e-12, 1e-9)).astype(np.float32)
     mean = np.empty((n, 3), np.float32)
     sums = np.maximum(np.bincount(rows.owner, weight, minlength=n), 1e-30)
@@ -331,14 +350,14 @@ def _offsets(
     offsets = (mean[rows.owner] - colors).astype(np.float32)
     for view in range(count):
         progress.step(view)
-        mine = np.flatnonzero(rows.views == view)
+        mine = rows.of_view(view)
         owner = rows.owner[mine]
-        free = np.zeros(n, bool)
-        free[owner] = True
+        seen = np.zeros(n, bool)
+        seen[owner] = True
         dense = np.zeros((n, 4), np.float32)
         dense[owner, :3] = offsets[mine] * sound[mine, None]
         dense[owner, 3] = sound[mine]
-        links.spread(free, dense, rounds)
+        links.spread(owner, seen, dense, rounds)
         offsets[mine] = dense[owner, :3] / np.maximum(dense[owner, 3:], 1e-3)
     return offsets
 

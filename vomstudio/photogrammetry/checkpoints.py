@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.errors import InputError, TargetError
+from vomstudio.photogrammetry.memory import peak_bytes
 
 _STAMP = "stage.json"
 _KEY_LENGTH = 16
@@ -31,22 +32,21 @@ def key_of(*parts: object) -> str:
 
 
 class Stage:
-    """One stage's folder. `seconds` counts the work of earlier, unfinished runs too."""
+    """One stage's folder. `seconds` and `peak_bytes` count the work of earlier runs too."""
 
     def __init__(self, root: Path, name: str, key: str) -> None:
         self.name, self.key = name, key
         self._final = root / f"{name}-{key}"
         self._part = root / f"{name}-{key}.part"
         self._begun = time.monotonic()
-        self._before = 0.0
-        if self.done:
-            self._before = float(self.facts.get("seconds", 0.0))
-        else:
+        if not self.done:
             try:
                 self._part.mkdir(parents=True, exist_ok=True)
             except OSError as error:
                 raise _not_written(self._part, error) from error
-            self._before = float(_read(self._part / _STAMP).get("seconds", 0.0))
+        facts = self.facts
+        self._before = float(facts.get("seconds", 0.0))
+        self._peak_before = int(facts.get("peak_bytes", 0))
 
     @property
     def done(self) -> bool:
@@ -65,15 +65,22 @@ class Stage:
     def seconds(self) -> float:
         return self._before if self.done else self._before + time.monotonic() - self._begun
 
+    @property
+    def peak_bytes(self) -> int:
+        """The most that a process has held at once which worked on this stage or a later one."""
+        return max(self._peak_before, peak_bytes())
+
     def pause(self) -> None:
         """Note the time spent, for when the work goes on."""
         if not self.done and self._part.is_dir():
-            write_whole(self._part / _STAMP, lambda p: _write(p, {"seconds": self.seconds}))
+            spent = {"seconds": self.seconds, "peak_bytes": self.peak_bytes}
+            write_whole(self._part / _STAMP, lambda p: _write(p, spent))
 
     def finish(self, **facts: Any) -> None:
         """Everything is there: put it on the disk, then give the folder its name."""
         seconds = self.seconds
-        write_whole(self._part / _STAMP, lambda p: _write(p, {"seconds": seconds, **facts}))
+        facts = {"seconds": seconds, "peak_bytes": self.peak_bytes, **facts}
+        write_whole(self._part / _STAMP, lambda p: _write(p, facts))
         try:
             for path in self._part.rglob("*"):
                 if path.is_file():

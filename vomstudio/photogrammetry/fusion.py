@@ -13,7 +13,7 @@ from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import overload
+from typing import Any, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -113,15 +113,29 @@ def fuse(
             "no two depth maps agree anywhere; the photos may be blurred, of a surface without "
             "texture, or badly aligned"
         )
-    points, normals, confidence, views, colors = (
-        np.concatenate(column) for column in zip(*parts, strict=True)
-    )
+    columns = [list(column) for column in zip(*parts, strict=True)]
+    parts.clear()
+    points, normals, confidence, views, colors = (_joined(column) for column in columns)
     return PointCloud(
         points,
         colors if photos is not None else None,
         normals,
         {"confidence": confidence, "views": views},
     )
+
+
+def memory_needed(pixels: int, largest: int) -> int:
+    """Bytes that `fuse` takes at most for maps of so many pixels altogether, the largest map with
+    so many. Measured: 0.1 to 0.25 points come of a pixel of photos that overlap by 60 % and more.
+    """
+    return int(0.25 * pixels * 70) + 70 * largest + FusionOptions.cache_bytes
+
+
+def _joined(parts: list[Any]) -> Any:
+    """One array of all, which are let go: clouds are the largest that is held at all."""
+    whole = np.concatenate(parts)
+    parts.clear()
+    return whole
 
 
 class _Cache:

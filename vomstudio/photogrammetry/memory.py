@@ -30,16 +30,17 @@ def peak_bytes() -> int:
     return int(most) if sys.platform == "darwin" else int(most) * 1024
 
 
-def fitting_size(
-    wanted_px: int, needed: Callable[[int, int], int], aspect: float, at_once: int
-) -> int:
-    """The long side, at most `wanted_px`, with which `at_once` photos can be worked on.
+def at_once(needed: int, threads: int) -> int:
+    """How many of `threads` may work side by side, each taking `needed` bytes; one always may."""
+    if needed <= 0 or threads <= 1:
+        return max(threads, 1)
+    return int(min(max(SHARE * available_bytes() // needed, 1), threads))
 
-    needed : bytes for one photo of (width, height)
-    aspect : long side over short side
-    """
+
+def fitting_size(wanted_px: int, needed: Callable[[int], int]) -> int:
+    """The long side of photos, at most `wanted_px`, with which `needed(side)` bytes are there."""
     free = SHARE * available_bytes()
     size = wanted_px
-    while size > _SMALLEST_PX and at_once * needed(size, round(size / aspect)) > free:
+    while size > _SMALLEST_PX and needed(size) > free:
         size = max(_SMALLEST_PX, int(size * 0.9))
     return size

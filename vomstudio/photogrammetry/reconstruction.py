@@ -32,7 +32,6 @@ from vomstudio.photogrammetry.kept import (
     save_mesh,
     save_straight,
 )
-from vomstudio.photogrammetry.memory import peak_bytes
 from vomstudio.photogrammetry.scene import SparseScene
 from vomstudio.photogrammetry.scene_check import check_scene
 from vomstudio.photogrammetry.settings import Settings
@@ -52,6 +51,8 @@ Result = TypeVar("Result")
 
 _CLOUD, _MESH = "cloud.npz", "mesh.npz"
 RESULT = "reconstruction.json"
+# Not work, but a choice that a run which goes on keeps.
+_SIZE = "size"
 WORK = "work"
 # A worker whose window was killed may still be in native code that nothing interrupts.
 _LAST_BREATH_S = 5.0
@@ -241,16 +242,18 @@ class _Placed:
 
 @dataclass(frozen=True)
 class _Source:
-    """A photo as it was taken, for the texture."""
+    """A photo as it was taken, for the texture; read when it is asked for."""
 
-    photo: bytes
-    mask: bytes | None
+    taken: Photo
     view: View
 
-    @classmethod
-    def read(cls, photo: Photo, view: View) -> _Source:
-        mask = None if photo.mask is None else _bytes(photo.mask)
-        return cls(_bytes(photo.path), mask, view)
+    @property
+    def photo(self) -> bytes:
+        return _bytes(self.taken.path)
+
+    @property
+    def mask(self) -> bytes | None:
+        return None if self.taken.mask is None else _bytes(self.taken.mask)
 
 
 class _Run:
@@ -383,7 +386,8 @@ class _Run:
         """Photos without distortion, of the size in which every pixel gets a depth."""
         from vomstudio.photogrammetry import undistortion
 
-        size, views = self._dense_size(), placed.scene.views
+        views = placed.scene.views
+        size = self._dense_size(placed)
         self.dense_px = size
         stage = self.checkpoints.stage("straight", placed.stage.key, versions("cv2"), size)
         by_name = {photo.name: photo for photo in photos.photos}
@@ -394,19 +398,27 @@ class _Run:
             return undistortion.UndistortTask(_bytes(photo.path), mask, views[number], size)
 
         kept = Kept(stage.folder, [view.name for view in views], save_straight, load_straight)
-        self._each("Straightening photos", stage, kept, undistortion.undistort, task)
+        lenses = [view.intrinsics for view in views]
+        needed = max(undistortion.memory_needed(n.width, n.height, size) for n in lenses)
+        self._each("Straightening photos", stage, kept, undistortion.undistort, task, needed)
         return kept.at(stage.folder), stage
 
-    def _dense_size(self) -> int:
-        from vomstudio.photogrammetry.needs import memory_need
+    def _dense_size(self, placed: _Placed) -> int:
+        """What was chosen once is kept where it still fits, so that a run goes on with it."""
+        from vomstudio.photogrammetry.depthmaps import fitting_size
 
-        need = memory_need(self.settings)
-        if need.size_px < need.wanted_px:
+        wanted, lenses = self.settings.steps.dense_px, [v.intrinsics for v in placed.scene.views]
+        size = fitting_size(wanted, [(lens.width, lens.height) for lens in lenses])
+        stage = self.checkpoints.stage(_SIZE, placed.stage.key, wanted)
+        if not stage.done:
+            stage.finish(dense_px=size)
+        size = min(size, int(stage.facts["dense_px"]))
+        if size < wanted:
             self.diary.note(
-                f"Depths are sought at {need.size_px} instead of {need.wanted_px} pixels along the "
-                "long side, since no more memory is free"
+                f"Depths are sought at {size} instead of {wanted} pixels along the long side, "
+                "since no more memory is free"
             )
-        return need.size_px
+        return size
 
     def _depths(
         self, scene: SparseScene, straight: Kept[Undistorted], flat: Stage
@@ -424,7 +436,13 @@ class _Run:
 
         names = [scene.views[plan.view].name for plan in pairs.plans]
         kept = Kept(stage.folder, names, _save_map, depthmaps.DepthMap.load)
-        self._each("Finding depths", stage, kept, depthmaps.depth_map, task)
+        lenses = [view.intrinsics for view in scene.views]
+        scales = [min(1.0, self.dense_px / max(n.width, n.height)) for n in lenses]
+        needed = max(
+            depthmaps.memory_needed(round(n.width * k), round(n.height * k))
+            for n, k in zip(lenses, scales, strict=True)
+        )
+        self._each("Finding depths", stage, kept, depthmaps.depth_map, task, needed)
         return pairs, kept.at(stage.folder), stage
 
     def _each(
@@ -434,6 +452,7 @@ class _Run:
         kept: Kept[Result],
         work: Callable[[Item], Result],
         task: Callable[[int], Item],
+        needed: int,
     ) -> None:
         """Do what is not done yet of a stage whose results are one for each photo."""
         if stage.done:
@@ -441,7 +460,7 @@ class _Run:
         left = [number for number in range(len(kept)) if not kept.has(number)]
         self.diary.stage(title, len(kept))
         progress = Ahead(self.diary, len(kept) - len(left))
-        for done, result in self.executor.map(work, map(task, left), progress):
+        for done, result in self.executor.map(work, map(task, left), progress, needed):
             kept.put(left[done], result)
         stage.finish()
 
@@ -465,16 +484,22 @@ class _Run:
         return loaded(load_cloud, stage.folder / _CLOUD), stage
 
     def _surface(self, cloud: PointCloud, placed: _Placed, fused: Stage) -> tuple[Mesh, Stage]:
-        from vomstudio.photogrammetry.surface import SurfaceOptions, make_surface
+        from vomstudio.photogrammetry.surface import (
+            SurfaceOptions,
+            build_surface,
+            fitting_points,
+        )
 
         faces = self.settings.steps.faces
         stage = self.checkpoints.stage("surface", fused.key, versions("open3d"), faces)
         if not stage.done:
             threads = self.settings.threads or os.cpu_count() or 1
-            options = SurfaceOptions(faces=faces, threads=threads)
-            mesh = make_surface(cloud, options, self.diary, placed.scene.centres)
-            write_whole(stage.folder / _MESH, lambda path: save_mesh(path, mesh))
-            stage.finish(faces=len(mesh.faces))
+            options = SurfaceOptions(faces=faces, threads=threads, max_points=fitting_points())
+            made = build_surface(cloud, options, self.diary, placed.scene.centres)
+            write_whole(stage.folder / _MESH, lambda path: save_mesh(path, made.mesh))
+            stage.finish(facts=made.facts, warnings=list(made.warnings))
+        for warning in stage.facts["warnings"]:
+            self.diary.note(warning)
         return loaded(load_mesh, stage.folder / _MESH), stage
 
     def _texture(
@@ -488,7 +513,7 @@ class _Run:
         stage = self.checkpoints.stage("texture", surfaced.key, steps.page_px, steps.pages)
         if not stage.done:
             by_name = {photo.name: photo for photo in photos.photos}
-            sources = [_Source.read(by_name[view.name], view) for view in placed.scene.views]
+            sources = [_Source(by_name[view.name], view) for view in placed.scene.views]
             options = TextureOptions(atlas=AtlasOptions(page=steps.page_px, most_pages=steps.pages))
             made = make_texture(mesh, sources, options, self.executor, self.diary)
             for material, page in zip(made.mesh.materials, made.pages, strict=True):
@@ -594,8 +619,10 @@ class _Run:
             "faces": len(textured.faces),
             "frame": scene.crs or "local",
             "scaled": scene.scaled,
-            "seconds": {s.name: round(s.seconds, 2) for s in self.checkpoints.stages},
-            "peak_memory_mb": round(peak_bytes() / 1e6),
+            "seconds": {
+                s.name: round(s.seconds, 2) for s in self.checkpoints.stages if s.name != _SIZE
+            },
+            "peak_memory_mb": round(max(s.peak_bytes for s in self.checkpoints.stages) / 1e6),
             "report": str(outputs.report),
             "poses": str(outputs.poses),
             "folder": str(self.folder),

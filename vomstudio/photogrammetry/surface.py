@@ -12,6 +12,7 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.photogrammetry import memory
 from vomstudio.photogrammetry.topology import (
     Array,
     Faces,
@@ -28,8 +29,14 @@ from vomstudio.progress import Progress, Silent
 _FEWEST = 100
 _DEPTHS = (5, 12)
 _NEAR = 24
+_BYTES_PER_POINT = 1000
+_FEWEST_THINNED = 100_000
 # At its rim a surface ends at this share of the distance up to which it is borne out.
 _RIM_SHARE = 0.45
+# So wide, in the same unit, is the strip at most that is cut off there.
+_RIM_WIDTH = 1.1
+# Pieces with a smaller share of all triangles are left out: bits of bushes, and what errs.
+_ISLAND_SHARE = 0.0005
 
 
 @dataclass(frozen=True)
@@ -40,7 +47,8 @@ class SurfaceOptions:
     depth : of the octree; None chooses it from spacing, extent and wanted faces
     trim : vertices farther than this many spacings from any point are cut off
     largest_hole_m : holes up to this wide are closed; None: 30 spacings
-    smallest_island_faces : pieces with fewer triangles of the finished surface are left out
+    smallest_island_faces : pieces with fewer triangles of the finished surface are left out, and
+        of large surfaces those with less than a two-thousandth of all
     sharpen : draw the vertices back to the points, which keeps steps and edges
     max_points : a larger cloud is thinned evenly first, which bounds the memory (about 1 GB for
         each million points)
@@ -73,6 +81,12 @@ class Surface:
     mesh: Mesh
     facts: dict[str, Any]
     warnings: tuple[str, ...]
+
+
+def fitting_points() -> int:
+    """How many points may make a surface in the memory that is free."""
+    most = memory.SHARE * memory.available_bytes() / _BYTES_PER_POINT
+    return int(min(max(most, _FEWEST_THINNED), SurfaceOptions.max_points))
 
 
 def make_surface(
@@ -136,7 +150,9 @@ def build_surface(
         vertices, faces = _simplify(vertices, faces, options.faces)
     progress.stage("Checking the surface")
     vertices, faces = make_manifold(vertices, faces)
-    vertices, faces, islands = _without_islands(vertices, faces, options.smallest_island_faces)
+    vertices, faces, islands = _without_islands(
+        vertices, faces, max(options.smallest_island_faces, int(_ISLAND_SHARE * len(faces)))
+    )
     faces = _toward_normals(vertices, faces, tree, normals)
     _verify(vertices, faces)
     mesh = Mesh(vertices + shift, faces, colors=_colors(vertices, tree, colors))
@@ -266,7 +282,44 @@ def _trim(
     sparse = (far <= reach) & ~rim
     closed = ~sparse & ~rim & (np.linalg.norm(high - low, axis=1) <= 1.2 * hole)
     keep[rows[(sparse | closed)[labels]]] = True
+    keep |= _cracks(vertices, faces, ~keep & (farthest <= reach), farthest > reach, reach)
     return keep, int(closed.sum())
+
+
+def _cracks(
+    vertices: Array,
+    faces: Faces,
+    band: npt.NDArray[np.bool_],
+    air: npt.NDArray[np.bool_],
+    reach: float,
+) -> npt.NDArray[np.bool_]:
+    """Those of the band about the points that lie farther from the air, along the surface, than a
+    rim is wide: narrow strips that no photo saw, such as the treads of joint steps, which only
+    hang together with the rim."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import dijkstra
+
+    found = np.zeros(len(faces), bool)
+    rows = np.flatnonzero(band)
+    if not len(rows):
+        return found
+    used, corners = np.unique(faces[rows], return_inverse=True)
+    corners = corners.reshape(-1, 3)
+    start, end = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
+    length = np.linalg.norm(vertices[used[start]] - vertices[used[end]], axis=1)
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    _, first = np.unique(low.astype(np.int64) << 32 | high, return_index=True)
+    links = (np.maximum(length[first], 1e-12), (low[first], high[first]))
+    graph = coo_matrix(links, shape=(len(used), len(used))).tocsr()
+    beside = np.zeros(len(vertices), bool)
+    beside[faces[air]] = True
+    seeds = np.flatnonzero(beside[used])
+    far = np.full(len(used), np.inf)
+    if len(seeds):
+        rim = _RIM_WIDTH * reach
+        far = dijkstra(graph, directed=False, indices=seeds, min_only=True, limit=rim)
+    found[rows] = np.isinf(far[corners]).all(axis=1)
+    return found
 
 
 def _pull(

@@ -26,9 +26,11 @@ from vomstudio.photogrammetry.visibility import (
     project,
     pyramid,
 )
+from vomstudio.photogrammetry.visibility import memory_needed as look_memory
 from vomstudio.progress import Executor, Inline, Progress, Silent
 
-_TILE = 1024
+# A photo is decoded once for each tile that it has a part in.
+_TILE = 2048
 # Where two photos meet they fade into each other: the higher, the narrower.
 _SEAM = 4.0
 _MAX_LEVEL = 6
@@ -169,7 +171,7 @@ def make_texture(
     shift = mesh.vertices.mean(axis=0)
     vertices = np.ascontiguousarray(mesh.vertices - shift)
     faces = np.ascontiguousarray(mesh.faces, np.int32)
-    moved = [_moved(photo, shift) for photo in photos]
+    moved = [_Moved(photo, shift) for photo in photos]
     looks = _looks(moved, vertices, faces, executor, progress)
     if not any(len(one.faces) for one in looks):
         raise GeometryError(
@@ -194,17 +196,21 @@ def make_texture(
     return Textured(finished, tuple(pages), report, made.views[order])
 
 
-@dataclass(frozen=True)
 class _Moved:
-    """A photo about the middle of the mesh."""
+    """A photo about the middle of the mesh. Its bytes are asked for when they are needed: those of
+    hundreds of photos would fill the memory."""
 
-    photo: bytes
-    mask: bytes | None
-    view: Any
+    def __init__(self, photo: Photo, shift: Array) -> None:
+        self._photo = photo
+        self.view = photo.view.moved(1.0, np.eye(3), -shift)
 
+    @property
+    def photo(self) -> bytes:
+        return self._photo.photo
 
-def _moved(photo: Photo, shift: Array) -> _Moved:
-    return _Moved(photo.photo, photo.mask, photo.view.moved(1.0, np.eye(3), -shift))
+    @property
+    def mask(self) -> bytes | None:
+        return self._photo.mask
 
 
 def _looks(
@@ -213,7 +219,9 @@ def _looks(
     progress.stage("Looking at the surface from each photo", len(photos))
     tasks = (LookTask(p.photo, p.mask, p.view, vertices, faces) for p in photos)
     found: dict[int, Look] = {}
-    for number, one in executor.map(look, tasks, progress):
+    lenses = [p.view.intrinsics for p in photos]
+    needed = max(look_memory(lens.width, lens.height, len(faces)) for lens in lenses)
+    for number, one in executor.map(look, tasks, progress, needed):
         found[number] = one
     return [found[number] for number in range(len(photos))]
 
@@ -388,7 +396,8 @@ def _pages(
     filled = [np.zeros((h, w), bool) for w, h in atlas.sizes.tolist()]
     progress.stage("Drawing the texture", len(places))
     tasks = _Tasks(photos, vertices, faces, atlas, made, colors, options.atlas.gutter)
-    for number, tile in executor.map(draw_tile, (tasks.tile(*place) for place in places), progress):
+    tiles = (tasks.tile(*place) for place in places)
+    for number, tile in executor.map(draw_tile, tiles, progress, _tile_memory(photos)):
         page, left, top = places[number]
         h, w = tile.filled.shape
         pages[page][top : top + h, left : left + w] = tile.rgb
@@ -398,6 +407,12 @@ def _pages(
         progress.step(number)
         fill_between(page_rgb, there)
     return pages
+
+
+def _tile_memory(photos: Sequence[_Moved]) -> int:
+    """Bytes that `draw_tile` takes at most: the sums of a tile, and one photo with its halves."""
+    largest = max(p.view.intrinsics.width * p.view.intrinsics.height for p in photos)
+    return 35 * _TILE**2 + 6 * largest + 20_000_000
 
 
 class _Tasks:

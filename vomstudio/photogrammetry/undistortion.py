@@ -132,6 +132,12 @@ def undistort(task: UndistortTask) -> Undistorted:
     )
 
 
+def memory_needed(width: int, height: int, max_size: int | None) -> int:
+    """Bytes that `undistort` takes at most for a photo of this size."""
+    scale = min(1.0, (max_size or _LARGEST_SIDE) / max(width, height, 1))
+    return int(width * height * (6 + 18 * scale * scale)) + 20_000_000
+
+
 def decode_photo(photo: bytes, name: str) -> npt.NDArray[np.uint8]:
     """(h, w, 3) red, green, blue, as stored: an orientation tag turns nothing.
 

@@ -68,6 +68,11 @@ class Look:
     detail: npt.NDArray[np.float32]
 
 
+def memory_needed(width: int, height: int, faces: int) -> int:
+    """Bytes that `look` takes at most for a photo of this size and a mesh of so many faces."""
+    return int(width * height * 18 + faces * 170) + 20_000_000
+
+
 def decode(content: bytes, view: View, *, grey: bool = False) -> Any:
     """(h, w, 3) uint8 BGR, or (h, w) for a mask. Raises InputError where this is no picture of the
     camera's shape."""

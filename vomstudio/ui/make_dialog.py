@@ -338,11 +338,10 @@ class MakeDialog(QDialog):
 
 def _memory_words(memory: dict[str, Any]) -> str:
     needed, free = gigabytes(memory["needed_bytes"]), gigabytes(memory["free_bytes"])
-    photos = f"{memory['threads']} photos" if memory["threads"] != 1 else "one photo"
-    words = f"Depths of {photos} at once take up to {needed} of the {free} that are free"
+    words = f"Depths and their cloud take up to {needed} of the {free} that are free"
     if memory["size_px"] < memory["wanted_px"]:
         words += (
             f"; to fit, they are sought at {memory['size_px']} instead of {memory['wanted_px']} "
-            "pixels: fewer threads allow more"
+            "pixels"
         )
     return words + "."
