@@ -262,7 +262,7 @@ def reconstruct(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     scheduler: the address of a Dask cluster, or None for this machine's processors.
     """
     from vomstudio.jobs.executors import make_executor
-    from vomstudio.photogrammetry import reconstruction
+    from vomstudio.photogrammetry import outputs, reconstruction
     from vomstudio.photogrammetry.settings import Settings
     from vomstudio.products.reconstruction_report import write_report
 
@@ -283,8 +283,8 @@ def reconstruct(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
         result = reconstruction.reconstruct(Path(args["photos"]), out, settings, executor, progress)
     finally:
         executor.close()
-    with reconstruction.disk_watched(out):
-        write_report(reconstruction.Outputs(out).report, result)
+    with outputs.disk_watched(out):
+        write_report(outputs.Outputs(out).report, result)
     return result
 
 
