@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from vomstudio.errors import TargetError
+from vomstudio.errors import InputError, TargetError
 from vomstudio.io.control import ControlPoint, Mark, read_control, read_marks, write_marks
+from vomstudio.io.control_files import crs_of
 from vomstudio.ui import photo_marks
 from vomstudio.ui.edit_history import EditHistory
 from vomstudio.ui.photo_marks import MarkFiles, PhotoMarks
@@ -127,3 +128,40 @@ def test_marks_in_photos_that_are_not_there_are_kept(folder, qtbot) -> None:
     assert "gone.jpg" in said[0][1]
     mark(marks, "B")
     assert {m.photo for m in read_marks(folder / "marks.csv")} == {"gone.jpg", "sub/b.jpg", "a.jpg"}
+
+
+def test_the_tables_that_the_model_is_placed_by_are_taken_over_and_never_written(
+    folder, qtbot
+) -> None:
+    """With their CRS, without which the model would be in a local frame."""
+    control, marks_ = folder.parent / "control.csv", folder.parent / "marks.csv"
+    control.write_text("# EPSG:32633: surveyed\nlabel,x,y,z\nA,1,2,3\n")
+    write_marks(marks_, [Mark("A", "a.jpg", 1, 2)])
+    before = control.read_bytes(), marks_.read_bytes()
+    marks = PhotoMarks(
+        MarkFiles(folder, folder.parent / "kept", control, marks_), PHOTOS, EditHistory()
+    )
+    marks.read()
+    assert [p.label for p in marks.marking.control] == ["A"]
+    assert marks.save_again()
+    assert not any(folder.iterdir()), "nothing has changed"
+    mark(marks, "B")
+    assert (control.read_bytes(), marks_.read_bytes()) == before
+    assert [m.label for m in read_marks(folder / "marks.csv")] == ["A", "B"]
+    assert crs_of(folder / "control.csv") == "EPSG:32633"
+    again = opened(folder)
+    assert again.marking == marks.marking
+    again.change("place", "", again.marking.placed(ControlPoint("C", (4.0, 5.0, 6.0))))
+    assert crs_of(folder / "control.csv") == "EPSG:32633"
+    assert not list(folder.glob("*.bak*")), "a table of our own needs no copy"
+
+
+def test_points_of_another_crs_are_not_mixed_in(folder, qtbot) -> None:
+    one, other = folder.parent / "one.csv", folder.parent / "other.csv"
+    one.write_text("# EPSG:32633\nlabel,x,y,z\nA,1,2,3\n")
+    other.write_text("# EPSG:32632\nlabel,x,y,z\nB,1,2,3\n")
+    marks = opened(folder)
+    marks.import_points(one)
+    with pytest.raises(InputError, match="EPSG:32632, the points that are here are in EPSG:32633"):
+        marks.import_points(other)
+    assert [p.label for p in read_control(folder / "control.csv")] == ["A"]

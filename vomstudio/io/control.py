@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +27,7 @@ from vomstudio.io.text_tables import TextTable, read_table
 CONTROL, MARKS = "control.csv", "marks.csv"
 """Their names beside the photos."""
 
+_CRS = re.compile(r"# EPSG:\d+")
 _CONTROL = {"", "control", "yes", "true", "1", "gcp"}
 _CHECK = {"check", "no", "false", "0"}
 
@@ -130,9 +132,12 @@ def beside(photos: Path) -> tuple[Path | None, Path | None]:
     return (control if control.is_file() else None, marks if marks.is_file() else None)
 
 
-def write_control(path: Path, points: Iterable[ControlPoint]) -> Path | None:
+def write_control(
+    path: Path, points: Iterable[ControlPoint], crs: str | None = None
+) -> Path | None:
     """Write the table of points, whole or not at all; without points there is none afterwards.
 
+    crs : "EPSG:n" of the points, which the table then states in a comment; None where not known
     Returns where a table was put that held more than these columns. Raises TargetError.
     """
     rows = [
@@ -140,7 +145,8 @@ def write_control(path: Path, points: Iterable[ControlPoint]) -> Path | None:
          "check" if p.check else "control"]
         for p in points
     ]  # fmt: skip
-    return _write(path, ["label", "x", "y", "z", "sigma", "use"], rows)
+    comment = f"# {crs}\n" if crs is not None and _CRS.fullmatch(f"# {crs}") else ""
+    return _write(path, ["label", "x", "y", "z", "sigma", "use"], rows, comment)
 
 
 def write_marks(path: Path, marks: Iterable[Mark]) -> Path | None:
@@ -152,7 +158,9 @@ def write_marks(path: Path, marks: Iterable[Mark]) -> Path | None:
     return _write(path, ["label", "photo", "x", "y"], rows)
 
 
-def _write(path: Path, header: Sequence[str], rows: Sequence[Sequence[str]]) -> Path | None:
+def _write(
+    path: Path, header: Sequence[str], rows: Sequence[Sequence[str]], comment: str = ""
+) -> Path | None:
     kept = set_aside(path) if path.exists() and not _is_plain(path, header) else None
     if not rows:
         path.unlink(missing_ok=True)
@@ -165,7 +173,7 @@ def _write(path: Path, header: Sequence[str], rows: Sequence[Sequence[str]]) -> 
     )
     writer.writerow(header)
     writer.writerows(rows)
-    write_bytes(path, text.getvalue().encode(), force=True)
+    write_bytes(path, (comment + text.getvalue()).encode(), force=True)
     return kept
 
 
@@ -174,6 +182,8 @@ def _is_plain(path: Path, header: Sequence[str]) -> bool:
     try:
         with path.open(encoding="utf-8") as stream:
             first = stream.readline().rstrip("\n").replace('"', "")
+            if _CRS.fullmatch(first):
+                first = stream.readline().rstrip("\n").replace('"', "")
             return first == ",".join(header) and not any(row.startswith("#") for row in stream)
     except (OSError, UnicodeDecodeError):
         return False

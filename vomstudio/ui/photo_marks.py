@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from PySide6.QtCore import QObject, Signal
 
-from vomstudio.errors import TargetError, VomError
+from vomstudio.errors import InputError, TargetError, VomError
 from vomstudio.io.backup import set_aside
 from vomstudio.io.control import (
     CONTROL,
@@ -20,6 +20,7 @@ from vomstudio.io.control import (
     write_control,
     write_marks,
 )
+from vomstudio.io.control_files import crs_of
 from vomstudio.photogrammetry.marking import (
     NOTHING,
     Marking,
@@ -34,10 +35,22 @@ Array = npt.NDArray[np.float64]
 
 class MarkFiles:
     """Where the tables of a folder of photos are: beside them, or else in `spare`, a folder of the
-    project, for photos whose folder cannot be written."""
+    project, for photos whose folder cannot be written. As long as there are none, what `control`
+    and `marks` hold is taken over, which are never written: the files that the model is placed by.
+    """
 
-    def __init__(self, photos: Path, spare: Path) -> None:
+    def __init__(
+        self, photos: Path, spare: Path, control: Path | None = None, marks: Path | None = None
+    ) -> None:
         self.photos, self.spare = photos, spare
+        self._given = {CONTROL: control, MARKS: marks}
+
+    @property
+    def own(self) -> bool:
+        return any(self.found(name) for name in (CONTROL, MARKS))
+
+    def to_read(self, name: str) -> Path | None:
+        return self.found(name) if self.own else self._given[name]
 
     def found(self, name: str) -> Path | None:
         for folder in (self.photos, self.spare):
@@ -56,6 +69,8 @@ class PhotoMarks(QObject):
         super().__init__()
         self.files, self.photos, self._history = files, photos, history
         self.marking = Marking()
+        self.crs: str | None = None
+        """Of the control points, "EPSG:n", where their file states it."""
         self.unsaved = ""
         """Why the last change is not on the disk."""
         self._cameras: PlacedPhotos | None = None
@@ -63,18 +78,21 @@ class PhotoMarks(QObject):
         self._missing: list[str] | None = None
         self._damaged: set[str] = set()
         self._on_disk = Marking()
+        self._taken_over: Marking | None = None
 
     # --- reading -----------------------------------------------------------------------------
     def read(self) -> None:
         """Take what the tables hold; of one that cannot be read nothing is lost."""
         made = Marking()
+        own = self.files.own
         for name in (CONTROL, MARKS):
-            path = self.files.found(name)
+            path = self.files.to_read(name)
             if path is None:
                 continue
             try:
                 if name == CONTROL:
                     made = Marking(tuple(read_control(path)))
+                    self.crs = crs_of(path)
                 else:
                     made, strangers = made.with_marks(read_marks(path), self.photos)
                     if strangers:
@@ -85,7 +103,10 @@ class PhotoMarks(QObject):
                     self.tr("{0} (it is put aside when something is marked anew)").format(error),
                     "warning",
                 )
-        self.marking = self._on_disk = made
+        self.marking = made
+        # What was taken over is written as a whole, and with the first change only.
+        self._on_disk = made if own else Marking()
+        self._taken_over = None if own else made
         self._renew()
 
     def set_cameras(self, cameras: PlacedPhotos | None) -> None:
@@ -148,7 +169,13 @@ class PhotoMarks(QObject):
 
     def import_points(self, path: Path) -> int:
         """Take the points of a table, in place of those with the same label. Raises InputError."""
-        points = read_control(path)
+        points, crs = read_control(path), crs_of(path)
+        if self.marking.control and None not in (crs, self.crs) and crs != self.crs:
+            raise InputError(
+                f"is in {crs}, the points that are here are in {self.crs}: bring them into one CRS",
+                file=path,
+            )
+        self.crs = crs or self.crs
         made = self.marking
         for point in points:
             made = made.placed(point)
@@ -171,6 +198,9 @@ class PhotoMarks(QObject):
     def _write(self) -> None:
         """What is not on the disk as it is here."""
         now, there = self.marking, self._on_disk
+        if now == self._taken_over:
+            return
+        self._taken_over = None
         try:
             if now.control != there.control:
                 self._write_one(CONTROL)
@@ -220,7 +250,7 @@ class PhotoMarks(QObject):
                 path.unlink()
                 self._damaged.discard(path.name)
             if path.name == CONTROL:
-                kept = write_control(path, self.marking.control) or kept
+                kept = write_control(path, self.marking.control, self.crs) or kept
             else:
                 kept = write_marks(path, self.marking.marks) or kept
         except OSError as error:

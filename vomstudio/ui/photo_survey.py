@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import itertools
 import json
@@ -14,7 +15,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from vomstudio.errors import VomError
 from vomstudio.io.cameras_file import FILE_NAME, read_cameras
 from vomstudio.io.control import CONTROL, MARKS
-from vomstudio.io.control_files import find_control
+from vomstudio.io.control_files import find_control, marks_beside
 from vomstudio.io.project import RECONSTRUCTIONS
 from vomstudio.jobs.events import Failed
 from vomstudio.ui.job_bridge import Job
@@ -77,6 +78,8 @@ class PhotoSurvey(QObject):
         self.settings = MakeSettings()
         self.forecast: dict[str, Any] | None = None
         self._foreseeing: Job | None = None
+        self._taken_over: Path | None = None
+        """Control points of another file from which those beside the photos were begun."""
         self._tables_soon = QTimer(self)
         self._tables_soon.setSingleShot(True)
         self._tables_soon.setInterval(_TABLES_MS)
@@ -253,11 +256,11 @@ class PhotoSurvey(QObject):
 
     def control_written(self) -> None:
         """Control points or marks beside the photos are new: they are taken unless other files were
-        chosen, and looked at again."""
+        chosen that are not in them, and looked at again."""
         self._tables_soon.stop()
         if self.folder is None:
             return
-        if self.settings.control is None or self.settings.found:
+        if self.settings.found or self.settings.control in (None, self._taken_over):
             self.settings = self._with_tables(self.settings)
         self.foresee()
         self.changed.emit()
@@ -315,7 +318,15 @@ class PhotoSurvey(QObject):
             return None
         key = hashlib.sha256(str(self.folder.resolve()).encode()).hexdigest()[:8]
         kept = self._studio.project.folder / "photos" / f"{self.folder.name}-{key}"
-        return MarkFiles(self.folder, kept)
+        control, marks = self.settings.control, self.settings.marks
+        files = MarkFiles(self.folder, kept)
+        if control is None or files.own:
+            return files
+        if marks is None:
+            with contextlib.suppress(VomError):
+                marks = marks_beside(control)
+        self._taken_over = control
+        return MarkFiles(self.folder, kept, control, marks)
 
     def set_mask(self, name: str, mask: str | None) -> None:
         for row in self.rows:
