@@ -6,6 +6,7 @@ import hashlib
 import io
 import json
 import math
+import tempfile
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -168,13 +169,25 @@ def sift(
     settings.use_gpu = False
     settings.sift.max_num_features = math.ceil(options.max_features / _FEATURES_PER_PLACE)
     settings.sift.first_octave = -1 if max(image.shape) <= _DOUBLED_UP_TO else 0
-    extractor = pycolmap.FeatureExtractor.create(settings, pycolmap.Device.cpu)
-    found, descriptors = extractor.extract_from_uint8_array(np.ascontiguousarray(image))
-    keypoints = np.array(
-        [(k.x, k.y, k.a11, k.a12, k.a21, k.a22) for k in found], np.float32
-    ).reshape(-1, 6)
+    # Its extractor of one picture holds Python's lock all the while, this one does not.
+    with tempfile.TemporaryDirectory(prefix="vom-features-") as folder:
+        pictures = Path(folder, "pictures")
+        pictures.mkdir()
+        height, width = image.shape
+        head = f"P5 {width} {height} 255\n".encode()
+        (pictures / "one.pgm").write_bytes(head + np.ascontiguousarray(image).tobytes())
+        database = Path(folder, "one.db")
+        pycolmap.extract_features(
+            database, pictures, extraction_options=settings, device=pycolmap.Device.cpu
+        )
+        opened = pycolmap.Database.open(database)
+        try:
+            keypoints = np.array(opened.read_keypoints(1), np.float32).reshape(-1, 6)
+            descriptors = np.array(opened.read_descriptors(1).data, np.uint8).reshape(-1, 128)
+        finally:
+            opened.close()
     kept = _largest(keypoints, options.max_features)
-    return keypoints[kept], np.array(descriptors.data, np.uint8).reshape(-1, 128)[kept]
+    return keypoints[kept], descriptors[kept]
 
 
 def sizes(keypoints: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
