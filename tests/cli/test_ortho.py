@@ -163,3 +163,20 @@ def test_a_full_disk_is_told_and_leaves_nothing(run, model: Path, tmp_path: Path
     assert ran.code == 2
     assert ran.json["error"]["code"] == "target"
     assert files(tmp_path) == before
+
+
+@pytest.mark.parametrize("scaled", [False, True])
+def test_a_model_of_photos_that_knows_no_north_claims_none(
+    run, model: Path, tmp_path: Path, scaled: bool
+) -> None:
+    from vomstudio.io.cameras_file import Cameras, write_cameras
+
+    (tmp_path / "m.prj").unlink()
+    write_cameras(tmp_path / "cameras.json", Cameras((), Path("photos"), scaled=scaled))
+    out = tmp_path / "o.tif"
+    ran = run("ortho", model, "--trend", 40, "--plunge", 35, "-o", out, "--gsd", 0.05, "--json")
+    assert ran.code == 0
+    facts = json.loads(Path(ran.json["sidecar"]).read_text("utf-8"))
+    assert (facts["north"] is None) == scaled
+    assert ("metre" in facts["unit"]) == scaled
+    assert any("north is not known" in text for text in ran.json["warnings"]) != scaled

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.arguments import (
@@ -55,6 +56,7 @@ def add_parser(subparsers: Subparsers) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.document.records import Frame
     from vomstudio.io.atomic import check_target
+    from vomstudio.io.cameras_file import scale_known
     from vomstudio.io.models import read_model
     from vomstudio.products import orthophoto
     from vomstudio.products.ortho_sheet import format_of
@@ -77,6 +79,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     view = fixed or _fold_view(fold, loaded, to_world)
     if args.flip:
         view = view.flipped()
+    unknown = loaded.crs is None and scale_known(loaded.path) is False
+    if unknown:
+        view = replace(view, north_known=False, metric=args.unit != 1.0)
     try:
         plan = orthophoto.plan(loaded.data, view, to_world=to_world, gsd=args.gsd)
     except InputError as error:
@@ -95,8 +100,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
     if fold is not None:
         deep = float(plan.points[:, 2].max() - plan.points[:, 2].min())
-        fold["cost"] = orthophoto.cost_of_direction(fold["beta"]["max_confidence95_deg"], deep)
+        fold["cost"] = orthophoto.cost_of_direction(
+            fold["beta"]["max_confidence95_deg"], deep, metric=view.metric
+        )
         warnings.append(fold["cost"])
+    if unknown:
+        warnings.append(
+            "the model was made of photos without control or GPS: north is not known, nor the "
+            "unit, unless --unit says it"
+        )
     warnings = [*loaded.warnings, *warnings, *made.warnings]
     facts = made.facts
     result = {

@@ -53,6 +53,15 @@ def find_photos(cameras: Cameras, path: Path, others: Sequence[Path] = ()) -> Pa
     return None
 
 
+def scale_known(model: str | Path) -> bool | None:
+    """Whether the model that lies beside a `cameras.json` has metres and north; None where there is
+    none that could say."""
+    try:
+        return read_cameras(Path(model).with_name(FILE_NAME)).scaled
+    except InputError:
+        return None
+
+
 def view_to_dict(view: View) -> dict[str, Any]:
     lens = view.intrinsics
     return {

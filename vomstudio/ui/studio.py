@@ -677,7 +677,4 @@ def _frame_of(path: Path, opened: OpenModel) -> Frame:
     """The file's own; a model made of photos in a local system of control has metres and north."""
     if opened.crs:
         return Frame("crs", opened.crs)
-    with contextlib.suppress(VomError):
-        if cameras_file.read_cameras(path.with_name(cameras_file.FILE_NAME)).scaled:
-            return Frame("local")
-    return Frame()
+    return Frame("local") if cameras_file.scale_known(path) else Frame()
