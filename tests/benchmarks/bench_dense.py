@@ -11,6 +11,7 @@ import os
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -26,9 +27,12 @@ from tests.photogrammetry.dense_truth import (
 )
 from tests.photogrammetry.rock_face import photograph
 from vomstudio.geometry.cameras import Intrinsics
-from vomstudio.photogrammetry.depthmaps import DepthOptions, depth_map, make_task
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.photogrammetry.colmap_workspace import write_workspace
+from vomstudio.photogrammetry.depthmaps import DepthMap, DepthOptions, depth_map, make_task
 from vomstudio.photogrammetry.fusion import FusionOptions, fuse, neighbours_by_name
 from vomstudio.photogrammetry.pairs import choose_pairs
+from vomstudio.photogrammetry.scene import SparseScene
 from vomstudio.photogrammetry.undistortion import Undistorted, UndistortTask, undistort
 
 DISTANCE, FOCAL = 8.0, 1100.0
@@ -71,6 +75,44 @@ def report(label: str, face, points: np.ndarray, truth: np.ndarray) -> None:
     )
 
 
+def fuse_with_colmap(
+    folder: Path,
+    scene: SparseScene,
+    maps: Sequence[DepthMap],
+    photos: Sequence[Undistorted],
+    *,
+    fewest_views: int = 2,
+    reprojection_px: float = 1.0,
+) -> PointCloud:
+    """COLMAP's own fusion of the maps; for comparison."""
+    import pycolmap
+
+    # Its fusion takes the corner of a pixel for the centre.
+    files = write_workspace(folder, scene, photos, shift=-0.5)
+    for file, one in zip(files, maps, strict=True):
+        has = one.depth[one.depth > 0]
+        low, high = (float(has.min()), float(has.max())) if has.size else (0.1, 1.0)
+        name = f"{file}.geometric.bin"
+        pycolmap.DepthMap.from_array(np.ascontiguousarray(one.depth), low, high).write(
+            folder / "stereo" / "depth_maps" / name
+        )
+        pycolmap.NormalMap.from_array(np.ascontiguousarray(one.normals)).write(
+            folder / "stereo" / "normal_maps" / name
+        )
+    options = pycolmap.StereoFusionOptions()
+    options.min_num_pixels = fewest_views
+    options.max_reproj_error = reprojection_px
+    options.max_normal_error = 25.0
+    made = pycolmap.stereo_fusion(
+        folder / "fused.ply", folder, input_type="geometric", options=options, output_type="ply"
+    )
+    points = [made.points3D[i] for i in made.points3D]
+    return PointCloud(
+        np.array([p.xyz for p in points]).reshape(-1, 3),
+        np.array([p.color for p in points], np.uint8).reshape(-1, 3),
+    )
+
+
 def main() -> None:
     wanted = [word for word in sys.argv[1:] if not word.startswith("-")] or ["sgbm", "patchmatch"]
     face, photos, scene = survey()
@@ -99,8 +141,6 @@ def main() -> None:
             label = f"  {fewest} views, {wall:.1f} s ({cpu:.1f} s cpu)"
             report(label, face, cloud.points, truth)
         if "--colmap" in sys.argv:
-            from vomstudio.photogrammetry.colmap_workspace import fuse_with_colmap
-
             for fewest in (2, 3):
                 with tempfile.TemporaryDirectory() as folder:
                     start = time.perf_counter()

@@ -13,8 +13,9 @@ from tests.photogrammetry.made_photos import LENS, Finder, Made, abreast, around
 from vomstudio.errors import Cancelled, InputError
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.geometry.similarity import fit_similarity
-from vomstudio.photogrammetry.alignment import Alignment, Options, align, pair_matches
+from vomstudio.photogrammetry.alignment import Alignment, Options, align
 from vomstudio.photogrammetry.mapping import residuals
+from vomstudio.photogrammetry.matching import matches_of_pair
 from vomstudio.progress import Silent
 
 ONE = Options(threads=1)
@@ -229,11 +230,11 @@ def test_a_finished_alignment_is_read_back(arc: tuple[Made, Alignment, Path]) ->
 
 def test_matches_of_a_pair_can_be_shown(arc: tuple[Made, Alignment, Path]) -> None:
     made, _, work = arc
-    names = [photo.name for photo in made.photos]
-    left, right = pair_matches(work, names, names[2], names[3])
-    assert len(left) == len(right) > 300
-    back, _ = pair_matches(work, names, names[3], names[2])
-    assert np.array_equal(back, right)
+    left, right, _, rows = matches_of_pair(work / "database.db", 2, 3)
+    left, right = left[rows[:, 0]], right[rows[:, 1]]
+    assert len(rows) > 300
+    back, _, _, other = matches_of_pair(work / "database.db", 3, 2)
+    assert np.array_equal(back[other[:, 0]], right)
     # The same point of the rock: triangulated rays meet.
     a, b = made.views[2], made.views[3]
     gap = np.cross(a.rays(left), b.rays(right)) @ (b.centre - a.centre)

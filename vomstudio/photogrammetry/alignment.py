@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.photogrammetry import lenses, mapping, matching
@@ -302,15 +301,3 @@ def _unregistered(
                 "with the model"
             )
         yield photo.name, reason
-
-
-def pair_matches(
-    work: Path, photos: Sequence[str], a: str, b: str
-) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
-    """Pixels (n, 2) in photo `a` and (n, 2) in photo `b` of their verified matches, for display.
-
-    photos : all names, in the order in which they were aligned
-    Raises InputError where there is no such database.
-    """
-    names = list(photos)
-    return matching.verified_matches(work / "database.db", names.index(a), names.index(b))

@@ -1,4 +1,4 @@
-"""COLMAP's dense workspace: for its PatchMatch on CUDA, and for comparing its fusion with ours.
+"""COLMAP's dense workspace, for its PatchMatch on CUDA.
 
 Written from COLMAP's documentation of its output format; only this module and the alignment know
 COLMAP.
@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from vomstudio.errors import GeometryError
-from vomstudio.geometry.cloud import PointCloud
 from vomstudio.photogrammetry.depthmaps import DepthMap
 from vomstudio.photogrammetry.pairs import Pairs
 from vomstudio.photogrammetry.scene import SparseScene
@@ -120,44 +119,6 @@ def write_workspace(
     model.write(folder / "sparse")
     (folder / "stereo" / "fusion.cfg").write_text("\n".join(files) + "\n", encoding="utf-8")
     return files
-
-
-def fuse_with_colmap(
-    folder: Path,
-    scene: SparseScene,
-    maps: Sequence[DepthMap],
-    photos: Sequence[Undistorted],
-    *,
-    fewest_views: int = 2,
-    reprojection_px: float = 1.0,
-) -> PointCloud:
-    """COLMAP's own fusion of the maps; for comparison."""
-    import pycolmap
-
-    # Its fusion takes the corner of a pixel for the centre.
-    files = write_workspace(folder, scene, photos, shift=-0.5)
-    for file, one in zip(files, maps, strict=True):
-        has = one.depth[one.depth > 0]
-        low, high = (float(has.min()), float(has.max())) if has.size else (0.1, 1.0)
-        name = f"{file}.geometric.bin"
-        pycolmap.DepthMap.from_array(np.ascontiguousarray(one.depth), low, high).write(
-            folder / "stereo" / "depth_maps" / name
-        )
-        pycolmap.NormalMap.from_array(np.ascontiguousarray(one.normals)).write(
-            folder / "stereo" / "normal_maps" / name
-        )
-    options = pycolmap.StereoFusionOptions()
-    options.min_num_pixels = fewest_views
-    options.max_reproj_error = reprojection_px
-    options.max_normal_error = 25.0
-    made = pycolmap.stereo_fusion(
-        folder / "fused.ply", folder, input_type="geometric", options=options, output_type="ply"
-    )
-    points = [made.points3D[i] for i in made.points3D]
-    return PointCloud(
-        np.array([p.xyz for p in points]).reshape(-1, 3),
-        np.array([p.color for p in points], np.uint8).reshape(-1, 3),
-    )
 
 
 def _checked(photo: Undistorted, depth: Any, normal: Any, plan: Any) -> DepthMap:

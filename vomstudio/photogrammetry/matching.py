@@ -375,23 +375,6 @@ def pair_counts(path: Path) -> dict[Pair, int]:
     return counts
 
 
-def verified_matches(
-    path: Path, a: int, b: int
-) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
-    """Pixels (n, 2) and (n, 2) of the verified matches of two photos (rows). Raises InputError
-    without a database."""
-    if not path.exists():
-        raise InputError("has no matches; align the photos first", file=path)
-    database = colmap().Database.open(path)
-    try:
-        geometry = database.read_two_view_geometry(a + 1, b + 1)
-        left, right = (database.read_keypoints(i + 1)[:, :2] for i in (a, b))
-    finally:
-        database.close()
-    rows = np.asarray(geometry.inlier_matches, np.intp).reshape(-1, 2)
-    return left[rows[:, 0]], right[rows[:, 1]]
-
-
 # ------------------------------------------------------------------------------------------------
 def match_counts(path: Path) -> dict[Pair, tuple[int, int]]:
     """(matches, verified matches) of every pair of photos (rows) that was compared. Raises

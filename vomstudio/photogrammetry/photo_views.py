@@ -195,17 +195,6 @@ class PhotoViews:
             return None
         return float(np.degrees(np.arccos(min(float(np.median(found)), 1.0))))
 
-    def visible_parts(
-        self, view: int, line: npt.ArrayLike, step_px: float = 3.0, slack_m: float | None = None
-    ) -> list[Array]:
-        """The parts (k, 2), in pixels, of a World polyline (n, 3) that a photo shows; a part ends
-        where the line goes behind the rock or off the photo. Straight in space, bent by the lens.
-        """
-        pixels, seen = self.course(view, line, step_px, slack_m)
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], seen, [False]]).astype(np.int8)))
-        runs = zip(edges[::2], edges[1::2], strict=True)
-        return [pixels[a:b] for a, b in runs if b - a > 1]
-
     def course(
         self, view: int, line: npt.ArrayLike, step_px: float = 3.0, slack_m: float | None = None
     ) -> tuple[Array, npt.NDArray[np.bool_]]:

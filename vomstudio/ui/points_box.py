@@ -286,9 +286,6 @@ class PointsBox(QGroupBox):
             made = marking.placed(replace(point, check=role == CHECK))
         self._marks.change(self.tr("Role of {0}").format(label), self.photo, made)
 
-    def _mark_typed(self) -> None:
-        self.typed.emit(self.mark_x.value(), self.mark_y.value())
-
     def _numbers_typed(self) -> None:
         if not self.label or not any(field.isModified() for field in self.numbers):
             return
