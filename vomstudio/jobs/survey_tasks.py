@@ -20,7 +20,8 @@ def take_frames(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
 
 
 def foresee(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
-    """What a reconstruction of the folder `photos` with these settings will need and use.
+    """What a reconstruction of the folder `photos` with these settings will need and use; sizes:
+    width and height of the photos, which whoever asks has read already.
 
     memory: see `MemoryNeed`, None without photos. control: see `ControlCheck`, None without control
     points; where a file cannot be read its `problem` says so.
@@ -31,11 +32,11 @@ def foresee(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     from vomstudio.photogrammetry.settings import Settings
 
     settings = Settings(quality=args["quality"], threads=args["threads"])
-    photos = read_photos(args["photos"], progress).photos
-    sizes = [(photo.width, photo.height) for photo in photos]
+    sizes = [(int(width), int(height)) for width, height in args["sizes"]]
     memory = memory_need(settings, sizes).as_dict() if sizes else None
     control = None
     if args["control"] is not None:
+        photos = read_photos(args["photos"], progress).photos
         try:
             control = _control(Path(args["control"]), args["marks"], args["crs"], photos)
         except VomError as error:

@@ -246,7 +246,11 @@ class PhotoSurvey(QObject):
         job = self._studio.jobs.submit(
             "inspection",
             "foresee",
-            {"photos": str(self.folder), **request},
+            {
+                "photos": str(self.folder),
+                "sizes": [(row.width, row.height) for row in self.rows],
+                **request,
+            },
             title=self.tr("Looking at what the model needs"),
             on_done=done,
             on_failed=failed,
