@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from math import isfinite
 from pathlib import Path
 
 from vomstudio.errors import InputError
 from vomstudio.io.control import ControlPoint, Mark
-from vomstudio.io.xml_tree import Element
+from vomstudio.io.xml_tree import Element, Once, attribute, number, wrong
 
 TOP = "document"
 
@@ -29,20 +28,14 @@ def points_of(path: Path, root: Element) -> list[ControlPoint]:
     """Markers that have coordinates; those that are switched off in the reference pane are check
     points. Raises InputError with line and element."""
     points = []
-    lines: dict[str, int] = {}
+    labels = Once(path)
     for marker in _markers(_chunk(path, root)):
         reference = marker.child("reference")
         if reference is None or "x" not in reference.attributes:
             continue
-        label = _attribute(path, marker, "label")
-        if label in lines:
-            raise InputError(
-                f"'{label}' is in line {lines[label]} too; give each marker its own label",
-                file=path,
-                line=marker.line,
-                field=marker.tag,
-            )
-        lines[label] = marker.line
+        label = attribute(path, marker, "label")
+        said = f"'{label}' is in line {{line}} too; give each marker its own label"
+        labels.add(label, marker, said)
         x, y, z = (_number(path, reference, name) for name in "xyz")
         errors = [_number(path, reference, n) for n in ("sx", "sy", "sz")
                   if n in reference.attributes]  # fmt: skip
@@ -59,11 +52,11 @@ def marks_of(path: Path, root: Element) -> list[Mark]:
     chunk = _chunk(path, root)
     cameras = chunk.child("cameras")
     names = {
-        _attribute(path, camera, "id"): _attribute(path, camera, "label")
+        attribute(path, camera, "id"): attribute(path, camera, "label")
         for camera in ([] if cameras is None else cameras.below("camera"))
     }
     labels = {
-        _attribute(path, marker, "id"): _attribute(path, marker, "label")
+        attribute(path, marker, "id"): attribute(path, marker, "label")
         for marker in _markers(chunk)
     }
     frames = chunk.child("frames")
@@ -95,31 +88,12 @@ def _markers(chunk: Element) -> list[Element]:
     return [] if top is None else list(top.below("marker"))
 
 
-def _attribute(path: Path, element: Element, name: str) -> str:
-    value = element.attributes.get(name, "").strip()
-    if not value:
-        raise InputError(f"has no {name}", file=path, line=element.line, field=element.tag)
-    return value
-
-
 def _number(path: Path, element: Element, name: str) -> float:
-    text = _attribute(path, element, name)
-    try:
-        value = float(text)
-    except ValueError:
-        value = float("nan")
-    if not isfinite(value):
-        raise InputError(
-            f"{name}: '{text[:40]}' is not a number", file=path, line=element.line,
-            field=element.tag,
-        )  # fmt: skip
-    return value
+    return number(path, element, attribute(path, element, name), name)
 
 
 def _known(path: Path, element: Element, name: str, known: dict[str, str]) -> str:
-    number = _attribute(path, element, name)
-    if number not in known:
-        raise InputError(
-            f"{name} {number} is not in the file", file=path, line=element.line, field=element.tag
-        )
-    return known[number]
+    key = attribute(path, element, name)
+    if key not in known:
+        raise wrong(path, element, f"{name} {key} is not in the file")
+    return known[key]

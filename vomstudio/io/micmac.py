@@ -7,7 +7,7 @@ from pathlib import Path
 
 from vomstudio.errors import InputError
 from vomstudio.io.control import ControlPoint, Mark
-from vomstudio.io.xml_tree import Element, numbers, words
+from vomstudio.io.xml_tree import Element, Once, numbers, words, wrong
 
 POINTS, MARKS = "DicoAppuisFlottant", "SetOfMesureAppuisFlottants"
 _POINT, _PHOTO, _MARK = "OneAppuisDAF", "MesureAppuiFlottant1Im", "OneMesureAF1I"
@@ -20,26 +20,17 @@ def points_of(path: Path, root: Element) -> list[ControlPoint]:
     `Incertitude`, metres, unless these are 1 1 1. Raises InputError with line and element."""
     found = [each for top in root.below(POINTS) for each in top.all(_POINT)]
     if not found:
-        there = any(True for _ in root.below(MARKS))
-        raise InputError(
-            f"holds marks in photos ({MARKS}) and no ground points ({POINTS}); name it as the marks"
-            if there
-            else f"has no ground point ({POINTS} with {_POINT})",
-            file=path,
-            field=root.tag,
-        )
+        said = f"has no ground point ({POINTS} with {_POINT})"
+        if any(root.below(MARKS)):
+            said = f"holds marks in photos ({MARKS}) and no ground points ({POINTS}); name it as "
+            said += "the marks"
+        raise InputError(said, file=path, field=root.tag)
     points = []
-    lines: dict[str, int] = {}
+    labels = Once(path)
     for each in found:
         label = words(path, each, "NamePt")
-        if label in lines:
-            raise InputError(
-                f"'{label}' is in line {lines[label]} too; give each point its own name",
-                file=path,
-                line=each.line,
-                field="NamePt",
-            )
-        lines[label] = each.line
+        said = f"'{label}' is in line {{line}} too; give each point its own name"
+        labels.add(label, each, said, "NamePt")
         x, y, z = numbers(path, each.child("Pt") or each, words(path, each, "Pt"), 3)
         points.append(ControlPoint(label, (x, y, z), _sigma(path, each)))
     return points
@@ -53,12 +44,7 @@ def _sigma(path: Path, point: Element) -> float | None:
     if stated == _UNSTATED:
         return None
     if min(stated) <= 0:
-        raise InputError(
-            "is the error of a point and must be positive",
-            file=path,
-            line=element.line,
-            field=element.tag,
-        )
+        raise wrong(path, element, "is the error of a point and must be positive")
     return float((sum(value * value for value in stated) / 3) ** 0.5)
 
 
@@ -67,28 +53,18 @@ def marks_of(path: Path, root: Element) -> list[Mark]:
     element."""
     photos = [each for top in root.below(MARKS) for each in top.all(_PHOTO)]
     marks = []
-    seen: dict[tuple[str, str], int] = {}
+    seen = Once(path)
     for photo in photos:
         name = words(path, photo, "NameIm").replace("\\", "/")
         for each in photo.all(_MARK):
             label = words(path, each, "NamePt")
             x, y = numbers(path, each.child("PtIm") or each, words(path, each, "PtIm"), 2)
-            first = seen.setdefault((label, name), each.line)
-            if first != each.line:
-                raise InputError(
-                    f"'{label}' is marked in {name} in line {first} already",
-                    file=path,
-                    line=each.line,
-                    field="NamePt",
-                )
+            said = f"'{label}' is marked in {name} in line {{line}} already"
+            seen.add((label, name), each, said, "NamePt")
             marks.append(Mark(label, name, x, y))
     if not marks:
-        there = any(True for _ in root.below(POINTS))
-        raise InputError(
-            f"holds ground points ({POINTS}) and no marks ({MARKS}); name it as the control"
-            if there
-            else f"has no mark ({MARKS} with {_PHOTO} and {_MARK})",
-            file=path,
-            field=root.tag,
-        )
+        said = f"has no mark ({MARKS} with {_PHOTO} and {_MARK})"
+        if any(root.below(POINTS)):
+            said = f"holds ground points ({POINTS}) and no marks ({MARKS}); name it as the control"
+        raise InputError(said, file=path, field=root.tag)
     return marks

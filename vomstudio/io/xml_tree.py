@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from math import isfinite, nan
 from pathlib import Path
 from xml.parsers import expat
 
@@ -110,37 +111,59 @@ def is_xml(path: str | Path) -> bool:
     return head.replace(b"\0", b"").lstrip().startswith(b"<")
 
 
+def wrong(path: Path, element: Element, said: str, field: str | None = None) -> InputError:
+    """An error that names file, line and element, or another field of it."""
+    return InputError(said, file=path, line=element.line, field=field or element.tag)
+
+
 def words(path: Path, parent: Element, tag: str) -> str:
     """What a child says. Raises InputError that names it where there is none or it is empty."""
     child = parent.child(tag)
     if child is None:
-        raise InputError(f"has no {tag}", file=path, line=parent.line, field=parent.tag)
+        raise wrong(path, parent, f"has no {tag}")
     text = child.text.strip()
     if not text:
-        raise InputError("is empty", file=path, line=child.line, field=tag)
+        raise wrong(path, child, "is empty")
     return text
+
+
+def attribute(path: Path, element: Element, name: str) -> str:
+    """Raises InputError where there is none or it is empty."""
+    value = element.attributes.get(name, "").strip()
+    if not value:
+        raise wrong(path, element, f"has no {name}")
+    return value
+
+
+def number(path: Path, element: Element, text: str, name: str = "") -> float:
+    """A finite number. Raises InputError that names the element, and what of it."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = nan
+    if not isfinite(value):
+        about = f"{name}: " if name else ""
+        raise wrong(path, element, f"{about}'{text[:40]}' is not a number")
+    return value
 
 
 def numbers(path: Path, element: Element, text: str, count: int) -> tuple[float, ...]:
     """So many finite numbers with blanks between them. Raises InputError that names the element."""
-    from math import isfinite
-
-    found = []
-    for word in text.split():
-        try:
-            value = float(word)
-        except ValueError:
-            value = float("nan")
-        if not isfinite(value):
-            raise InputError(
-                f"'{word[:40]}' is not a number", file=path, line=element.line, field=element.tag
-            )
-        found.append(value)
+    found = tuple(number(path, element, word) for word in text.split())
     if len(found) != count:
-        raise InputError(
-            f"holds {len(found)} numbers; {count} are needed",
-            file=path,
-            line=element.line,
-            field=element.tag,
-        )
-    return tuple(found)
+        raise wrong(path, element, f"holds {len(found)} numbers; {count} are needed")
+    return found
+
+
+class Once:
+    """Labels that may stand once in a file, and the lines in which they do."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._lines: dict[object, int] = {}
+
+    def add(self, key: object, element: Element, said: str, field: str | None = None) -> None:
+        """Raises InputError for a second one; said : a sentence with {line} of the first."""
+        if key in self._lines:
+            raise wrong(self._path, element, said.replace("{line}", str(self._lines[key])), field)
+        self._lines[key] = element.line

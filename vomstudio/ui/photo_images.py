@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import threading
 from collections import OrderedDict
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QImage, QImageIOHandler, QImageReader, QPainter, QTransform
+
+from vomstudio.ui.worker_thread import Work, WorkerThread
 
 THUMBNAIL = QSize(102, 68)
 _FIRST_LOOK = 1600  # pixels along the long side, of large photos
@@ -69,9 +71,7 @@ class PhotoImages(QObject):
         self._thumbnails: dict[str, QImage] = {}
         self._picture: str | None = None
         self._waiting: list[str] = []
-        self._more = threading.Condition()
-        self._thread: threading.Thread | None = None
-        self._closed = False
+        self._worker = WorkerThread("photos", self._take)
         self.pictured.connect(self._keep, Qt.ConnectionType.QueuedConnection)
         self.thumbnailed.connect(self._keep_thumbnail, Qt.ConnectionType.QueuedConnection)
 
@@ -82,9 +82,9 @@ class PhotoImages(QObject):
         if kept is not None:
             self._kept.move_to_end(key)
             return kept
-        with self._more:
+        with self._worker.lock:
             self._picture = key
-            self._wake()
+        self._worker.wake()
         return None
 
     def thumbnail(self, path: Path) -> QImage | None:
@@ -92,39 +92,21 @@ class PhotoImages(QObject):
         key = str(path)
         kept = self._thumbnails.get(key)
         if kept is None:
-            with self._more:
+            with self._worker.lock:
                 if key not in self._waiting:
                     self._waiting.append(key)
-                self._wake()
+            self._worker.wake()
         return kept
 
     def close(self) -> None:
-        with self._more:
-            self._closed = True
-            self._more.notify()
-        if self._thread is not None:
-            self._thread.join(5.0)
-
-    def _wake(self) -> None:
-        if self._thread is None:
-            self._thread = threading.Thread(target=self._work, name="photos", daemon=True)
-            self._thread.start()
-        self._more.notify()
+        self._worker.close()
 
     # --- in the thread -----------------------------------------------------------------------
-    def _work(self) -> None:
-        while True:
-            with self._more:
-                while not (self._closed or self._picture or self._waiting):
-                    self._more.wait()
-                if self._closed:
-                    return
-                picture, self._picture = self._picture, None
-                thumbnail = self._waiting.pop(0) if picture is None else None
-            if picture is not None:
-                self._read(picture)
-            elif thumbnail is not None:
-                self._read_thumbnail(thumbnail)
+    def _take(self) -> Work | None:
+        picture, self._picture = self._picture, None
+        if picture is not None:
+            return partial(self._read, picture)
+        return partial(self._read_thumbnail, self._waiting.pop(0)) if self._waiting else None
 
     def _read(self, key: str) -> None:
         reader = QImageReader(key)
@@ -140,8 +122,8 @@ class PhotoImages(QObject):
             if not image.isNull():
                 turn = upright(orientation, width, height)
                 self.pictured.emit(key, Picture((_drawable(image),), width, height, turn, False))
-            with self._more:
-                if self._closed or (self._picture not in (None, key)):
+            with self._worker.lock:
+                if self._worker.closed or (self._picture not in (None, key)):
                     return
         image = reader.read()
         if image.isNull():

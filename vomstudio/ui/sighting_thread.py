@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -14,9 +13,7 @@ from PySide6.QtCore import QObject, Signal
 from vomstudio.rendering.drawing import FeatureDrawing
 from vomstudio.ui.photo_canvas import Drawn
 from vomstudio.ui.photo_links import ModelPhotos
-
-if TYPE_CHECKING:
-    from vomstudio.photogrammetry.photo_views import Sighting
+from vomstudio.ui.worker_thread import Work, WorkerThread
 
 Array = npt.NDArray[np.float64]
 
@@ -56,55 +53,40 @@ class SightingThread(QObject):
         super().__init__()
         self._places: _Places | None = None
         self._features: _Features | None = None
-        self._more = threading.Condition()
-        self._thread: threading.Thread | None = None
-        self._closed = False
+        self._worker = WorkerThread("in photos", self._take)
 
     def find(self, token: int, photos: ModelPhotos, points: Array) -> None:
-        self._ask(places=_Places(token, photos, points))
+        with self._worker.lock:
+            self._places = _Places(token, photos, points)
+        self._worker.wake()
 
     def draw(self, view: int, photos: ModelPhotos, drawings: Sequence[FeatureDrawing]) -> None:
-        self._ask(features=_Features(view, photos, drawings))
+        with self._worker.lock:
+            self._features = _Features(view, photos, drawings)
+        self._worker.wake()
 
     def close(self) -> None:
-        with self._more:
-            self._closed = True
-            self._more.notify()
-        if self._thread is not None:
-            self._thread.join(5.0)
+        self._worker.close()
 
-    def _ask(self, places: _Places | None = None, features: _Features | None = None) -> None:
-        with self._more:
-            self._places = places or self._places
-            self._features = features or self._features
-            if self._thread is None:
-                self._thread = threading.Thread(target=self._work, name="in photos", daemon=True)
-                self._thread.start()
-            self._more.notify()
+    # --- in the thread -----------------------------------------------------------------------
+    def _take(self) -> Work | None:
+        if self._places is not None:
+            places, self._places = self._places, None
+            return partial(self._find, places)
+        if self._features is not None:
+            features, self._features = self._features, None
+            return partial(self._draw_all, features)
+        return None
 
-    def _work(self) -> None:
-        while True:
-            with self._more:
-                while not (self._closed or self._places or self._features):
-                    self._more.wait()
-                if self._closed:
-                    return
-                places, self._places = self._places, None
-                features = None
-                if places is None:
-                    features, self._features = self._features, None
-            if places is not None:
-                found: list[Sighting] = places.photos.views.sightings(places.points)
-                self.sighted.emit(places.token, found)
-            elif features is not None:
-                self._draw_all(features)
+    def _find(self, places: _Places) -> None:
+        self.sighted.emit(places.token, places.photos.views.sightings(places.points))
 
     def _draw_all(self, features: _Features) -> None:
         made: list[Drawn] = []
         for number, drawing in enumerate(features.drawings, start=1):
             made += _drawn(features.photos, features.view, drawing)
-            with self._more:
-                if self._closed or self._features is not None:
+            with self._worker.lock:
+                if self._worker.closed or self._features is not None:
                     return
             if number % _AT_ONCE == 0:
                 self.drawn.emit(features.view, list(made))
