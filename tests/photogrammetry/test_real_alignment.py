@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -9,15 +10,23 @@ import numpy as np
 import pytest
 
 from vomstudio.io.control import ControlPoint, Mark
-from vomstudio.io.photos import read_photos
+from vomstudio.io.photos import Photo, read_photos
 from vomstudio.jobs.executors import Threads
-from vomstudio.photogrammetry.alignment import Options, align
+from vomstudio.photogrammetry.alignment import Alignment, Options, align
 from vomstudio.photogrammetry.control import place_by_control
 from vomstudio.photogrammetry.georeference import by_gps
 from vomstudio.progress import Silent
 
 pytestmark = pytest.mark.slow
 OPTIONS = Options(max_size=1600, threads=2)
+
+
+def placed(folder: Path, work: Path, count: int) -> tuple[Sequence[Photo], Alignment]:
+    """All `count` photos of a folder, aligned."""
+    photos = read_photos(folder).photos
+    aligned = align(photos, work / "work", OPTIONS, Threads(2), Silent())
+    assert aligned.registered == len(photos) == count
+    return photos, aligned
 
 
 def test_a_lake_shore_placed_by_gps_agrees_with_an_independent_cloud(
@@ -27,9 +36,7 @@ def test_a_lake_shore_placed_by_gps_agrees_with_an_independent_cloud(
     from scipy.spatial import cKDTree
 
     folder = data_dir / "brighton_beach"
-    photos = read_photos(folder).photos
-    aligned = align(photos, tmp_path / "work", OPTIONS, Threads(2), Silent())
-    assert aligned.registered == 18
+    photos, aligned = placed(folder, tmp_path, 18)
     # Debian's COLMAP 3.8 on the same photos at the same size: 7515 points at 0.814 px.
     assert aligned.tie_points >= 7515
     scene, report = by_gps(aligned.parts[0], photos)
@@ -50,9 +57,7 @@ def test_a_wall_placed_by_its_marks_has_its_cameras_where_they_were(
     data_dir: Path, tmp_path: Path
 ) -> None:
     folder = data_dir / "saint_martin"
-    photos = read_photos(folder).photos
-    aligned = align(photos, tmp_path / "work", OPTIONS, Threads(2), Silent())
-    assert aligned.registered == 4
+    _photos, aligned = placed(folder, tmp_path, 4)
     # Debian's COLMAP 3.8 on the same photos at the same size: 4996 points at 0.247 px.
     assert aligned.tie_points >= 5020
     assert aligned.reprojection_error_px < 0.247
