@@ -77,7 +77,7 @@ class Pairs:
     left_out: tuple[str, ...]
 
 
-def choose_pairs(scene: SparseScene, *, count: int = 4, method: str | None = None) -> Pairs:
+def choose_pairs(scene: SparseScene, *, count: int = 3, method: str | None = None) -> Pairs:
     """The sources, depth range and methods of every photo.
 
     count : of sources for each photo
