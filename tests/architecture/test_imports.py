@@ -82,3 +82,10 @@ def test_the_window_starts_without_kernels_and_other_slow_things() -> None:
     loaded = loaded_after("\n".join(f"import {module}" for module in modules))
     assert "PySide6" in loaded
     assert not loaded & {"numba", "scipy", "matplotlib", "cv2", "open3d", "pycolmap", "pyproj"}
+
+
+def test_benchmarks_can_be_started() -> None:
+    """No test runs them, so that nothing else notices when what they stand on moves."""
+    files = sorted((ROOT / "tests" / "benchmarks").glob("bench_*.py"))
+    assert files
+    loaded_after("\n".join(f"import tests.benchmarks.{file.stem}" for file in files))

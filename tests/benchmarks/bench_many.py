@@ -17,9 +17,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tests.photogrammetry.rockface import make_face, tie_points
 
 from tests.benchmarks.bench_whole import render, stations
+from tests.photogrammetry.dense_truth import lying_face, tie_points
 from vomstudio.jobs.executors import Threads
 from vomstudio.photogrammetry import surface, texture
 from vomstudio.photogrammetry.atlas import AtlasOptions
@@ -61,7 +61,7 @@ def run(count: int) -> dict[str, float]:
         taken[name] = time.process_time() - begun
         return result
 
-    scene = tie_points(make_face(extent, 0.05), views, count=60 * count)
+    scene = tie_points(lying_face(extent, 0.05), views, count=60 * count)
     photos = [(folder / view.name).read_bytes() for view in views]
     timed("check", lambda: check_scene(scene))
     straight = timed(

@@ -21,9 +21,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 import psutil
-from tests.photogrammetry.rockface import look, make_face
 
 from tests.io import photo_maker
+from tests.photogrammetry.dense_truth import look, lying_face
 from tests.photogrammetry.wall_maker import gps_fields
 from vomstudio.geometry.cameras import Intrinsics, View
 
@@ -53,7 +53,7 @@ def render(folder: Path, count: int) -> None:
     views, extent = stations(count)
     if all((folder / view.name).exists() for view in views):
         return
-    face, paint = make_face(extent, 0.02), painted(extent)
+    face, paint = lying_face(extent, 0.02), painted(extent)
     for k, view in enumerate(views):
         picture = drawn(face, paint, extent, view, np.random.default_rng(k))
         photo_maker.write_photo(

@@ -15,16 +15,16 @@ import time
 
 import cv2
 import numpy as np
-from tests.photogrammetry.rockface import (
+
+from tests.photogrammetry.dense_truth import (
     accuracy,
     completeness,
     look,
-    make_face,
-    photograph,
+    lying_face,
     tie_points,
     true_points,
 )
-
+from tests.photogrammetry.rock_face import photograph
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.depthmaps import depth_map, make_task
 from vomstudio.photogrammetry.fusion import fuse, neighbours_by_name
@@ -40,7 +40,7 @@ def main() -> None:
     parser.add_argument("degrees", nargs="*", type=float, default=[18.0, 25.0, 35.0])
     parser.add_argument("--methods", default="rule,sgbm,patchmatch")
     args = parser.parse_args()
-    face = make_face(spacing=0.012)
+    face = lying_face(spacing=0.012)
     lens = Intrinsics.pinhole(*SIZE, FOCAL, SIZE[0] / 2, SIZE[1] / 2)
     for apart in args.degrees:
         count = int(ARC / apart) + 1

@@ -21,7 +21,7 @@ from vomstudio.photogrammetry.findings import (
     verdict_of,
 )
 from vomstudio.photogrammetry.survey import smallest_plane
-from vomstudio.photogrammetry.survey_check import Limits
+from vomstudio.photogrammetry.survey_limits import Limits
 
 if TYPE_CHECKING:
     from vomstudio.geometry.cameras import View
