@@ -6,6 +6,7 @@ from the model's own float64 coordinates.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, Protocol
 
 import numpy as np
@@ -23,6 +24,7 @@ from vomstudio.rendering.blocks import (
     first_face,
     points_near_ray,
 )
+from vomstudio.rendering.camera import Camera
 from vomstudio.rendering.clipping import ClipBox, Limits, limits_for
 from vomstudio.tools.types import Hit
 
@@ -52,6 +54,33 @@ class Pickable(Protocol):
     def chunk_boxes(self) -> tuple[Array, Array]: ...
 
     def corners_world(self) -> Array: ...
+
+
+def pick_front(
+    models: Iterable[Pickable],
+    camera: Camera,
+    x: float,
+    y: float,
+    size: tuple[float, float],
+    clip: ClipBox | None = None,
+) -> Hit | None:
+    """The front-most point of the models at a pixel of an image of `size`."""
+    origin, direction = camera.ray(x, y, size)
+    tangent = 2.0 * camera.tangent / max(size[1], 1.0)
+    if camera.orthographic:
+        radius, spread = tangent * camera.distance, 0.0
+    else:
+        radius, spread = 0.0, tangent
+    best, best_depth = None, np.inf
+    for model in models:
+        hit = pick_model(model, origin, direction, radius, spread, clip)
+        if hit is None:
+            continue
+        world = model.to_world[:3, :3] @ np.array(hit.position) + model.to_world[:3, 3]
+        depth = float((world - origin) @ direction)
+        if depth < best_depth:
+            best, best_depth = hit, depth
+    return best
 
 
 def pick_model(

@@ -35,7 +35,7 @@ from vtkmodules.vtkRenderingOpenGL2 import vtkTextureObject
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.octree import StreamedCloud
-from vomstudio.rendering import picking, skins, vtkdata
+from vomstudio.rendering import inview, picking, skins, vtkdata
 from vomstudio.rendering.appearance import DISPLAY_MODES, Appearance
 from vomstudio.rendering.buffers import Buffers
 from vomstudio.rendering.camera import Camera, Eye
@@ -45,7 +45,7 @@ from vomstudio.rendering.drawing import PREVIEW, FeatureDrawing
 from vomstudio.rendering.eyedome import BANDS, EyeDome
 from vomstudio.rendering.featurelayer import FeatureLayer
 from vomstudio.rendering.modelscene import ModelScene, Part
-from vomstudio.rendering.pace import SLOW_FRAME_S, Pace, point_weight
+from vomstudio.rendering.pace import SLOW_FRAME_S, Pace
 from vomstudio.rendering.preparation import (
     MOVING_SETS,
     POINTS_PER_SET,
@@ -427,7 +427,8 @@ class Scene:
             return
         if self._pending is not None and self._bands is None:
             # It becomes a part of the frame in the making.
-            self._size_part(model, part)
+            assert self.eye is not None
+            inview.size_points(model, part, self.eye, self.camera, self.size[1], self.look)
             self._pending.append((model, part))
         else:
             self.complete = False
@@ -547,39 +548,10 @@ class Scene:
         return not all(p.uploaded for p in parts) or self.pace.expected(parts) > SLOW_FRAME_S
 
     def _seen_parts(self, *, every_node: bool = False) -> list[tuple[ModelScene, Part]]:
-        """Parts whose box may be in view, nearest first; of clouds the nodes that the view needs,
-        or every one that is there."""
         assert self.eye is not None
-        found = []
-        height, width = self.size[1], self.size[0]
-        aspect = width / max(height, 1)
-        for model in self.models.values():
-            if not model.visible or not model.parts:
-                continue
-            low, high = model.chunk_boxes()
-            half = (high - low) / 2.0
-            centre = (low + high) / 2.0 + model.origin
-            linear = model.to_world[:3, :3]
-            centre = centre @ linear.T + model.to_world[:3, 3]
-            radius = np.linalg.norm(half, axis=1) * np.cbrt(abs(np.linalg.det(linear)))
-            q = (centre - self.eye.position) @ np.stack(
-                [self.eye.right, self.eye.up, self.eye.direction]
-            ).T
-            tall = self.eye.half_height * (1.0 if self.eye.orthographic else np.maximum(q[:, 2], 0))
-            slant = 1.0 if self.eye.orthographic else np.hypot(1.0, self.eye.half_height * aspect)
-            inside = (
-                (np.abs(q[:, 1]) <= tall + radius * slant)
-                & (np.abs(q[:, 0]) <= tall * aspect + radius * slant)
-                & (q[:, 2] + radius > self.eye.near)
-            )
-            if self.clip is not None:
-                inside &= self.clip.meets_balls(centre, radius)
-            if model.streamer is not None and not every_node:
-                inside &= np.array([part.row in model.shown_rows for part in model.parts])
-            for i in np.flatnonzero(inside):
-                found.append((float(q[i, 2] - radius[i]), model, model.parts[i]))
-        found.sort(key=lambda entry: entry[0])
-        return [(model, part) for _, model, part in found]
+        return inview.parts_in_view(
+            self.models.values(), self.eye, self.size, self.clip, every_node=every_node
+        )
 
     def abandon(self) -> None:
         """Forget a frame that is being refined, and that the last one was whole."""
@@ -784,30 +756,10 @@ class Scene:
         return True
 
     def _size_points(self) -> None:
-        """Points just large enough to close the surface they lie on, within limits."""
+        assert self.eye is not None
         for model, part in self._seen_parts():
             if part.spacing > 0.0 and isinstance(model.data, PointCloud):
-                self._size_part(model, part)
-
-    def _size_part(self, model: ModelScene, part: Part) -> None:
-        scale, depth = self._reach(model, part)
-        spacing = model.shown_rows.get(part.row, part.spacing)
-        pixels = 1.3 * spacing * scale / self.camera.metres_per_pixel(self.size[1], depth)
-        low, high = 2.0 * self.look.point_scale, 9.0 * self.look.point_scale
-        size = round(min(max(pixels, low), high))
-        if self.look.point_size is not None:
-            size = max(1, round(self.look.point_size * self.look.point_scale))
-        part.actor.GetProperty().SetPointSize(size)
-        part.weight = point_weight(size)
-
-    def _reach(self, model: ModelScene, part: Part) -> tuple[float, float]:
-        """Scale of the model and depth of the near side of a part's ball."""
-        assert self.eye is not None
-        scale = float(np.cbrt(abs(np.linalg.det(model.to_world[:3, :3])))) or 1.0
-        centre = (part.low + part.high) / 2.0 + model.origin
-        centre = model.to_world[:3, :3] @ centre + model.to_world[:3, 3]
-        radius = float(np.linalg.norm(part.high - part.low)) / 2.0 * scale
-        return scale, max(float(self.eye.depth(centre[None])[0]) - radius, self.eye.near)
+                inview.size_points(model, part, self.eye, self.camera, self.size[1], self.look)
 
     def _pixel_at(self, place: Array) -> float:
         """Metres of a device pixel at a place in World."""
@@ -861,25 +813,17 @@ class Scene:
 
     def _choose_levels(self) -> None:
         """Without hardware mipmaps: the coarsest level with about a texel per pixel."""
-        if not self.software:
-            for model in self.models.values():
-                for skin in model.skins.values():
-                    skin.wanted = 0
-            return
-        assert self.eye is not None
-        best: dict[int, float] = {}
-        for model, part in self._seen_parts():
-            if not part.has_uv or part.material not in model.skins:
-                continue
-            skin = model.skins[part.material]
-            scale, depth = self._reach(model, part)
-            per_pixel = self.camera.metres_per_pixel(self.size[1], depth)
-            finest = skin.texture.levels[0]
-            texels = part.density / scale * max(finest.width, finest.height) * per_pixel
-            best[id(skin)] = min(best.get(id(skin), np.inf), texels)
+        needed: dict[int, float] = {}
+        if self.software:
+            assert self.eye is not None
+            seen = self._seen_parts()
+            needed = inview.texels_per_pixel(seen, self.eye, self.camera, self.size[1])
         for model in self.models.values():
             for skin in model.skins.values():
-                skin.want(best.get(id(skin)))
+                if self.software:
+                    skin.want(needed.get(id(skin)))
+                else:
+                    skin.wanted = 0
 
     def _upload_one_texture(self) -> bool:
         """Bring one piece of a texture to the graphics card; False where none is due."""
@@ -935,28 +879,14 @@ class Scene:
         tolerance = 0.004 * np.abs(surface) + slack
         return ok & ((buffer >= 1.0) | (back <= surface + tolerance))
 
-    # -- picking
-
     def pick(self, x: float, y: float, size: tuple[float, float]) -> Hit | None:
         """The front-most point of a visible model at a pixel of an image of `size`."""
-        origin, direction = self.camera.ray(x, y, size)
-        tangent = 2.0 * self.camera.tangent / max(size[1], 1.0)
-        if self.camera.orthographic:
-            radius, spread = tangent * self.camera.distance, 0.0
-        else:
-            radius, spread = 0.0, tangent
-        best, best_depth = None, np.inf
-        for model in self.models.values():
-            if not model.visible or model.model_id.startswith(PREVIEW):
-                continue
-            hit = picking.pick_model(model, origin, direction, radius, spread, self.clip)
-            if hit is None:
-                continue
-            world = model.to_world[:3, :3] @ np.array(hit.position) + model.to_world[:3, 3]
-            depth = float((world - origin) @ direction)
-            if depth < best_depth:
-                best, best_depth = hit, depth
-        return best
+        shown = [
+            model
+            for model in self.models.values()
+            if model.visible and not model.model_id.startswith(PREVIEW)
+        ]
+        return picking.pick_front(shown, self.camera, x, y, size, self.clip)
 
 
 def collection(planes: list[vtkPlane]) -> vtkPlaneCollection:
