@@ -1,6 +1,6 @@
 """Our alignment beside the COLMAP that Debian ships (3.8, CPU), on the same photos.
 
-    python tests/benchmarks/bench_alignment.py FOLDER [--size 1600] [--threads 2]
+    python -m tests.benchmarks.bench_alignment FOLDER [--size 1600] [--threads 2]
 
 Both run in processes of their own, one after the other; wall and processor seconds are of those.
 Tie points of track 3 or more and the mean reprojection error are counted the same way for both,

@@ -1,7 +1,7 @@
 """What large clouds cost in the whole window: stages and freezes.
 
     xvfb-run -a -s '-screen 0 1600x1000x24 +extension GLX' \\
-        python tests/benchmarks/bench_clouds.py [--copc FILE] [--millions 50] [--laz FILE]
+        python -m tests.benchmarks.bench_clouds [--copc FILE] [--millions 50] [--laz FILE]
 
 A COPC file of so many million made points is written to FILE where there is none (a rough cliff of
 100 x 60 m, a minute for 50 million). Opening it in a fresh window: time to the first picture, to
@@ -20,11 +20,9 @@ import tempfile
 import time
 from pathlib import Path
 
-sys.path[0] = str(Path(__file__).resolve().parents[2])
-
-import numpy as np  # noqa: E402
-from PySide6.QtCore import Qt, QTimer  # noqa: E402
-from PySide6.QtWidgets import QApplication  # noqa: E402
+import numpy as np
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtWidgets import QApplication
 
 ORIGIN = np.array([576_700.0, 5_188_100.0, 180.0])
 NODE_POINTS = 50_000

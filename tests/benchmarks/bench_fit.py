@@ -1,6 +1,6 @@
 """Time to fit 10,000 traces with every figure, beside a plain loop of numpy's SVD.
 
-Run from the project root:  python tests/benchmarks/bench_fit.py
+Run from the project root:  python -m tests.benchmarks.bench_fit
 """
 
 from __future__ import annotations

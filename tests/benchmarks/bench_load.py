@@ -1,6 +1,6 @@
 """How long models take to load, beside CloudCompare and other libraries, in one run.
 
-    python tests/benchmarks/bench_load.py [--dir FOLDER] [--runs 3] [--small] [--peer-python PYTHON]
+    python -m tests.benchmarks.bench_load [--dir FOLDER] [--runs 3] [--small] [--peer-python PYTHON]
 
 The data are generated (a bumpy cliff of 100 x 60 m in four textured parts): an OBJ of 1 M triangles
 with four 4096 x 4096 JPG textures, one of 5 M with the same textures, and a binary PLY of 5 M.

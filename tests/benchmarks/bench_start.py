@@ -1,6 +1,6 @@
 """How soon the window is on the screen, and its first frame, beside CloudCompare.
 
-    xvfb-run -a -s '-screen 0 1600x1000x24 +extension GLX' python tests/benchmarks/bench_start.py
+    xvfb-run -a -s '-screen 0 1600x1000x24 +extension GLX' python -m tests.benchmarks.bench_start
 
 Each run is a process of its own; times count from before the process is started. CloudCompare's
 window is found with xdotool, so its time is until the window is mapped. The first run warms the

@@ -1,8 +1,8 @@
 """What the 3-D view costs, on models that this script makes itself.
 
     xvfb-run -a -s '-screen 0 1600x1000x24 +extension GLX' \\
-        python tests/benchmarks/bench_viewport.py [--millions 1 5] [--clouds 5 9.4 FILE] [--stock]
-        python tests/benchmarks/bench_viewport.py --memory 5
+        python -m tests.benchmarks.bench_viewport [--millions 1 5] [--clouds 5 9.4 FILE] [--stock]
+        python -m tests.benchmarks.bench_viewport --memory 5
 
 Prints, for each size: time to the stages of a model, longest freeze of the window while it loads
 and while it comes to rest (gaps of a 5 ms timer), a drag step through Qt beside a plain frame of
@@ -19,14 +19,11 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 import tempfile
 import time
 from pathlib import Path
 
 STARTED = time.perf_counter()
-# In place of this folder, whose names others look for elsewhere.
-sys.path[0] = str(Path(__file__).resolve().parents[2])
 
 import numpy as np  # noqa: E402
 from PySide6.QtCore import QPointF, Qt, QTimer  # noqa: E402

@@ -51,7 +51,8 @@ def test_the_table_of_a_project_holds_its_planes_and_says_its_frame(
 
 
 def test_the_layers_of_a_project_open_as_a_geopackage(run, project: Path, tmp_path: Path) -> None:
-    pyogrio = pytest.importorskip("pyogrio")
+    import pyogrio
+
     target = tmp_path / "layers.gpkg"
     ran = run("export", project, "--to", "gpkg", "-o", target, "--json")
     assert ran.code == 0

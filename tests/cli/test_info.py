@@ -38,11 +38,12 @@ def test_a_table_of_orientations_has_no_bounds(run, write) -> None:
 
 
 def test_pictures_and_folders_of_photos_are_told(run, tmp_path: Path) -> None:
-    image = pytest.importorskip("PIL.Image")
+    from PIL import Image
+
     folder = tmp_path / "photos"
     folder.mkdir()
     for name in ("a.jpg", "b.JPG"):
-        image.fromarray(np.zeros((4, 6, 3), np.uint8)).save(folder / name, "JPEG")
+        Image.fromarray(np.zeros((4, 6, 3), np.uint8)).save(folder / name, "JPEG")
     photos, picture = run("info", folder, folder / "a.jpg", "--json").json["files"]
     assert (photos["kind"], photos["photos"]) == ("photos", 2)
     assert (picture["kind"], picture["width"], picture["height"]) == ("raster", 6, 4)

@@ -29,7 +29,8 @@ def points():
 
 @pytest.mark.parametrize("model", MODELS)
 def test_pixels_are_those_of_colmap(model, points):
-    pycolmap = pytest.importorskip("pycolmap")
+    import pycolmap
+
     theirs = pycolmap.Camera(model=model, width=1600, height=1200, params=list(LENSES[model]))
     ours = Intrinsics(model, 1600, 1200, LENSES[model]).project(points)
     np.testing.assert_allclose(ours, theirs.img_from_cam(points), atol=1e-9)

@@ -312,7 +312,8 @@ def test_the_written_table_says_its_frame_and_is_plain_csv_for_others(tmp_path: 
 
 
 def test_pandas_reads_the_written_table(tmp_path: Path) -> None:
-    pandas = pytest.importorskip("pandas")
+    import pandas
+
     path = tmp_path / "out.csv"
     rows = [a_plane(id="1", name="#1"), line_row(Line(10.0, 20.0), id="2")]
     write_orientation_csv(path, rows)

@@ -42,7 +42,8 @@ class Counting:
 @contextmanager
 def cluster(workers=2):
     """A scheduler and workers of their own on loopback."""
-    distributed = pytest.importorskip("distributed")
+    import distributed
+
     made = distributed.LocalCluster(
         n_workers=workers,
         threads_per_worker=1,
@@ -98,7 +99,6 @@ def test_one_thread_is_no_thread():
 
 
 def test_a_scheduler_that_is_not_there_is_named():
-    pytest.importorskip("distributed")
     with pytest.raises(UsageError, match=r"127\.0\.0\.1:1"):
         make_executor(None, "tcp://127.0.0.1:1")
 

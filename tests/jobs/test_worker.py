@@ -264,7 +264,8 @@ def test_native_code_that_hears_nothing_ends_with_a_killed_supervisor(tmp_path):
         child_id = int(process.stdout.readline())
         time.sleep(0.3)
         process.kill()
-    psutil = pytest.importorskip("psutil")
+    import psutil
+
     end = time.monotonic() + 10
     while psutil.pid_exists(child_id) and psutil.Process(child_id).status() != "zombie":
         assert time.monotonic() < end, "the child lives on"

@@ -360,7 +360,8 @@ def test_brighton_looks_straight_down_and_panel17_has_useless_gps(data_dir: Path
 
 # -- positions and words -------------------------------------------------------------------------
 def test_degrees_become_metres(tmp_path: Path) -> None:
-    pyproj = pytest.importorskip("pyproj")
+    import pyproj
+
     for i, (lat, lon) in enumerate(((46.0, 7.0), (46.001, 7.002), (45.999, 7.001))):
         photo_maker.write_photo(tmp_path / f"{i}.jpg", seed=i, gps=photo_maker.at(lat, lon, 10 * i))
     photos = read_photos(tmp_path).photos

@@ -12,8 +12,6 @@ from tests.process.reconstruction_runs import reconstruct
 
 @pytest.fixture(scope="session")
 def photos(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    # Whoever tests the reconstruction of photos must have what it needs.
-    pytest.importorskip("pycolmap")
     return write_photos(tmp_path_factory.mktemp("photos") / "face")
 
 

@@ -23,7 +23,6 @@ from tests.process.reconstruction_runs import (
     whole,
 )
 
-pytest.importorskip("distributed")
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name != "posix", reason="about signals")]
 
 
