@@ -139,7 +139,7 @@ def align(
     features, keys = find_features(photos, work, options, executor, progress)
     database = work / "database.db"
     matching.open_database(database, photos, features, keys)
-    choice = matching.choose_pairs(photos, features, options.matching)
+    choice = matching.choose_pairs(photos, features, options.matching, progress)
     # A photo without features matches none.
     useful = [len(f.keypoints) > 0 for f in features]
     pairs = [(i, j) for i, j in choice.pairs if useful[i] and useful[j]]

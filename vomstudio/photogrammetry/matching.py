@@ -22,7 +22,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.photogrammetry.engine import cancellable, colmap
 from vomstudio.photogrammetry.features import Features, sizes
-from vomstudio.progress import Progress
+from vomstudio.progress import Progress, Silent
 
 Pair = tuple[int, int]
 MatchingRule = Literal["auto", "exhaustive", "spatial", "preselected", "sequential"]
@@ -79,14 +79,17 @@ class PairChoice:
 
 
 def choose_pairs(
-    photos: Sequence[PhotoLike], features: Sequence[Features], rule: MatchingRule = "auto"
+    photos: Sequence[PhotoLike],
+    features: Sequence[Features],
+    rule: MatchingRule = "auto",
+    progress: Progress | None = None,
 ) -> PairChoice:
     """Which photos are compared.
 
     Up to 60 photos all with all. More of them, with GPS: each with its 30 nearest; without: each
     with the 30 whose 400 largest features resemble its own most (Wu 2013, 3DV, "preemptive
     matching"). Both add the next ones in the order of the names. Video: the next 10 frames, and
-    those 16, 32, 64 ... later, by which a path that comes back is closed.
+    those 20, 40, 80 ... later, by which a path that comes back is closed.
     """
     n = len(photos)
     every = n * (n - 1) // 2
@@ -103,7 +106,7 @@ def choose_pairs(
     if rule == "sequential":
         steps = [*range(1, _IN_SEQUENCE + 1)]
         while steps[-1] * 2 < n:
-            steps.append(max(16, steps[-1] * 2))
+            steps.append(steps[-1] * 2)
         pairs = {(i, i + s) for s in steps for i in range(n - s)}
         said = f"each frame with the next {_IN_SEQUENCE}, and with some later ones"
     else:
@@ -112,7 +115,7 @@ def choose_pairs(
             pairs |= _nearest(photos)
             said = f"each photo with its {_NEIGHBOURS} nearest by GPS, and the next ones by name"
         else:
-            pairs |= _resembling(features)
+            pairs |= _resembling(features, progress or Silent())
             said = f"each photo with the {_NEIGHBOURS} most similar, and the next ones by name"
     return PairChoice(tuple(sorted(pairs)), f"{said} ({len(pairs)} of {every} pairs)")
 
@@ -163,7 +166,7 @@ def _nearest(photos: Sequence[PhotoLike]) -> set[Pair]:
     return pairs
 
 
-def _resembling(features: Sequence[Features]) -> set[Pair]:
+def _resembling(features: Sequence[Features], progress: Progress) -> set[Pair]:
     n = len(features)
     largest: list[npt.NDArray[np.float32]] = []
     for f in features:
@@ -171,7 +174,10 @@ def _resembling(features: Sequence[Features]) -> set[Pair]:
         d = f.descriptors[chosen].astype(np.float32)
         largest.append(d / np.maximum(np.linalg.norm(d, axis=1, keepdims=True), 1e-6))
     score = np.zeros((n, n), np.int32)
+    every = n * (n - 1) // 2
+    progress.stage("Looking for photos that resemble each other", every)
     for i in range(n):
+        progress.step(every - (n - i) * (n - i - 1) // 2)
         for j in range(i + 1, n):
             score[i, j] = score[j, i] = _mutual(largest[i], largest[j])
     pairs: set[Pair] = set()
