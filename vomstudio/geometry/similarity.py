@@ -13,6 +13,8 @@ Array = npt.NDArray[np.float64]
 
 # Of spreads: points whose second axis is shorter than this part of the first lie on a line.
 _COLLINEAR = 1e-6
+# The same of points by which a model could turn about their line, measured as well as they are.
+_NEARLY_COLLINEAR = 0.02
 # From so many points on, wrong ones can be told from right ones.
 _FEWEST_TO_CHOOSE = 6
 _TRIALS = 300
@@ -154,6 +156,12 @@ def _jacobian(position: Array) -> Array:
 
 def _squares(transform: Similarity, a: Array, b: Array) -> Array:
     return np.asarray(((transform(a) - b) ** 2).sum(1))
+
+
+def nearly_on_a_line(points: Array) -> bool:
+    """Whether points (n, 3) are too near to one line to hold a model against turning about it."""
+    axes = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return bool(axes[1] < _NEARLY_COLLINEAR * axes[0])
 
 
 def rotation_covariance(positions: npt.ArrayLike, sigma: float | Array) -> Array:

@@ -14,12 +14,13 @@ from vomstudio.geometry.similarity import (
     Similarity,
     fit_robustly,
     fit_similarity,
+    nearly_on_a_line,
     rotation_covariance,
 )
 from vomstudio.io.control import ControlPoint, Mark
 from vomstudio.photogrammetry.findings import named
 from vomstudio.photogrammetry.grounding import LensVerdict, adjust_to_ground
-from vomstudio.photogrammetry.mapping import point_errors
+from vomstudio.photogrammetry.mapping import mean_error
 from vomstudio.photogrammetry.scene import SparseScene
 from vomstudio.photogrammetry.sightings import NOWHERE, Sighting, sightings
 from vomstudio.photogrammetry.tied import KnownPoint
@@ -31,8 +32,6 @@ WANTED_PHOTOS = 4
 """A point should be marked in so many photos (textbook 3.2.2)."""
 WANTED_POINTS = 4
 _WARN_DEG = 1.0
-# Second axis over first of points that are nearly on a line.
-_THIN = 0.02
 
 
 @dataclass(frozen=True)
@@ -149,7 +148,7 @@ def place_by_control(
             better, lenses = adjusted_with(again.used)
             again = judged(better)
         # Control points that no bundle of rays can meet bend the model: the tie points tell.
-        adjusted = _mean_error(better) <= 1.2 * _mean_error(placed) + 0.1
+        adjusted = mean_error(better) <= 1.2 * mean_error(placed) + 0.1
         if adjusted:
             placed, judgement = better, again
             told, decisions = lenses, [lens.reason for lens in lenses]
@@ -229,17 +228,11 @@ def _observations(
 
 def require_width(local: Array) -> None:
     """Raises GeometryError where points (n, 3) lie on one line."""
-    axes = np.linalg.svd(local - local.mean(axis=0), compute_uv=False)
-    if axes[1] < _THIN * axes[0]:
+    if nearly_on_a_line(local):
         raise GeometryError(
             "the control points lie on one line, about which the model could turn; add one "
             "beside it"
         )
-
-
-def _mean_error(scene: SparseScene) -> float:
-    errors = point_errors(scene)
-    return float(np.nanmean(errors)) if len(errors) else 0.0
 
 
 def _fit_of(

@@ -15,6 +15,7 @@ from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry.similarity import (
     Similarity,
     fit_robustly,
+    nearly_on_a_line,
     rotation_covariance,
 )
 from vomstudio.photogrammetry.gps_priors import adjust_to_positions
@@ -286,13 +287,11 @@ def _each_sigma(photos: Sequence[PhotoLike], usual: float) -> Array:
 
 def _require_width(centres: Array, spread: Array) -> None:
     """Raises GeometryError where the cameras stand on one line, in the scene or by GPS."""
-    for positions in (centres - centres.mean(axis=0), spread):
-        axes = np.linalg.svd(positions, compute_uv=False)
-        if axes[1] < 0.02 * axes[0]:
-            raise GeometryError(
-                "the photos were taken along one straight line, about which the model could turn; "
-                "use control points"
-            )
+    if nearly_on_a_line(centres) or nearly_on_a_line(spread):
+        raise GeometryError(
+            "the photos were taken along one straight line, about which the model could turn; "
+            "use control points"
+        )
 
 
 def _heights(photos: Sequence[PhotoLike]) -> str:

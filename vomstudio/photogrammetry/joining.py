@@ -20,11 +20,12 @@ from vomstudio.geometry.similarity import (
     Similarity,
     fit_robustly,
     fit_similarity,
+    nearly_on_a_line,
     rotation_covariance,
 )
 from vomstudio.io.control import ControlPoint, Mark
 from vomstudio.photogrammetry.findings import named
-from vomstudio.photogrammetry.mapping import point_errors
+from vomstudio.photogrammetry.mapping import mean_error
 from vomstudio.photogrammetry.scene import SparseScene
 from vomstudio.photogrammetry.sightings import sightings
 from vomstudio.photogrammetry.tied import KnownPoint, adjust_tied
@@ -33,8 +34,6 @@ from vomstudio.progress import Progress
 Array = npt.NDArray[np.float64]
 
 FEWEST = 3
-# Second axis over first of markers that are nearly on a line.
-_THIN = 0.02
 # Markers that miss by so many pixels at most are never called wrong.
 _MARK_PX = 3.0
 _WARN_DEG = 1.0
@@ -168,7 +167,7 @@ def _join(
     if len(common) < FEWEST:
         fit = _by_control(a, b, control)
         whole = merged(one, other, fit)
-        error = _mean_error(whole)
+        error = mean_error(whole)
         return whole, Junction(photos, "control points", (), fit.scale, error, error, None, ())
     here, there = np.array([a[c] for c in common]), np.array([b[c] for c in common])
     _require_width(here, "markers")
@@ -177,7 +176,7 @@ def _join(
     fit, used = fit_robustly(there, here, floor=2 * _MARK_PX * pixel)
     misses = np.linalg.norm(fit(there) - here, axis=1)
     rough = merged(one, other, fit)
-    before = _mean_error(rough)
+    before = mean_error(rough)
     wrong = {label for label, good in zip(common, used, strict=True) if not good}
     seen, _ = sightings(rough, [mark for mark in marks if mark.label not in wrong])
     known = [
@@ -186,7 +185,7 @@ def _join(
         if np.isfinite(sighting.place(rough)).all()
     ]
     whole = adjust_tied(rough, known, threads=threads, progress=progress)
-    after = _mean_error(whole)
+    after = mean_error(whole)
     if not after <= 1.2 * before + 0.1:
         worst = common[int(misses.argmax())]
         raise GeometryError(
@@ -229,8 +228,7 @@ def _by_control(
 
 
 def _require_width(places: Array, what: str) -> None:
-    axes = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)
-    if axes[1] < _THIN * axes[0]:
+    if nearly_on_a_line(places):
         raise GeometryError(
             f"the {what} of both lie on one line, about which one part could turn; mark one "
             "beside it"
@@ -276,11 +274,6 @@ def _warnings(markers: Sequence[MarkerFit], turned: tuple[float, float, float]) 
             "spread them wider"
         )
     return said
-
-
-def _mean_error(scene: SparseScene) -> float:
-    errors = point_errors(scene)
-    return float(np.nanmean(errors)) if len(errors) else 0.0
 
 
 # ------------------------------------------------------------------------------------------------

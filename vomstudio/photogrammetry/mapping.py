@@ -272,6 +272,12 @@ def point_errors(scene: SparseScene) -> npt.NDArray[np.float32]:
     return _means(lengths, scene.track_offsets)[:, 0].astype(np.float32)
 
 
+def mean_error(scene: SparseScene) -> float:
+    """Mean over the points, pixels; 0 where there are none."""
+    errors = point_errors(scene)
+    return float(np.nanmean(errors)) if len(errors) else 0.0
+
+
 def _means(
     values: npt.NDArray[np.float64], offsets: npt.NDArray[np.int64]
 ) -> npt.NDArray[np.float64]:

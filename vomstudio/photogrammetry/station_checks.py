@@ -127,7 +127,7 @@ def _of_positions_seen(seen: Looked, limits: Limits) -> list[Finding]:
             twins.append(names)
     found = []
     if turned:
-        those = tuple(dict.fromkeys(name for pair in turned for name in pair))
+        those = _in_any(turned)
         found.append(
             Finding(
                 "same-position",
@@ -139,7 +139,7 @@ def _of_positions_seen(seen: Looked, limits: Limits) -> list[Finding]:
             )
         )
     if twins:
-        those = tuple(dict.fromkeys(name for pair in twins for name in pair))
+        those = _in_any(twins)
         found.append(
             Finding(
                 "near-identical",
@@ -151,6 +151,10 @@ def _of_positions_seen(seen: Looked, limits: Limits) -> list[Finding]:
             )
         )
     return found
+
+
+def _in_any(pairs: Sequence[tuple[str, str]]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(name for pair in pairs for name in pair))
 
 
 def of_directions(
