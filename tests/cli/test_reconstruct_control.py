@@ -71,6 +71,7 @@ def test_control_can_be_declined(folder, asked) -> None:
     points(folder, marked=3)
     assert run(folder, "--gcp", "none") == 0
     assert asked[0]["control"] is None
+    assert asked[0]["marks"] == str(folder / "marks.csv"), "they tie photos together"
 
 
 def test_marks_alone_are_tie_points(folder, asked) -> None:

@@ -89,9 +89,7 @@ labels = st.text(
 numbers = st.floats(-1e7, 1e7)
 
 
-@settings(
-    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@RUNS
 @given(
     st.lists(
         st.builds(
@@ -111,9 +109,7 @@ def test_points_that_are_written_are_read_back(tmp_path: Path, points: list[Cont
     assert read_control(tmp_path / "control.csv") == points
 
 
-@settings(
-    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@RUNS
 @given(
     st.lists(
         st.builds(Mark, labels, st.sampled_from(["a.jpg", "left; right/b, c.JPG", "ü.tif"]),

@@ -51,6 +51,8 @@ def test_on_another_disk_it_is_copied(untitled, tmp_path, monkeypatch):
     out = tmp_path / "a.vom" / RECONSTRUCTIONS / "cliff-medium"
     assert (out / "work" / "alignment-1a2b" / "database.db").stat().st_size == 3_000_000
     assert (out / "model.obj").exists()
+    # A move would have taken along what belongs to a run in progress.
+    assert not (out / "work" / "depths-3c4d.part").exists()
     untitled.close()
 
 

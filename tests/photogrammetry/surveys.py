@@ -28,7 +28,6 @@ class Survey:
     """face : what is there; views : true cameras, named as the files are
     said : EXIF focal length on 36 mm film of each photo, None where the file says nothing
     gps_m : error of the positions in EXIF, None for none
-    turned : photos that a program turned by 90 degrees; views are of the turned photos already
     """
 
     name: str
@@ -36,7 +35,6 @@ class Survey:
     views: tuple[View, ...]
     said: tuple[float | None, ...]
     gps_m: float | None = None
-    turned: frozenset[int] = frozenset()
     makers: tuple[str, ...] = ()
     gains: tuple[float, ...] = field(default=())
 
@@ -394,7 +392,7 @@ def turned_by_program(said: float | None = None) -> Survey:
         other = Intrinsics("OPENCV", h, w, (f, f, h / 2, w / 2, -0.1, 0.05, 0.0, 0.0))
         views[i] = replace(views[i], intrinsics=other)
     return Survey("turned by a program, no EXIF", rock_face.rough_face(), tuple(views),
-                  (said,) * 12, turned=frozenset({3, 7, 8}))  # fmt: skip
+                  (said,) * 12)  # fmt: skip
 
 
 SURVEYS: dict[str, Callable[[], Survey]] = {

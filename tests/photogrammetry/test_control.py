@@ -180,7 +180,12 @@ def test_markers_without_coordinates_take_part(
 ) -> None:
     views, _, scene = wall
     control, marks = marked(views)
-    _, report = place_by_control(scene, control[:4], marks, threads=1)
+    four = {point.label for point in control[:4]}
+    placed, report = place_by_control(scene, control[:4], marks, threads=1)
+    without, _ = place_by_control(
+        scene, control[:4], [mark for mark in marks if mark.label in four], threads=1
+    )
+    assert np.abs(placed.centres - without.centres).max() > 1e-6
     assert "2 markers without coordinates took part in the adjustment" in report.decisions
     assert not any("not used" in warning for warning in report.warnings)
 

@@ -23,10 +23,10 @@ def photo(number, longitude=None, latitude=None):
     )
 
 
-def features(descriptors):
+def features(descriptors, size):
     count = len(descriptors)
     keypoints = np.zeros((count, 6), np.float32)
-    keypoints[:, 2] = keypoints[:, 5] = np.linspace(9.0, 2.0, count)
+    keypoints[:, 2] = keypoints[:, 5] = size
     return Features(
         keypoints, descriptors.astype(np.uint8), np.zeros((count, 3), np.uint8), 640, 480
     )
@@ -39,13 +39,16 @@ def sights(count, rng):
 
 @pytest.fixture(scope="module")
 def walls():
-    """70 photos in turn of 35 walls, two of each, 100 things on each wall; and noise."""
+    """70 photos in turn of 35 walls, two of each, 100 large things on each wall, and noise; and 400
+    small things of its own in each photo, which come first."""
     rng = np.random.default_rng(3)
     on = [sights(100, rng) for _ in range(35)]
-    return [
-        features(np.clip(on[k % 35][rng.permutation(100)] + rng.normal(0, 4, (100, 128)), 0, 255))
-        for k in range(70)
-    ]
+    photos = []
+    for k in range(70):
+        large = on[k % 35][rng.permutation(100)] + rng.normal(0, 4, (100, 128))
+        both = np.clip(np.concatenate([sights(400, rng), large]), 0, 255)
+        photos.append(features(both, np.repeat([2.0, 9.0], [400, 100])))
+    return photos
 
 
 class Told(Silent):
@@ -82,9 +85,22 @@ def test_the_comparison_is_counted_and_can_be_stopped(walls):
     choose_pairs([photo(k) for k in range(70)], walls, "auto", told)
     assert told.stages == [("Looking for photos that resemble each other", 70 * 69 // 2)]
     assert told.steps == sorted(told.steps)
-    assert told.steps[-1] <= 70 * 69 // 2
+    assert len(told.steps) == 70
+    assert told.steps[-1] == 70 * 69 // 2
+    stopped = Told(stop_at=500)
     with pytest.raises(Cancelled):
-        choose_pairs([photo(k) for k in range(70)], walls, "auto", Told(stop_at=500))
+        choose_pairs([photo(k) for k in range(70)], walls, "auto", stopped)
+    assert stopped.steps[-1] < 600
+
+
+def test_of_photos_that_all_resemble_each_other_each_has_its_thirty():
+    rng = np.random.default_rng(5)
+    wall = sights(100, rng)
+    same = [features(np.clip(wall + rng.normal(0, 4, wall.shape), 0, 255), 9.0) for _ in range(70)]
+    pairs = choose_pairs([photo(k) for k in range(70)], same).pairs
+    each = np.bincount(np.ravel(pairs), minlength=70)
+    assert each.min() >= 30
+    assert len(pairs) < 70 * 69 // 2
 
 
 def test_photos_with_gps_are_compared_with_the_nearest():

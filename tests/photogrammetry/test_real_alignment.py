@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from vomstudio.io.control import ControlPoint, Mark
+from vomstudio.io.control import read_control, read_marks
 from vomstudio.io.photos import Photo, read_photos
 from vomstudio.jobs.executors import Threads
 from vomstudio.photogrammetry.alignment import Alignment, Options, align
@@ -61,15 +61,8 @@ def test_a_wall_placed_by_its_marks_has_its_cameras_where_they_were(
     # Debian's COLMAP 3.8 on the same photos at the same size: 4996 points at 0.247 px.
     assert aligned.tie_points >= 5020
     assert aligned.reprojection_error_px < 0.247
-    control = [
-        ControlPoint(_text(point, "NamePt"), _three(_text(point, "Pt")))
-        for point in ElementTree.parse(folder / "Ground-Pts3D.xml").iter("OneAppuisDAF")
-    ]
-    marks = []
-    for photo in ElementTree.parse(folder / "GroundMeasure.xml").iter("MesureAppuiFlottant1Im"):
-        for mark in photo.iter("OneMesureAF1I"):
-            x, y = (float(v) + 0.5 for v in _text(mark, "PtIm").split())
-            marks.append(Mark(_text(mark, "NamePt"), _text(photo, "NameIm"), x, y))
+    control = read_control(folder / "Ground-Pts3D.xml")
+    marks = read_marks(folder / "GroundMeasure.xml")
     scene, report = place_by_control(aligned.parts[0], control, marks, threads=2)
     assert report.control_rms_m is not None
     assert report.control_rms_m < 0.05
@@ -82,10 +75,6 @@ def test_a_wall_placed_by_its_marks_has_its_cameras_where_they_were(
         assert stated is not None
         truth = _three(stated.text or "")
         assert np.linalg.norm(view.centre + scene.origin - truth) < 0.25
-
-
-def _text(element: ElementTree.Element, name: str) -> str:
-    return (element.findtext(name) or "").strip()
 
 
 def _three(text: str) -> tuple[float, float, float]:

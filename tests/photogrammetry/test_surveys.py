@@ -39,3 +39,7 @@ def test_cameras_of_a_survey_are_found_to_a_pixel_on_the_rock(
     assert len(part.views) == len(survey.views)
     error, _ = centre_error([view.name for view in part.views], part.centres, survey)
     assert error < pixels * pixel_on_rock(survey)
+    true = {view.name: view.intrinsics.focal[0] for view in survey.views}
+    for camera in alignment.cameras:
+        if camera.focal == "freed":
+            assert camera.values[0] == pytest.approx(true[camera.photos[0]], rel=0.02)
