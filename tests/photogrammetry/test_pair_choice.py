@@ -39,15 +39,15 @@ def sights(count, rng):
 
 @pytest.fixture(scope="module")
 def walls():
-    """70 photos in turn of 35 walls, two of each, 100 large things on each wall, and noise; and 400
+    """70 photos in turn of 35 walls, two of each, 400 large things on each wall, and noise; and 400
     small things of its own in each photo, which come first."""
     rng = np.random.default_rng(3)
-    on = [sights(100, rng) for _ in range(35)]
+    on = [sights(400, rng) for _ in range(35)]
     photos = []
     for k in range(70):
-        large = on[k % 35][rng.permutation(100)] + rng.normal(0, 4, (100, 128))
+        large = on[k % 35][rng.permutation(400)] + rng.normal(0, 4, (400, 128))
         both = np.clip(np.concatenate([sights(400, rng), large]), 0, 255)
-        photos.append(features(both, np.repeat([2.0, 9.0], [400, 100])))
+        photos.append(features(both, np.repeat([2.0, 9.0], 400)))
     return photos
 
 

@@ -23,7 +23,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def opened(folder: Path, said: list | None = None) -> PhotoMarks:
-    files = MarkFiles(folder, folder.parent / "project" / "kept")
+    files = MarkFiles(folder, lambda: folder.parent / "project" / "kept")
     made = PhotoMarks(files, PHOTOS, EditHistory())
     if said is not None:
         made.said.connect(lambda text, level: said.append((level, text)))
@@ -139,7 +139,7 @@ def test_the_tables_that_the_model_is_placed_by_are_taken_over_and_never_written
     write_marks(marks_, [Mark("A", "a.jpg", 1, 2)])
     before = control.read_bytes(), marks_.read_bytes()
     marks = PhotoMarks(
-        MarkFiles(folder, folder.parent / "kept", control, marks_), PHOTOS, EditHistory()
+        MarkFiles(folder, lambda: folder.parent / "kept", control, marks_), PHOTOS, EditHistory()
     )
     marks.read()
     assert [p.label for p in marks.marking.control] == ["A"]

@@ -1,7 +1,8 @@
 """The project on disk: a folder NAME.vom that can be moved and zipped.
 
 `journal.sqlite` is the truth; `project.gpkg` is derived; `models/` holds copies where the user
-wants them, `reconstruction/` what was made of photos; `cache/` may be deleted. A project that has
+wants them, `reconstruction/` what was made of photos, `photos/` control points and marks of photos
+whose own folder cannot be written; `cache/` may be deleted. A project that has
 no name yet lives in the user's state folder and is offered back at the next start.
 """
 
@@ -17,6 +18,7 @@ from typing import Any
 from vomstudio.document.records import FEATURES, Model
 from vomstudio.document.session import Session
 from vomstudio.errors import InputError, TargetError, VomError
+from vomstudio.io.cameras_file import FILE_NAME
 from vomstudio.io.journal import SqliteJournal, read_replay
 from vomstudio.io.lock import ProjectLock
 
@@ -24,6 +26,9 @@ SUFFIX = ".vom"
 JOURNAL = "journal.sqlite"
 RECONSTRUCTIONS = "reconstruction"
 """The folder of what is made of photos, one folder in it for each set and quality."""
+PHOTO_TABLES = "photos"
+_MODELS = "models"
+_ALONG = (_MODELS, PHOTO_TABLES)
 # What a reconstruction adds lines to; all else is written once, under another name.
 _LARGEST_COPIED = 1 << 20
 
@@ -86,8 +91,15 @@ class Project:
     @property
     def has_reconstructions(self) -> bool:
         """Hours of work may be in them, though nothing was measured yet."""
-        stages = (self.folder / RECONSTRUCTIONS).glob("*/work/*")
-        return any(stage.is_dir() and stage.suffix != ".part" for stage in stages)
+        made = self.folder / RECONSTRUCTIONS
+        stages = made.glob("*/work/*")
+        return any(made.glob(f"*/{FILE_NAME}")) or any(
+            stage.is_dir() and stage.suffix != ".part" for stage in stages
+        )
+
+    @property
+    def has_photo_tables(self) -> bool:
+        return any(path.is_file() for path in (self.folder / PHOTO_TABLES).glob("*/*"))
 
     def save_as(self, folder: Path) -> None:
         """Move to another folder: history, copies and reconstructions go along. A project with a
@@ -102,8 +114,9 @@ class Project:
             shutil.rmtree(part, ignore_errors=True)
             part.mkdir(parents=True)
             self.journal.copy_to(part / JOURNAL)
-            if (self.folder / "models").is_dir():
-                shutil.copytree(self.folder / "models", part / "models")
+            for name in _ALONG:
+                if (self.folder / name).is_dir():
+                    shutil.copytree(self.folder / name, part / name)
             moves = self.untitled and _same_disk(self.folder, part)
             if not moves:
                 _copy_reconstructions(self.folder, part)
@@ -125,19 +138,21 @@ class Project:
             left_behind.discard_unsaved()
         old.close()
         self._lock.release()
-        if moves and (left / RECONSTRUCTIONS).is_dir():
-            (left / RECONSTRUCTIONS).rename(folder / RECONSTRUCTIONS)
-        if untitled:
-            shutil.rmtree(left, ignore_errors=True)
         self.folder, self.journal, self._lock = folder, journal, lock
         self.session.save()
+        if moves:
+            _move_reconstructions(left, folder)
+        if untitled:
+            shutil.rmtree(left, ignore_errors=True)
 
     def close(self) -> None:
-        """An untitled project that never held a feature or a reconstruction leaves nothing behind;
-        another one keeps its history, from which discarded work can be brought back."""
+        """An untitled project that never held a feature, a reconstruction or marks in photos leaves
+        nothing behind; another one keeps its history, from which discarded work can be
+        brought back."""
         session = self.session
         empty = not session.ever_held(*FEATURES) and not session.draft
-        worthless = self.untitled and empty and not self.has_reconstructions
+        empty = empty and not self.has_reconstructions and not self.has_photo_tables
+        worthless = self.untitled and empty
         self.session.close()
         self._lock.release()
         if worthless:
@@ -159,7 +174,7 @@ class Project:
         places = [self.folder / stored] if not stored.is_absolute() else [stored]
         places += [
             self.folder / stored.name,
-            self.folder / "models" / stored.name,
+            self.folder / _MODELS / stored.name,
             self.folder.parent / stored.name,
         ]
         return next((place for place in places if place.is_file()), None)
@@ -182,13 +197,41 @@ def _copy_reconstructions(source: Path, target: Path) -> None:
                 pass
         return shutil.copy2(one, other)
 
+    def unfinished(folder: str, names: list[str]) -> set[str]:
+        below = Path(folder).relative_to(source / RECONSTRUCTIONS).parts
+        if below[1:2] != ("work",):
+            return set()
+        locks = {n for n in names if n.startswith("lock")} if len(below) == 2 else set()
+        return locks | {n for n in names if n.endswith(".part")}
+
     if (source / RECONSTRUCTIONS).is_dir():
         shutil.copytree(
             source / RECONSTRUCTIONS,
             target / RECONSTRUCTIONS,
             copy_function=take,
-            ignore=shutil.ignore_patterns("*.part", "lock*"),
+            ignore=unfinished,
         )
+
+
+def _move_reconstructions(source: Path, target: Path) -> None:
+    """Raises TargetError; then they are where they were."""
+    if not (source / RECONSTRUCTIONS).is_dir():
+        return
+    try:
+        (source / RECONSTRUCTIONS).rename(target / RECONSTRUCTIONS)
+        return
+    except OSError:
+        # A folder of the same disk that is mounted elsewhere, or a file that somebody has open.
+        pass
+    try:
+        _copy_reconstructions(source, target)
+    except OSError as error:
+        shutil.rmtree(target / RECONSTRUCTIONS, ignore_errors=True)
+        raise TargetError(
+            f"the project is saved, but what was made of photos cannot be moved to it "
+            f"({error.strerror}); it stays in {source / RECONSTRUCTIONS}",
+            file=target,
+        ) from error
 
 
 def project_folder(path: Path) -> Path:

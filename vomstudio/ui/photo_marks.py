@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -40,10 +40,19 @@ class MarkFiles:
     """
 
     def __init__(
-        self, photos: Path, spare: Path, control: Path | None = None, marks: Path | None = None
+        self,
+        photos: Path,
+        spare: Callable[[], Path],
+        control: Path | None = None,
+        marks: Path | None = None,
     ) -> None:
-        self.photos, self.spare = photos, spare
+        self.photos, self._spare = photos, spare
         self._given = {CONTROL: control, MARKS: marks}
+
+    @property
+    def spare(self) -> Path:
+        """A project that is saved under another name takes it along."""
+        return self._spare()
 
     @property
     def own(self) -> bool:

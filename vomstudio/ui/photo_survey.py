@@ -16,7 +16,7 @@ from vomstudio.errors import VomError
 from vomstudio.io.cameras_file import FILE_NAME, read_cameras
 from vomstudio.io.control import CONTROL, MARKS
 from vomstudio.io.control_files import find_control, marks_beside
-from vomstudio.io.project import RECONSTRUCTIONS
+from vomstudio.io.project import PHOTO_TABLES, RECONSTRUCTIONS
 from vomstudio.jobs.events import Failed
 from vomstudio.ui.job_bridge import Job
 from vomstudio.ui.make_settings import MakeSettings, asked_for
@@ -321,7 +321,11 @@ class PhotoSurvey(QObject):
         if self.folder is None:
             return None
         key = hashlib.sha256(str(self.folder.resolve()).encode()).hexdigest()[:8]
-        kept = self._studio.project.folder / "photos" / f"{self.folder.name}-{key}"
+        name = f"{self.folder.name}-{key}"
+
+        def kept() -> Path:
+            return self._studio.project.folder / PHOTO_TABLES / name
+
         control, marks = self.settings.control, self.settings.marks
         files = MarkFiles(self.folder, kept)
         if control is None or files.own:
