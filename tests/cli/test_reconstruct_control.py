@@ -21,6 +21,8 @@ RESULT = {
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     (tmp_path / "photos").mkdir()
+    for name in PHOTOS:
+        (tmp_path / "photos" / name).touch()
     return tmp_path / "photos"
 
 
@@ -65,6 +67,20 @@ def test_control_that_does_not_suffice_is_left_out_with_the_reason(folder, asked
     assert asked[0]["control"] is None
     assert asked[0]["marks"] == str(folder / "marks.csv"), "they tie photos together"
     assert "C has no marks" in capsys.readouterr().err
+
+
+def test_control_of_other_photos_or_in_one_line_is_left_out(folder, asked, capsys) -> None:
+    points(folder.parent, marked=3)
+    (folder / "b.jpg").rename(folder / "c.jpg")
+    assert run(folder) == 0
+    assert asked[0]["control"] is None
+    assert "A has 1 mark" in capsys.readouterr().err
+    (folder / "c.jpg").rename(folder / "b.jpg")
+    control = [ControlPoint(n, (i, 2.0 * i, 0.0)) for i, n in enumerate("ABC")]
+    write_control(folder.parent / "control.csv", control)
+    assert run(folder) == 0
+    assert asked[1]["control"] is None
+    assert "one line" in capsys.readouterr().err
 
 
 def test_control_can_be_declined(folder, asked) -> None:

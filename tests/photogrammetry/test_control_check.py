@@ -113,3 +113,10 @@ def test_a_place_outside_the_crs_does_not_stop_the_check() -> None:
     except GeometryError:
         pytest.fail("a check does not raise")
     assert found.problem is None
+
+
+def test_marks_without_coordinates_are_tie_markers_where_two_photos_have_them() -> None:
+    given = [*marks(*"ABCD"), *marks("T", photos=2), *marks("U", photos=1)]
+    said = " ".join(check_control(POINTS, given, PHOTOS).warnings)
+    assert "tie photos together only: T" in said
+    assert "of no use: U" in said

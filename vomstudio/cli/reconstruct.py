@@ -101,6 +101,7 @@ def _control(args: argparse.Namespace) -> tuple[str | None, str | None, list[str
     """Tables of control points and of marks, and what there is to say about them."""
     from vomstudio.io.control import beside
     from vomstudio.io.control_files import find_control, marks_beside
+    from vomstudio.io.photos import photo_names
     from vomstudio.photogrammetry.marking import usable_tables
 
     named = None if args.marks is None else Path(args.marks).resolve()
@@ -111,7 +112,8 @@ def _control(args: argparse.Namespace) -> tuple[str | None, str | None, list[str
         _require_file(marks, "--marks")
         if args.gcp is not None:
             return None, _text(marks), []
-        control, marks, why_not = usable_tables(found, marks)
+        names = [] if found is None else photo_names(photos)
+        control, marks, why_not = usable_tables(found, marks, names)
         said = [f"{found}: not used. {why_not}"] if why_not else []
         return _text(control), _text(marks), said
     control = Path(args.gcp).resolve()

@@ -187,6 +187,17 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
     return result
 
 
+def photo_names(folder: str | Path) -> list[str]:
+    """Names of the pictures in a folder as `read_photos` gives them, without opening any. Raises
+    InputError where there is no such folder."""
+    root = Path(folder)
+    return [
+        path.relative_to(root).as_posix()
+        for path in _listed(root)
+        if path.suffix.lower() in PHOTO_ENDINGS and not is_mask(path, root)
+    ]
+
+
 def read_photo(path: str | Path) -> Photo:
     """One photo by itself, without mask. Raises InputError."""
     path = Path(path)

@@ -93,15 +93,13 @@ def check_control(
     find = photo_finder([photo.name for photo in photos])
     seen: dict[str, set[int]] = {point.label: set() for point in control}
     no_photo: dict[str, None] = {}
-    no_point: dict[str, None] = {}
+    others: dict[str, set[int]] = {}
     for mark in marks:
         number = find(mark.photo)
         if number is None:
             no_photo.setdefault(mark.photo)
-        if mark.label not in seen:
-            no_point.setdefault(mark.label)
-        elif number is not None:
-            seen[mark.label].add(number)
+        if number is not None:
+            (seen if mark.label in seen else others).setdefault(mark.label, set()).add(number)
     points = tuple(
         PointCheck(p.label, "check" if p.check else "control", len(seen[p.label])) for p in control
     )
@@ -110,8 +108,8 @@ def check_control(
         points,
         code,
         reason,
-        _problem(control, points, no_photo, no_point),
-        (*strange, *_warnings(points, no_photo, no_point)),
+        _problem(control, points, no_photo, sorted(others)),
+        (*strange, *_warnings(points, no_photo, others)),
     )
 
 
@@ -119,7 +117,7 @@ def _problem(
     control: Sequence[ControlPoint],
     points: Sequence[PointCheck],
     no_photo: dict[str, None],
-    no_point: dict[str, None],
+    no_point: Sequence[str],
 ) -> str | None:
     places = [
         p.position
@@ -146,7 +144,7 @@ def _problem(
 
 
 def _warnings(
-    points: Sequence[PointCheck], no_photo: dict[str, None], no_point: dict[str, None]
+    points: Sequence[PointCheck], no_photo: dict[str, None], others: dict[str, set[int]]
 ) -> Iterator[str]:
     used = [p for p in points if p.usable and p.use == "control"]
     unseen = [p.label for p in points if not p.usable]
@@ -159,8 +157,12 @@ def _warnings(
         yield f"marked in fewer than {LEAST_PHOTOS} photos, so of no use: {named(sorted(unseen))}"
     if few:
         yield f"marked in fewer than {WANTED_PHOTOS} photos: {named(sorted(few))}"
-    if no_point:
-        yield f"marked, but no control points: {named(sorted(no_point))}"
+    ties = sorted(label for label, rows in others.items() if len(rows) >= LEAST_PHOTOS)
+    useless = sorted(set(others) - set(ties))
+    if ties:
+        yield f"marked without coordinates, so they tie photos together only: {named(ties)}"
+    if useless:
+        yield f"marked without coordinates, and in one photo only, so of no use: {named(useless)}"
     if no_photo:
         yield f"marks in {named(sorted(no_photo))} are not used: no such photo in the folder"
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -143,19 +143,37 @@ def control_registration(report: ControlReport) -> dict[str, Any]:
     }
 
 
-def calibration(
-    cameras: Sequence[Calibration],
-    photos: Sequence[Photo],
-    scene: SparseScene,
-    registration: Mapping[str, Any],
-) -> list[dict[str, Any]]:
-    """Each camera's parameters with their errors, and what was held; where the placed scene was
-    adjusted to the ground, as it is then."""
+def as_placed(
+    cameras: Sequence[Calibration], scene: SparseScene, registration: Mapping[str, Any]
+) -> list[Calibration]:
+    """The cameras as the adjustment to the ground has left them, where there was one."""
+    found = []
+    for camera in cameras:
+        photos = set(camera.photos)
+        for view in scene.views:
+            if view.name in photos and view.intrinsics.model == camera.model:
+                camera = replace(camera, values=tuple(view.intrinsics.params))
+                break
+        for lens in registration.get("lenses", []):
+            if photos & set(lens["photos"]):
+                reason = f"{camera.reason}. When the model was placed: {lens['reason']}"
+                camera = replace(camera, reason=reason)
+                if lens["freed"]:
+                    sigma = (lens["sigma_px"], *camera.sigma[1:])
+                    camera = replace(camera, focal="freed", sigma=sigma)
+        found.append(camera)
+    return found
+
+
+def calibration(cameras: Sequence[Calibration], photos: Sequence[Photo]) -> list[dict[str, Any]]:
+    """Each camera's parameters with their errors, and what was held."""
     by_name = {photo.name: photo for photo in photos}
     rows = []
     for camera in cameras:
         first = by_name[camera.photos[0]]
-        free = [i for i, value in enumerate(camera.sigma) if value != 0]
+        # What the ground freed has an error, but no correlations with what the photos freed.
+        alone = np.isfinite(camera.sigma) & np.isnan(np.diag(camera.correlation))
+        free = [i for i, value in enumerate(camera.sigma) if value != 0 and not alone[i]]
         rows.append(
             {
                 "camera": first.camera,
@@ -173,24 +191,7 @@ def calibration(
                 "rule": f"Focal length {camera.reason}.",
             }
         )
-        _then(rows[-1], set(camera.photos), scene, registration)
     return rows
-
-
-def _then(
-    row: dict[str, Any], photos: set[str], scene: SparseScene, registration: Mapping[str, Any]
-) -> None:
-    """What the adjustment to the ground made of a camera."""
-    for view in scene.views:
-        if view.name in photos and view.intrinsics.model == row["model"]:
-            row["params"] = list(view.intrinsics.params)
-            break
-    for lens in registration.get("lenses", []):
-        if photos & set(lens["photos"]):
-            row["rule"] += f" When the model was placed: {lens['reason']}."
-            if lens["freed"]:
-                row["focal"] = "freed"
-                row["sigma"] = [lens["sigma_px"], *row["sigma"][1:]]
 
 
 def model(cloud: PointCloud, mesh: Mesh, texture: Mapping[str, Any]) -> dict[str, Any]:

@@ -64,7 +64,7 @@ def adjust_to_ground(
     Cancelled."""
     held = adjust_tied(scene, points, centres, threads=threads, progress=progress)
     order = list(dict.fromkeys(view.intrinsics for view in held.views))
-    alone = _told(held, points, centres, order, threads)
+    alone, _ = _told(held, points, centres, order, threads)
     free = [lens for lens in order if alone[lens] <= _WORTH_A_TRIAL * LARGEST_SIGMA]
     result, sigma = held, dict.fromkeys(order, 0.0)
     while free:
@@ -72,11 +72,10 @@ def adjust_to_ground(
         became = _became(held, trial)
         now = [became[lens] for lens in free]
         excess = ground_misfit(trial, points, centres)
-        told = _told(trial, points, centres, now, threads)
+        told, both = _told(trial, points, centres, now, threads)
         alone |= {lens: told[became[lens]] * excess for lens in free}
         good = [lens for lens in free if alone[lens] <= LARGEST_SIGMA]
         if good == free:
-            both = focal_sigmas(trial, points, centres, free=now, threads=threads)
             sigma |= {lens: both[became[lens]] * excess for lens in free}
             result = trial
             break
@@ -120,15 +119,16 @@ def _told(
     centres: Sequence[KnownCentre],
     lenses: Sequence[Intrinsics],
     threads: int,
-) -> dict[Intrinsics, float]:
-    """How well the ground alone tells each focal length, relative; infinite for not at all."""
+) -> tuple[dict[Intrinsics, float], dict[Intrinsics, float]]:
+    """How well the ground alone tells each focal length, relative, infinite for not at all; and
+    how well ground and photos together do, in the units of `focal_sigmas`."""
     both = focal_sigmas(scene, points, centres, free=lenses, threads=threads)
     ties = focal_sigmas(scene, (), (), free=lenses, threads=threads)
     told = {}
     for lens in lenses:
         added = both[lens] ** -2 - ties[lens] ** -2
         told[lens] = added**-0.5 if added > 0 else float("inf")
-    return told
+    return told, both
 
 
 def _became(before: SparseScene, after: SparseScene) -> dict[Intrinsics, Intrinsics]:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import View
-from vomstudio.geometry.similarity import Similarity, fit_robustly
+from vomstudio.geometry.similarity import Similarity, fit_robustly, nearly_on_a_line
 from vomstudio.io.cameras_file import FILE_NAME, Cameras, read_cameras
 from vomstudio.io.control import ControlPoint, Mark, read_control, read_marks
 from vomstudio.io.photo_names import photo_finder
@@ -155,13 +155,11 @@ class Sight:
     pixel : size of a pixel at the point, in units of the part, in each photo of both
     suspect : of marks that do not fit, the one without which the others fit best; None where there
         are too few to tell, or all fit
-    rough : it is expected where its coordinates are, by GPS of the cameras, which may be metres off
     """
 
     expected: dict[str, Pixel]
     residuals_px: dict[str, float]
     pixel: dict[str, float]
-    rough: bool = False
     suspect: str | None = None
 
     @property
@@ -217,17 +215,22 @@ class PlacedPhotos:
         expected: dict[str, Pixel] = {}
         residuals: dict[str, float] = {}
         sizes: dict[str, float] = {}
-        rough, suspect = False, None
+        suspect = None
         for number, views in enumerate(self._views):
             mine = {name: pixel for name, pixel in marks.items() if name in views}
             place = self._place(views, mine)
             if place is not None:
                 own = _misses(views, mine, place)
                 residuals |= own
-                if len(own) >= _FEWEST_TO_SUSPECT and max(own.values()) > BAD_PX:
+                worst = max(own.values())
+                if (
+                    len(own) >= _FEWEST_TO_SUSPECT
+                    and worst > BAD_PX
+                    and worst == max(residuals.values())
+                ):
                     suspect = self._suspect(views, mine)
             else:
-                place, rough = self._by_coordinates(marking, label, number)
+                place = self._by_coordinates(marking, label, number)
             if place is None:
                 continue
             for name, view in views.items():
@@ -237,7 +240,7 @@ class PlacedPhotos:
                 sizes[name] = float(view.depths(place)[0] / np.mean(view.intrinsics.focal))
                 if name not in marks:
                     expected[name] = (float(at[0]), float(at[1]))
-        return Sight(expected, residuals, sizes, rough, suspect)
+        return Sight(expected, residuals, sizes, suspect)
 
     def course(self, marking: Marking, label: str, photo: str) -> Array:
         """(k, 2) pixels of a photo along which a point must lie that is marked in one other photo
@@ -275,20 +278,17 @@ class PlacedPhotos:
                 left[name] = sum(miss * miss for miss in misses)
         return min(left, key=left.__getitem__) if left else None
 
-    def _by_coordinates(
-        self, marking: Marking, label: str, number: int
-    ) -> tuple[Array | None, bool]:
-        """The place (1, 3) of a point with coordinates in the frame of a part, and whether it is
-        known by GPS only."""
+    def _by_coordinates(self, marking: Marking, label: str, number: int) -> Array | None:
+        """The place (1, 3) of a point with coordinates in the frame of a part."""
         point = marking.point(label)
         if point is None:
-            return None, False
+            return None
         part = self.parts[number]
         if (frame := self._frame(marking, number)) is not None:
-            return frame(point.position), False
+            return frame(point.position)
         if part.crs is None and not part.scaled:
-            return None, False
-        return (np.array(point.position) - part.origin)[None], True
+            return None
+        return (np.array(point.position) - part.origin)[None]
 
     def _frame(self, marking: Marking, number: int) -> Similarity | None:
         """From coordinates to the frame of a part, by the points that are marked in it."""
@@ -308,13 +308,20 @@ class PlacedPhotos:
 
 
 # --- tables ---------------------------------------------------------------------------------------
-def usable_tables(control: Path | None, marks: Path | None) -> tuple[Path | None, Path | None, str]:
-    """Of tables that were found and not asked for, those with which a model can be made: without
-    the control points where their marks do not suffice, and why, in words. Raises InputError."""
+def usable_tables(
+    control: Path | None, marks: Path | None, photos: Sequence[str]
+) -> tuple[Path | None, Path | None, str]:
+    """Of tables that were found and not asked for, those with which a model of these photos can be
+    made: without the control points where their marks do not suffice, and why, in words. Raises
+    InputError."""
     if control is None or marks is None:
         return None, marks, ""
-    marking = Marking(tuple(read_control(control)), tuple(read_marks(marks)))
-    if len(ready(marking)) < FEWEST_POINTS:
+    find = photo_finder(photos)
+    rows = [(mark, find(mark.photo)) for mark in read_marks(marks)]
+    here = tuple(replace(mark, photo=photos[row]) for mark, row in rows if row is not None)
+    marking = Marking(tuple(read_control(control)), here)
+    good = ready(marking)
+    if len(good) < FEWEST_POINTS or _on_a_line(marking, good):
         return None, marks, " ".join(missing(marking))
     return control, marks, ""
 
@@ -390,8 +397,7 @@ def _counted(marking: Marking, label: str, photos: set[str] | None) -> list[str]
 
 def _on_a_line(marking: Marking, labels: Sequence[str]) -> bool:
     points = np.array([p.position for p in marking.control if p.label in labels], np.float64)
-    axes = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    return bool(axes[1] < 0.02 * axes[0])
+    return nearly_on_a_line(points)
 
 
 def _marks(count: int) -> str:

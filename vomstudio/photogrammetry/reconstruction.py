@@ -470,11 +470,12 @@ class _Run:
             )
         placed_names = {view.name for view in scene.views}
         missing = [p.name for p in photos.photos if p.name not in placed_names]
+        cameras = figures.as_placed(alignment.cameras, scene, placed.registration)
         survey = check_scene(
             scene,
             unregistered=missing,
             other_parts=alignment.parts[1:],
-            cameras=alignment.cameras,
+            cameras=cameras,
         )
         lengths = scene.track_lengths
         rows = figures.photo_rows(photos.photos, scene, placed.registration)
@@ -508,9 +509,7 @@ class _Run:
             "tie_points_of_3": int((lengths >= 3).sum()),
             "photo_rows": rows,
             "dense_gsd_m": figures.dense_gsd(rows, self.dense_px),
-            "calibration": figures.calibration(
-                alignment.cameras, photos.photos, scene, placed.registration
-            ),
+            "calibration": figures.calibration(cameras, photos.photos),
             "registration": placed.registration,
             "model": figures.model(cloud, textured, dressed.facts["report"]),
             "settings": self.settings.as_dict(),
