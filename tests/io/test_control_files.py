@@ -158,6 +158,14 @@ def test_a_list_of_opendronemap_brings_points_marks_and_projection(
     assert marks_beside(path) == path
 
 
+@pytest.mark.parametrize("before", ["# of the drone\n", "\n", "# a\n\n# b\n", "#\n" * 20_000])
+def test_a_list_may_begin_with_comments_and_blank_lines(tmp_path: Path, before: str) -> None:
+    path = written(tmp_path, f"{before}EPSG:32633\n{ROWS}", "gcp_list.txt")
+    assert [p.label for p in read_control(path)] == ["nail", "tree"]
+    assert crs_of(path) == "EPSG:32633"
+    assert find_control(tmp_path) == (path, path)
+
+
 def test_without_labels_marks_at_one_place_are_one_point(tmp_path: Path) -> None:
     text = "EPSG:32633\n\n1 2 3 10 20 a.jpg\n4 5 6 1 1 a.jpg\n1 2 3 30 40 b.jpg\n"
     path = written(tmp_path, text, "gcp_list.txt")
