@@ -261,6 +261,20 @@ def test_markers_of_metashape_are_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("stated", "crs"), [("<reference>EPSG:32634</reference>", "EPSG:32634"), ("", None)]
+)
+def test_the_crs_is_that_of_the_chunk_with_the_markers(
+    tmp_path: Path, stated: str, crs: str | None
+) -> None:
+    marker = '<marker id="0" label="A"><reference x="1" y="2" z="3"/></marker>'
+    text = (
+        '<document><chunks><chunk label="a"><reference>EPSG:32633</reference></chunk>'
+        f'<chunk label="b"><markers>{marker}</markers>{stated}</chunk></chunks></document>'
+    )
+    assert crs_of(written(tmp_path, text)) == crs
+
+
+@pytest.mark.parametrize(
     ("old", "new", "said"),
     [
         ('x="1" y="2"', 'x="one" y="2"', "reference: x: 'one' is not a number"),

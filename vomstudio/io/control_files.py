@@ -96,7 +96,8 @@ def _read(path: Path) -> tuple[list[ControlPoint], str | None] | None:
         root = read_xml(path)
         if root.tag != metashape_markers.TOP:
             return micmac.points_of(path, root), None
-        points, crs = metashape_markers.points_of(path, root), metashape_markers.crs_of(root)
+        points = metashape_markers.points_of(path, root)
+        crs = metashape_markers.crs_of(path, root)
         return _in_metres(path, points, crs)
     if is_odm(path):
         odm = read_odm(path)
