@@ -203,6 +203,9 @@ def test_degrees_become_metres_of_their_utm_zone(tmp_path: Path) -> None:
         ("WGS84 UTM 99N\n1 2 3 4 5 a.jpg\n", "is no UTM zone"),
         ("EPSG:2229\n1 2 3 4 5 a.jpg\n", "is not in metres"),
         ("EPSG:4326\n500 4500 3 4 5 a.jpg\n", "no longitude and latitude"),
+        ("EPSG:4326\n-200 45 3 4 5 a.jpg p\n", "p is at no longitude and latitude"),
+        ("EPSG:4326\n15 45 3 4 5 a.jpg\n181 45 3 4 5 a.jpg p\n", "p is at no longitude"),
+        ("EPSG:4326\n15 -95 3 4 5 a.jpg p\n", "p is at no longitude and latitude"),
         ("+proj=rubbish +zone=2\n1 2 3 4 5 a.jpg\n", "is not known here"),
     ],
 )
@@ -227,8 +230,17 @@ def test_a_table_may_state_its_crs_in_a_comment(tmp_path: Path) -> None:
         assert crs_of(written(tmp_path, f"{comment}\n{table}", "a.csv")) == "EPSG:32633"
     for comment in ("# measured like EPSG:32633", "# nothing", ""):
         assert crs_of(written(tmp_path, f"{comment}\n{table}", "a.csv")) is None
-    with pytest.raises(InputError, match="is not known here"):
-        crs_of(written(tmp_path, f"# EPSG:4326\n{table}", "a.csv"))
+    with pytest.raises(InputError, match="line 2: its projection 'EPSG:999999' is not known here"):
+        crs_of(written(tmp_path, f"# levelled\n# EPSG:999999\n{table}", "a.csv"))
+
+
+@pytest.mark.parametrize("code", ["4326", "4979"])
+def test_a_table_in_degrees_is_told_to_be_in_metres(tmp_path: Path, code: str) -> None:
+    path = written(tmp_path, f"# levelled\n# EPSG:{code}\nlabel,x,y,z\nA,15,45,3\n", "a.csv")
+    for asked in (None, "EPSG:32633"):
+        with pytest.raises(InputError, match=r"line 2: WGS 84 is in degrees.* UTM zone") as caught:
+            agreed_crs(path, asked)
+        assert "not known" not in str(caught.value)
 
 
 # --- Metashape ---------------------------------------------------------------------------------
