@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from vomstudio.errors import InputError
+from vomstudio.errors import InputError, TargetError
 from vomstudio.io.control import (
     ControlPoint,
     Mark,
@@ -133,6 +133,20 @@ def test_a_table_with_more_in_it_is_put_aside_before_it_is_written(tmp_path: Pat
     path.write_text("# levelled\nlabel,x,y,z,sigma,use\nA,1,2,3,,\n")
     assert write_control(path, []) == tmp_path / "table.csv.bak2"
     assert not path.exists(), "a table without points would be refused by its reader"
+
+
+def test_a_table_that_cannot_be_removed_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "control.csv"
+    write_control(path, [ControlPoint("A", (1.0, 2.0, 3.0))])
+
+    def refused(self: Path, missing_ok: bool = False) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "unlink", refused)
+    with pytest.raises(TargetError, match=r"control\.csv.*cannot be removed \(Permission denied"):
+        write_control(path, [])
 
 
 def test_tables_beside_the_photos_are_found(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vomstudio.errors import InputError, UsageError
+from vomstudio.errors import InputError, TargetError, UsageError
 from vomstudio.io.atomic import write_bytes
 from vomstudio.io.backup import set_aside
 from vomstudio.io.text_tables import TextTable, read_table
@@ -163,7 +163,10 @@ def _write(
 ) -> Path | None:
     kept = set_aside(path) if path.exists() and not _is_plain(path, header) else None
     if not rows:
-        path.unlink(missing_ok=True)
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as error:
+            raise TargetError(f"it cannot be removed ({error.strerror}).", file=path) from error
         return kept
     text = io.StringIO()
     # Unquoted, a line that begins with # or > is none of the table.
