@@ -27,7 +27,7 @@ from vomstudio.io.text_tables import TextTable, read_table
 CONTROL, MARKS = "control.csv", "marks.csv"
 """Their names beside the photos."""
 
-_CRS = re.compile(r"# EPSG:\d+")
+_CRS = re.compile(r"# (?:EPSG:\d+|[A-Z]+CRS\[.*\])")
 _CONTROL = {"", "control", "yes", "true", "1", "gcp"}
 _CHECK = {"check", "no", "false", "0"}
 
@@ -137,7 +137,8 @@ def write_control(
 ) -> Path | None:
     """Write the table of points, whole or not at all; without points there is none afterwards.
 
-    crs : "EPSG:n" of the points, which the table then states in a comment; None where not known
+    crs : "EPSG:n" of the points, or WKT in one line where there is no code, which the table then
+        states in a comment; None where not known
     Returns where a table was put that held more than these columns. Raises TargetError.
     """
     rows = [

@@ -15,7 +15,7 @@ from vomstudio.io.odm_control import is_odm, read_odm
 from vomstudio.io.text_tables import read_table
 from vomstudio.io.xml_tree import is_xml, read_xml
 
-_IN_COMMENT = re.compile(r"[#\s]*(?:CRS\s*[:=]?\s*)?(EPSG:\d+)\b", re.IGNORECASE)
+_IN_COMMENT = re.compile(r"[#\s]*(?:CRS\s*[:=]?\s*)?(EPSG:\d+\b|[A-Z]+CRS\[.*\])", re.IGNORECASE)
 
 ODM_LIST = "gcp_list.txt"
 
@@ -28,9 +28,9 @@ def points_of(path: str | Path) -> list[ControlPoint] | None:
 def crs_of(path: str | Path) -> str | None:
     """The CRS that the file states, "EPSG:n" (or WKT) with metres; None where it states none.
 
-    A table states it in a comment that begins with it: `# EPSG:32633`. Its points are in metres;
-    those in degrees in a file of another program are read as those of their UTM zone. Raises
-    InputError.
+    A table states it in a comment that begins with it: `# EPSG:32633`, or WKT in one line.
+    Its points are in metres; those in degrees in a file of another program are read as those of
+    their UTM zone. Raises InputError.
     """
     path = Path(path)
     if (found := _read(path)) is not None:
