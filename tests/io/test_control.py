@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from vomstudio.errors import InputError
+from vomstudio.errors import InputError, TargetError
 from vomstudio.io.control import (
     ControlPoint,
     Mark,
@@ -18,6 +18,8 @@ from vomstudio.io.control import (
     write_control,
     write_marks,
 )
+from vomstudio.io.control_files import agreed_crs, crs_of
+from vomstudio.io.crs import parse_crs
 
 
 def written(folder: Path, text: str) -> Path:
@@ -133,6 +135,32 @@ def test_a_table_with_more_in_it_is_put_aside_before_it_is_written(tmp_path: Pat
     path.write_text("# levelled\nlabel,x,y,z,sigma,use\nA,1,2,3,,\n")
     assert write_control(path, []) == tmp_path / "table.csv.bak2"
     assert not path.exists(), "a table without points would be refused by its reader"
+
+
+def test_a_crs_without_a_code_is_kept(tmp_path: Path) -> None:
+    site = "+proj=tmerc +lat_0=45 +lon_0=12.3 +k=1 +x_0=5000 +y_0=5000 +ellps=GRS80 +units=m"
+    crs, _ = parse_crs(site)
+    assert crs.startswith("PROJCRS["), "it has no code"
+    path, points = tmp_path / "control.csv", [ControlPoint("A", (1.0, 2.0, 3.0))]
+    for _ in range(2):
+        assert write_control(path, points, crs) is None, "a table with its CRS is ours"
+        assert crs_of(path) == crs
+        assert read_control(path) == points
+    assert agreed_crs(path, site) == crs
+
+
+def test_a_table_that_cannot_be_removed_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "control.csv"
+    write_control(path, [ControlPoint("A", (1.0, 2.0, 3.0))])
+
+    def refused(self: Path, missing_ok: bool = False) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "unlink", refused)
+    with pytest.raises(TargetError, match=r"control\.csv.*cannot be removed \(Permission denied"):
+        write_control(path, [])
 
 
 def test_tables_beside_the_photos_are_found(tmp_path: Path) -> None:

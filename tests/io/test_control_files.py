@@ -158,6 +158,14 @@ def test_a_list_of_opendronemap_brings_points_marks_and_projection(
     assert marks_beside(path) == path
 
 
+@pytest.mark.parametrize("before", ["# of the drone\n", "\n", "# a\n\n# b\n", "#\n" * 20_000])
+def test_a_list_may_begin_with_comments_and_blank_lines(tmp_path: Path, before: str) -> None:
+    path = written(tmp_path, f"{before}EPSG:32633\n{ROWS}", "gcp_list.txt")
+    assert [p.label for p in read_control(path)] == ["nail", "tree"]
+    assert crs_of(path) == "EPSG:32633"
+    assert find_control(tmp_path) == (path, path)
+
+
 def test_without_labels_marks_at_one_place_are_one_point(tmp_path: Path) -> None:
     text = "EPSG:32633\n\n1 2 3 10 20 a.jpg\n4 5 6 1 1 a.jpg\n1 2 3 30 40 b.jpg\n"
     path = written(tmp_path, text, "gcp_list.txt")
@@ -195,6 +203,9 @@ def test_degrees_become_metres_of_their_utm_zone(tmp_path: Path) -> None:
         ("WGS84 UTM 99N\n1 2 3 4 5 a.jpg\n", "is no UTM zone"),
         ("EPSG:2229\n1 2 3 4 5 a.jpg\n", "is not in metres"),
         ("EPSG:4326\n500 4500 3 4 5 a.jpg\n", "no longitude and latitude"),
+        ("EPSG:4326\n-200 45 3 4 5 a.jpg p\n", "p is at no longitude and latitude"),
+        ("EPSG:4326\n15 45 3 4 5 a.jpg\n181 45 3 4 5 a.jpg p\n", "p is at no longitude"),
+        ("EPSG:4326\n15 -95 3 4 5 a.jpg p\n", "p is at no longitude and latitude"),
         ("+proj=rubbish +zone=2\n1 2 3 4 5 a.jpg\n", "is not known here"),
     ],
 )
@@ -219,8 +230,17 @@ def test_a_table_may_state_its_crs_in_a_comment(tmp_path: Path) -> None:
         assert crs_of(written(tmp_path, f"{comment}\n{table}", "a.csv")) == "EPSG:32633"
     for comment in ("# measured like EPSG:32633", "# nothing", ""):
         assert crs_of(written(tmp_path, f"{comment}\n{table}", "a.csv")) is None
-    with pytest.raises(InputError, match="is not known here"):
-        crs_of(written(tmp_path, f"# EPSG:4326\n{table}", "a.csv"))
+    with pytest.raises(InputError, match="line 2: its projection 'EPSG:999999' is not known here"):
+        crs_of(written(tmp_path, f"# levelled\n# EPSG:999999\n{table}", "a.csv"))
+
+
+@pytest.mark.parametrize("code", ["4326", "4979"])
+def test_a_table_in_degrees_is_told_to_be_in_metres(tmp_path: Path, code: str) -> None:
+    path = written(tmp_path, f"# levelled\n# EPSG:{code}\nlabel,x,y,z\nA,15,45,3\n", "a.csv")
+    for asked in (None, "EPSG:32633"):
+        with pytest.raises(InputError, match=r"line 2: WGS 84 is in degrees.* UTM zone") as caught:
+            agreed_crs(path, asked)
+        assert "not known" not in str(caught.value)
 
 
 # --- Metashape ---------------------------------------------------------------------------------
@@ -250,6 +270,20 @@ def test_markers_of_metashape_are_read(tmp_path: Path) -> None:
     assert read_marks(path) == [Mark("A", "IMG_1", 10, 20), Mark("loose", "IMG_2.JPG", 30.5, 40)]
     assert crs_of(path) == "EPSG:32633"
     assert marks_beside(path) == path
+
+
+@pytest.mark.parametrize(
+    ("stated", "crs"), [("<reference>EPSG:32634</reference>", "EPSG:32634"), ("", None)]
+)
+def test_the_crs_is_that_of_the_chunk_with_the_markers(
+    tmp_path: Path, stated: str, crs: str | None
+) -> None:
+    marker = '<marker id="0" label="A"><reference x="1" y="2" z="3"/></marker>'
+    text = (
+        '<document><chunks><chunk label="a"><reference>EPSG:32633</reference></chunk>'
+        f'<chunk label="b"><markers>{marker}</markers>{stated}</chunk></chunks></document>'
+    )
+    assert crs_of(written(tmp_path, text)) == crs
 
 
 @pytest.mark.parametrize(

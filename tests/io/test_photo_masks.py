@@ -44,6 +44,22 @@ def test_photos_that_differ_in_their_ending_have_masks_of_their_own(tmp_path: Pa
         assert (read_mask(photo) == drawn(seed)).all()
 
 
+def test_a_mask_drawn_for_one_of_two_comes_before_one_of_both(tmp_path: Path) -> None:
+    photos = [write_photo(tmp_path / name, seed=i) for i, name in enumerate(("a.jpg", "a.tif"))]
+    both = tmp_path / "a_mask.png"
+    Image.fromarray(np.zeros((HIGH, WIDE), np.uint8)).save(both)
+    own = mask_place(photos[0], photos)
+    write_mask(own, drawn())
+    assert [photo.mask for photo in read_photos(tmp_path).photos] == [own, both]
+
+
+def test_a_photo_alone_keeps_its_drawn_mask_before_one_with_its_ending(tmp_path: Path) -> None:
+    photo = write_photo(tmp_path / "a.jpg")
+    Image.fromarray(np.zeros((HIGH, WIDE), np.uint8)).save(tmp_path / "a.jpg.mask.png")
+    write_mask(mask_place(photo), drawn())
+    assert read_photos(tmp_path).photos[0].mask == tmp_path / "a_mask.png"
+
+
 def test_a_drawn_mask_comes_before_one_under_another_name_which_is_left_alone(tmp_path) -> None:
     photo = write_photo(tmp_path / "one.jpg")
     other = tmp_path / "masks" / "one.png"

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vomstudio.errors import InputError, UsageError
+from vomstudio.errors import InputError, TargetError, UsageError
 from vomstudio.io.atomic import write_bytes
 from vomstudio.io.backup import set_aside
 from vomstudio.io.text_tables import TextTable, read_table
@@ -27,7 +27,7 @@ from vomstudio.io.text_tables import TextTable, read_table
 CONTROL, MARKS = "control.csv", "marks.csv"
 """Their names beside the photos."""
 
-_CRS = re.compile(r"# EPSG:\d+")
+_CRS = re.compile(r"# (?:EPSG:\d+|[A-Z]+CRS\[.*\])")
 _CONTROL = {"", "control", "yes", "true", "1", "gcp"}
 _CHECK = {"check", "no", "false", "0"}
 
@@ -137,7 +137,8 @@ def write_control(
 ) -> Path | None:
     """Write the table of points, whole or not at all; without points there is none afterwards.
 
-    crs : "EPSG:n" of the points, which the table then states in a comment; None where not known
+    crs : "EPSG:n" of the points, or WKT in one line where there is no code, which the table then
+        states in a comment; None where not known
     Returns where a table was put that held more than these columns. Raises TargetError.
     """
     rows = [
@@ -163,7 +164,10 @@ def _write(
 ) -> Path | None:
     kept = set_aside(path) if path.exists() and not _is_plain(path, header) else None
     if not rows:
-        path.unlink(missing_ok=True)
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as error:
+            raise TargetError(f"it cannot be removed ({error.strerror}).", file=path) from error
         return kept
     text = io.StringIO()
     # Unquoted, a line that begins with # or > is none of the table.

@@ -15,7 +15,7 @@ from vomstudio.io.odm_control import is_odm, read_odm
 from vomstudio.io.text_tables import read_table
 from vomstudio.io.xml_tree import is_xml, read_xml
 
-_IN_COMMENT = re.compile(r"[#\s]*(?:CRS\s*[:=]?\s*)?(EPSG:\d+)\b", re.IGNORECASE)
+_IN_COMMENT = re.compile(r"[#\s]*(?:CRS\s*[:=]?\s*)?(EPSG:\d+\b|[A-Z]+CRS\[.*\])", re.IGNORECASE)
 
 ODM_LIST = "gcp_list.txt"
 
@@ -28,15 +28,16 @@ def points_of(path: str | Path) -> list[ControlPoint] | None:
 def crs_of(path: str | Path) -> str | None:
     """The CRS that the file states, "EPSG:n" (or WKT) with metres; None where it states none.
 
-    A table states it in a comment that begins with it: `# EPSG:32633`. Points in degrees are read
-    as those of their UTM zone. Raises InputError.
+    A table states it in a comment that begins with it: `# EPSG:32633`, or WKT in one line.
+    Its points are in metres; those in degrees in a file of another program are read as those of
+    their UTM zone. Raises InputError.
     """
     path = Path(path)
     if (found := _read(path)) is not None:
         return found[1]
     for comment in read_table(path).comments:
         if stated := _IN_COMMENT.match(comment):
-            return _in_metres(path, (), stated[1])[1]
+            return _in_metres(path, (), stated[1], _line_of(path, comment))[1]
     return None
 
 
@@ -96,7 +97,8 @@ def _read(path: Path) -> tuple[list[ControlPoint], str | None] | None:
         root = read_xml(path)
         if root.tag != metashape_markers.TOP:
             return micmac.points_of(path, root), None
-        points, crs = metashape_markers.points_of(path, root), metashape_markers.crs_of(root)
+        points = metashape_markers.points_of(path, root)
+        crs = metashape_markers.crs_of(path, root)
         return _in_metres(path, points, crs)
     if is_odm(path):
         odm = read_odm(path)
@@ -104,10 +106,22 @@ def _read(path: Path) -> tuple[list[ControlPoint], str | None] | None:
     return None
 
 
+def _line_of(path: Path, comment: str) -> int | None:
+    """The line of a comment of a table; None where its encoding hides it."""
+    lines = path.read_bytes().decode("utf-8-sig", "replace").splitlines()
+    bare = (text.strip() for text in lines)
+    return next(
+        (n for n, t in enumerate(bare, 1) if t[:1] == "#" and t[1:].strip() == comment), None
+    )
+
+
 def _in_metres(
     path: Path, points: Sequence[ControlPoint], text: str | None, line: int | None = None
 ) -> tuple[list[ControlPoint], str | None]:
-    """Points in a projected CRS; longitude and latitude become those of their UTM zone."""
+    """Points in a projected CRS; longitude and latitude become those of their UTM zone.
+
+    points : none of a table, which is not read in degrees
+    """
     from pyproj import CRS
     from pyproj.exceptions import CRSError
 
@@ -118,16 +132,24 @@ def _in_metres(
     try:
         crs = CRS.from_user_input(text)
         horizontal = crs.sub_crs_list[0] if crs.is_compound else crs
-        if horizontal.is_geographic and points:
+        if horizontal.is_geographic and not points:
+            raise InputError(
+                f"{crs.name} is in degrees, and a table is read in metres; give the points in "
+                "metres, such as those of their UTM zone, and its code",
+                file=path,
+                line=line,
+            )
+        if horizontal.is_geographic:
+            for point in points:
+                if abs(point.position[0]) > 180 or abs(point.position[1]) > 90:
+                    raise _nowhere(path, line, point)
             code = utm_zone(points[0].position[0], points[0].position[1])
             to_grid = from_degrees(code, horizontal.to_wkt())
             moved = []
             for point in points:
                 place = to_grid(point.position[0], point.position[1])
                 if place is None:
-                    raise InputError(
-                        f"{point.label} is at no longitude and latitude", file=path, line=line
-                    )
+                    raise _nowhere(path, line, point)
                 moved.append(replace(point, position=(*place, point.position[2])))
             return moved, code
         code, unit = parse_crs(horizontal.to_wkt())
@@ -142,3 +164,7 @@ def _in_metres(
     if unit != 1.0:
         raise InputError(f"{crs.name} is not in metres; convert the points", file=path, line=line)
     return list(points), code
+
+
+def _nowhere(path: Path, line: int | None, point: ControlPoint) -> InputError:
+    return InputError(f"{point.label} is at no longitude and latitude", file=path, line=line)

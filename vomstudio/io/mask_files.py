@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -30,6 +31,7 @@ def is_mask(path: Path, root: Path) -> bool:
 class MaskFinder:
     def __init__(self, root: Path, masks: Iterable[Path]) -> None:
         self._by_name = {self._key(path): path for path in masks}
+        self._stems: dict[Path, Counter[str]] = {}
         self._outside: dict[Path, dict[tuple[Path, str], Path]] = {}
         self._root = root
         self._used: set[Path] = set()
@@ -50,6 +52,8 @@ class MaskFinder:
     def _places(self, path: Path) -> Iterable[tuple[Path, str]]:
         stem, name = path.stem.casefold(), path.name.casefold()
         marked = [f"{stem}_mask", f"{name}.mask", f"{name}_mask", f"{stem}.mask"]
+        if self._is_twin(path):
+            marked[:2] = marked[1::-1]
         for ending in (".png", ".jpg", ".jpeg", ".tif", ".tiff"):
             for base in marked:
                 yield path.parent, base + ending
@@ -59,6 +63,18 @@ class MaskFinder:
             for folder in (path.parent.parent / "masks", path.parent.parent / "mask"):
                 for base in (*marked, name, stem):
                     yield folder, base + ending
+
+    def _is_twin(self, path: Path) -> bool:
+        """Whether another photo in its folder differs in its ending only: `photo_masks.mask_place`
+        gives each a mask of its own then."""
+        folder = path.parent
+        if folder not in self._stems:
+            try:
+                names = [p for p in folder.iterdir() if p.suffix.lower() in PICTURES]
+            except OSError:
+                names = []
+            self._stems[folder] = Counter(p.stem.casefold() for p in names)
+        return self._stems[folder][path.stem.casefold()] > 1
 
     def _beside_root(self, key: tuple[Path, str]) -> Path | None:
         """Masks in a folder beside the one that was named."""

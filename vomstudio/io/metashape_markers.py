@@ -74,12 +74,11 @@ def marks_of(path: Path, root: Element) -> list[Mark]:
     return marks
 
 
-def crs_of(root: Element) -> str | None:
-    """As the file has it: WKT, or a code."""
-    for chunk in root.below("chunk"):
-        for place in chunk.all("reference"):
-            if place.text.strip():
-                return place.text.strip()
+def crs_of(path: Path, root: Element) -> str | None:
+    """That of the chunk with the markers, as the file has it: WKT, or a code. Raises InputError."""
+    for place in _chunk(path, root).all("reference"):
+        if place.text.strip():
+            return place.text.strip()
     return None
 
 

@@ -30,11 +30,9 @@ def is_odm(path: str | Path) -> bool:
     """By its first line with words; False for what cannot be read."""
     try:
         with Path(path).open(encoding="utf-8-sig") as stream:
-            for text in stream:
+            for text in stream.read(1 << 16).splitlines():
                 if text.strip() and not text.startswith("#"):
                     return _HEADER.fullmatch(text.strip()) is not None
-                if stream.tell() > 65536:
-                    break
     except (OSError, UnicodeDecodeError):
         pass
     return False
