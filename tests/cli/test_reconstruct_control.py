@@ -83,6 +83,15 @@ def test_control_of_other_photos_or_in_one_line_is_left_out(folder, asked, capsy
     assert "one line" in capsys.readouterr().err
 
 
+def test_marks_in_the_folder_of_the_photos_belong_to_control_from_elsewhere(folder, asked) -> None:
+    points(folder, marked=3)
+    control = folder.parent / "survey" / "points.csv"
+    control.parent.mkdir()
+    (folder / "control.csv").rename(control)
+    assert run(folder, "--gcp", str(control)) == 0
+    assert (asked[0]["control"], asked[0]["marks"]) == (str(control), str(folder / "marks.csv"))
+
+
 def test_control_can_be_declined(folder, asked) -> None:
     points(folder, marked=3)
     assert run(folder, "--gcp", "none") == 0
@@ -96,6 +105,12 @@ def test_marks_alone_are_tie_points(folder, asked) -> None:
     assert run(folder, "--marks", str(marks)) == 0
     assert (asked[0]["control"], asked[0]["marks"]) == (None, str(marks))
     assert run(folder, "--marks", str(folder / "gone.csv")) == 2
+
+
+def test_marks_alone_beside_the_photos_are_taken(folder, asked) -> None:
+    write_marks(folder / "marks.csv", [Mark("A", "a.jpg", 1, 2)])
+    assert run(folder) == 0
+    assert (asked[0]["control"], asked[0]["marks"]) == (None, str(folder / "marks.csv"))
 
 
 def test_without_tables_there_is_no_control(folder, asked) -> None:

@@ -12,7 +12,6 @@ from vomstudio.errors import InputError, TargetError
 from vomstudio.io.control import (
     ControlPoint,
     Mark,
-    beside,
     read_control,
     read_marks,
     write_control,
@@ -161,9 +160,3 @@ def test_a_table_that_cannot_be_removed_is_said(
     monkeypatch.setattr(Path, "unlink", refused)
     with pytest.raises(TargetError, match=r"control\.csv.*cannot be removed \(Permission denied"):
         write_control(path, [])
-
-
-def test_tables_beside_the_photos_are_found(tmp_path: Path) -> None:
-    assert beside(tmp_path) == (None, None)
-    write_marks(tmp_path / "marks.csv", [Mark("A", "a.jpg", 1.5, 2)])
-    assert beside(tmp_path) == (None, tmp_path / "marks.csv")

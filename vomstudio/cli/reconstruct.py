@@ -99,15 +99,19 @@ def _crs(text: str) -> str:
 
 def _control(args: argparse.Namespace) -> tuple[str | None, str | None, list[str]]:
     """Tables of control points and of marks, and what there is to say about them."""
-    from vomstudio.io.control import beside
+    from vomstudio.io.control import MARKS
     from vomstudio.io.control_files import find_control, marks_beside
     from vomstudio.io.photos import photo_names
     from vomstudio.photogrammetry.marking import usable_tables
 
     named = None if args.marks is None else Path(args.marks).resolve()
+    photos = Path(args.photos).resolve()
+    with_photos = photos / MARKS
     if args.gcp is None or args.gcp.casefold() == "none":
-        photos = Path(args.photos).resolve()
-        found, marks = find_control(photos) or (None, beside(photos)[1])
+        found, marks = find_control(photos) or (
+            None,
+            with_photos if with_photos.is_file() else None,
+        )
         marks = named or marks
         _require_file(marks, "--marks")
         if args.gcp is not None:
@@ -119,6 +123,8 @@ def _control(args: argparse.Namespace) -> tuple[str | None, str | None, list[str
     control = Path(args.gcp).resolve()
     marks = named
     _require_file(control, "--gcp")
+    if marks is None and with_photos.is_file() and not marks_beside(control).is_file():
+        marks = with_photos
     if marks is None and not (marks := marks_beside(control)).is_file():
         raise InputError(
             "there is no such file; name the marks with --marks", file=marks, field="--marks"

@@ -126,12 +126,6 @@ def read_marks(path: str | Path) -> list[Mark]:
     return marks
 
 
-def beside(photos: Path) -> tuple[Path | None, Path | None]:
-    """The tables of control points and of marks that lie beside the photos in a folder."""
-    control, marks = photos / CONTROL, photos / MARKS
-    return (control if control.is_file() else None, marks if marks.is_file() else None)
-
-
 def write_control(
     path: Path, points: Iterable[ControlPoint], crs: str | None = None
 ) -> Path | None:

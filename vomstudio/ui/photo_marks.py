@@ -100,8 +100,8 @@ class PhotoMarks(QObject):
                 continue
             try:
                 if name == CONTROL:
-                    made = Marking(tuple(read_control(path)))
-                    self.crs = crs_of(path)
+                    points, self.crs = read_control(path), crs_of(path)
+                    made = Marking(tuple(points))
                 else:
                     made, strangers = made.with_marks(read_marks(path), self.photos)
                     if strangers:
