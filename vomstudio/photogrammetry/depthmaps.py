@@ -15,7 +15,7 @@ from vomstudio.geometry.cameras import View
 from vomstudio.geometry.jit import for_kernels
 from vomstudio.io.cameras_file import view_from_dict, view_to_dict
 from vomstudio.photogrammetry.fringes import sky_fringe
-from vomstudio.photogrammetry.pairs import PATCHMATCH, SGBM, Plan
+from vomstudio.photogrammetry.pairs import PATCHMATCH, SGBM, SOURCES, Plan
 from vomstudio.photogrammetry.undistortion import Undistorted
 
 
@@ -144,7 +144,7 @@ def depth_map(task: DepthTask) -> DepthMap:
     return _finish(first, others, merged, agreeing)
 
 
-def memory_needed(width: int, height: int, sources: int = 3) -> int:
+def memory_needed(width: int, height: int, sources: int = SOURCES) -> int:
     """Bytes that `depth_map` takes at most for photos of this size, with its inputs.
 
     Measured with four sources: 50 to 70 bytes a pixel where all pairs can be rectified, 122 with

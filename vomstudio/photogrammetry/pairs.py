@@ -30,6 +30,8 @@ _LEAST_ACROSS_DEG = 45.0
 _LARGEST_SCALE_RATIO = 1.5
 _PADDING = 0.1
 _MOST_NEIGHBOURS = 20
+SOURCES = 3
+"""Of a photo. A fourth, at a wider angle, blurs more than it adds."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +79,7 @@ class Pairs:
     left_out: tuple[str, ...]
 
 
-def choose_pairs(scene: SparseScene, *, count: int = 3, method: str | None = None) -> Pairs:
+def choose_pairs(scene: SparseScene, *, count: int = SOURCES, method: str | None = None) -> Pairs:
     """The sources, depth range and methods of every photo.
 
     count : of sources for each photo
