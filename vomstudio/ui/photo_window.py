@@ -137,8 +137,8 @@ class PhotoWindow(QWidget):
         self.marks.changed.connect(self.survey.marks_changed)
         self.points.said.connect(self.say)
         self.points.chosen.connect(self._point_chosen)
-        self.points.typed.connect(lambda x, y: self._place(x, y, "typed"))
-        self.tools.marked.connect(lambda x, y: self._place(x, y, None))
+        self.points.typed.connect(self._typed)
+        self.tools.marked.connect(self._place)
         self.tools.moved.connect(self._moved)
         self.tools.picked.connect(self.points.choose)
         self.tools.corners_changed.connect(self._refresh)
@@ -264,7 +264,7 @@ class PhotoWindow(QWidget):
         made = self.marks.marking.unmarked(label, self.photo)
         self.marks.change(self.tr("Remove the mark of {0}").format(label), self.photo, made)
 
-    def _place(self, x: float, y: float, join: str | None) -> None:
+    def _place(self, x: float, y: float, join: str | None = None) -> None:
         """Mark the chosen point here; without one, a new tie point."""
         label = self.points.label or self.marks.marking.free_label()
         key = None if join is None else (join, label, self.photo)
@@ -272,6 +272,9 @@ class PhotoWindow(QWidget):
         self._looked_at = f"{self.photo} {label}"
         self.marks.change(self.tr("Mark {0}").format(label), self.photo, made, key)
         self.points.choose(label)
+
+    def _typed(self, x: float, y: float) -> None:
+        self._place(x, y, "typed")
 
     def _moved(self, label: str, x: float, y: float, goes_on: bool) -> None:
         made = self.marks.marking.marked(label, self.photo, (x, y))
