@@ -350,6 +350,7 @@ class PhotoWindow(QWidget):
         if self.tools.corners and not again:
             self.tools.take_back_corner()
             return
+        self.tools.end_stroke()
         step: Step | None = self.history.redo() if again else self.history.undo()
         if step is not None:
             if step.photo in self._rows and step.photo != self.photo:
