@@ -245,7 +245,9 @@ class PhotoMasks(QObject):
                 if isinstance(made, VomError):
                     self.said.emit(str(made), "warning")
                 else:
-                    apply(name, made)  # type: ignore[arg-type]
+                    # The photo may have been opened, and drawn on, meanwhile.
+                    held = self._masks.get(name)
+                    apply(name, made if held is None else held)  # type: ignore[arg-type]
                 proceed()
 
             self._background.run(lambda: _loaded(row, row.mask), arrived)
