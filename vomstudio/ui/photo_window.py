@@ -131,6 +131,10 @@ class PhotoWindow(QWidget):
         self.masks.drawn.connect(self._mask_drawn)
         self.masks.stored.connect(self._mask_stored)
         self.masks.busy_changed.connect(self._refresh)
+        # Another folder may have been opened meanwhile.
+        self.masks.busy_changed.connect(
+            self._survey_changed, Qt.ConnectionType.QueuedConnection
+        )
         self.masks.said.connect(self.say)
         self.marks.said.connect(self.say)
         self.marks.changed.connect(self._show_marks)
@@ -215,7 +219,8 @@ class PhotoWindow(QWidget):
 
     def _mask_stored(self, name: str, mask: str | None) -> None:
         self._changed_masks.add(name)
-        self.survey.set_mask(name, mask)
+        if self.survey.folder == self.folder:
+            self.survey.set_mask(name, mask)
         self.list.refresh()
         self._refresh()
 
@@ -336,7 +341,8 @@ class PhotoWindow(QWidget):
 
     def _survey_changed(self) -> None:
         if self.survey.folder != self.folder:
-            self.close()
+            if not self.masks.busy:
+                self.close()
         elif _stamp(self.survey.aligned_folder()) != self._cameras_of:
             self._read_cameras()
 
@@ -408,6 +414,10 @@ class PhotoWindow(QWidget):
     def may_close(self) -> bool:
         """Whether all is on the disk, or may be forgotten; the user is asked."""
         self.tools.drop()
+        if self.masks.busy:
+            self.raise_()
+            self.say(self.tr("Not closed yet: {0}").format(self.masks.busy), "warning")
+            return False
         masks, marks = self.masks.save_now(), self.marks.save_again()
         if masks and marks:
             return True
