@@ -52,6 +52,7 @@ class PhotoWindow(QWidget):
         self.folder = survey.folder
         self.photo = ""
         self._looked_at = ""
+        self._asking = False
         self._changed_masks: set[str] = set()
         rows = {row.name: row for row in survey.rows}
         self._rows = rows
@@ -341,7 +342,7 @@ class PhotoWindow(QWidget):
 
     def _survey_changed(self) -> None:
         if self.survey.folder != self.folder:
-            if not self.masks.busy:
+            if not self.masks.busy and not self._asking:
                 self.close()
         elif _stamp(self.survey.aligned_folder()) != self._cameras_of:
             self._read_cameras()
@@ -413,6 +414,8 @@ class PhotoWindow(QWidget):
     # --- end ---------------------------------------------------------------------------------
     def may_close(self) -> bool:
         """Whether all is on the disk, or may be forgotten; the user is asked."""
+        if self._asking:
+            return False
         self.tools.drop()
         if self.masks.busy:
             self.raise_()
@@ -421,6 +424,14 @@ class PhotoWindow(QWidget):
         masks, marks = self.masks.save_now(), self.marks.save_again()
         if masks and marks:
             return True
+        self._asking = True
+        try:
+            return self._ask(masks, marks)
+        finally:
+            self._asking = False
+
+    def _ask(self, masks: bool, marks: bool) -> bool:
+        """masks, marks : whether they are saved."""
         box = QMessageBox(self)
         box.setIcon(QMessageBox.Icon.Warning)
         box.setText(self.tr("What was drawn here could not be saved."))
