@@ -52,6 +52,7 @@ class PhotoWindow(QWidget):
         self.folder = survey.folder
         self.photo = ""
         self._looked_at = ""
+        self._pictured_once = False
         self._asking = False
         self._changed_masks: set[str] = set()
         rows = {row.name: row for row in survey.rows}
@@ -164,6 +165,7 @@ class PhotoWindow(QWidget):
         self.canvas.set_used(None)
         self.canvas.set_photo(row.width, row.height)
         picture = self._images.picture(Path(row.path))
+        self._pictured_once = picture is not None
         self.canvas.message = "" if picture else self.tr("Reading {0}…").format(name)
         if picture is not None:
             self.canvas.set_picture(picture)
@@ -185,7 +187,11 @@ class PhotoWindow(QWidget):
         if isinstance(picture, Picture):
             self.canvas.message = ""
             self.canvas.set_picture(picture)
-            self._look_at_point(again=True)
+            if not self._pictured_once:
+                # Which way is up is known only now. The whole picture, which comes later, leaves
+                # the view to the user.
+                self._pictured_once = True
+                self._look_at_point(again=True)
         else:
             self.canvas.message = self.tr("{0} cannot be shown: {1}").format(row.name, picture)
             self.canvas.update()
