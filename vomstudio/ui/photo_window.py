@@ -72,6 +72,7 @@ class PhotoWindow(QWidget):
         self.list = PhotoList(survey.rows, self.marks)
         self.mask_box = MaskBox(self.canvas, actions)
         self.points = PointsBox(self.marks, actions)
+        self._words = ""
         self._status = ElidedLabel()
         self._status.setObjectName("photo_status")
         self._arrange()
@@ -254,6 +255,7 @@ class PhotoWindow(QWidget):
         self.list.set_label(label)
         if label and self.canvas.tool != MARK:
             self.set_tool(MARK)
+        self._write(self._hint())
         self._show_marks()
         self._look_at_point()
 
@@ -319,10 +321,10 @@ class PhotoWindow(QWidget):
         except VomError as error:
             self.say(str(error), "error")
             return
-        self.say(words, "info")
         labels = self.marks.marking.labels
         if not self.points.label and labels:
             self.points.choose(labels[0])
+        self.say(words, "info")
 
     # --- cameras -----------------------------------------------------------------------------
     def _read_cameras(self) -> None:
@@ -358,6 +360,7 @@ class PhotoWindow(QWidget):
         self.tools.drop()
         self.canvas.set_tool(tool)
         self._refresh()
+        self._write(self._hint())
 
     def undo(self, *, again: bool = False) -> None:
         if self.tools.corners and not again:
@@ -381,13 +384,18 @@ class PhotoWindow(QWidget):
 
     def say(self, text: str, level: str = "info") -> None:
         if level == "info":
-            self._status.setText(text)
+            self._write(text)
         else:
             self.bar.say(Notice(text, level))
 
     def _point_at(self, event: object) -> None:
         x, y = getattr(event, "x", 0.0), getattr(event, "y", 0.0)
-        self._status.setText(f"x {x:.1f}  y {y:.1f}   {self._hint()}")
+        self._status.setText(f"x {x:.1f}  y {y:.1f}   {self._words}")
+
+    def _write(self, words: str) -> None:
+        """A hint or a message: it stays until the next, whatever the cursor does."""
+        self._words = words
+        self._status.setText(words)
 
     def _hint(self) -> str:
         return {
@@ -415,7 +423,6 @@ class PhotoWindow(QWidget):
                 self.tr("{0:.0f} % of this photo is left out").format(max(share, 1.0))
             )  # fmt: skip
         self.mask_box.words.setText(words)
-        self._status.setText(self._hint())
 
     # --- end ---------------------------------------------------------------------------------
     def may_close(self) -> bool:
