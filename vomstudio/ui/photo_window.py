@@ -135,9 +135,7 @@ class PhotoWindow(QWidget):
         self.masks.stored.connect(self._mask_stored)
         self.masks.busy_changed.connect(self._refresh)
         # Another folder may have been opened meanwhile.
-        self.masks.busy_changed.connect(
-            self._survey_changed, Qt.ConnectionType.QueuedConnection
-        )
+        self.masks.busy_changed.connect(self._survey_changed, Qt.ConnectionType.QueuedConnection)
         self.masks.said.connect(self.say)
         self.marks.said.connect(self.say)
         self.marks.changed.connect(self._show_marks)
@@ -350,7 +348,7 @@ class PhotoWindow(QWidget):
 
     def _survey_changed(self) -> None:
         if self.survey.folder != self.folder:
-            if not self.masks.busy and not self._asking:
+            if self.isVisible() and not self.masks.busy and not self._asking:
                 self.close()
         elif _stamp(self.survey.aligned_folder()) != self._cameras_of:
             self._read_cameras()
