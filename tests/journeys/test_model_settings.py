@@ -235,3 +235,19 @@ def test_a_reconstruction_without_a_name_is_asked_about_and_kept(window) -> None
     window.close()
     assert "Save the changes to untitled?" in seen[0]
     assert stage.is_dir()
+
+
+def test_the_settings_follow_what_is_chosen_beside_them(window, sample) -> None:
+    window.open_path(sample)
+    looked_at(window)
+    settled(window)
+    dialog = open_dialog(window)
+    driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
+    window.survey.choose_quality("preview")
+    assert dialog.quality.currentData() == "preview"
+    dialog.seed.setValue(7)
+    driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
+    assert window.survey.settings.seed == 7
+    assert window.survey.settings.quality == "preview"
+    assert window.survey.settings.control == sample.parent / "control.csv"
+    dialog.close()

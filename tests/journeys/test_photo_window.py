@@ -342,3 +342,98 @@ def test_control_points_are_imported_and_what_is_missing_is_said(looked_at, phot
     assert asked[0]["marks"] == str(photos / "marks.csv")
     window.survey._making = None
     photo.close()
+
+
+def test_a_stroke_ends_where_a_step_is_taken_back_while_it_is_painted(looked_at, photos):
+    photo = open_by_double_click(looked_at, 0)
+    press(photo, Qt.Key.Key_B)
+    click(photo.canvas, on(photo, 300, 300))
+    canvas, left = photo.canvas, Qt.MouseButton.LeftButton
+    QTest.mousePress(canvas, left, pos=on(photo, 600, 600))
+    for x in (640, 700, 760):
+        QTest.mouseMove(canvas, on(photo, x, 600))
+        driver.pause(20)
+    assert photo.masks.drawing
+    press(photo, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    assert not photo.masks.drawing
+    for x in (800, 900):
+        QTest.mouseMove(canvas, on(photo, x, 600))
+        driver.pause(20)
+    QTest.mouseRelease(canvas, left, pos=on(photo, 900, 600))
+    used = photo.masks.used(NAMES[0])
+    assert used[600, 500:1000].all(), "the stroke was the last step"
+    assert not used[300, 300]
+    saved(photo)
+    photo.close()
+
+
+def test_nothing_is_taken_back_or_closed_while_masks_are_drawn_in_many_photos(looked_at, photos):
+    photo = open_by_double_click(looked_at, 0)
+    press(photo, Qt.Key.Key_B)
+    click(photo.canvas, on(photo, 300, 300))
+    photo.actions_table.run("repeat_mask")
+    assert photo.masks.busy
+    assert not photo.actions_table.all["undo"].isEnabled()
+    assert not photo.close()
+    assert photo.isVisible()
+    assert photo.masks.busy in photo.bar._text.text()
+    # Another photo is opened, and drawn on, before the run has come to it.
+    last = NAMES[-1]
+    height, width = photo.masks.used(NAMES[0]).shape
+    photo.masks._masks[last] = np.ones((height, width), np.bool_)
+    photo.masks._masks[last][900, 900] = False
+    saved(photo)
+    assert not photo.masks.used(last)[900, 900]
+    assert not photo.masks.used(last)[300, 300]
+    assert "Drawn into 3 more photos" in photo._status.text()
+    driver.pause(100)
+    assert "Drawn into 3 more photos" in photo._status.text(), "it stays"
+    press(photo, Qt.Key.Key_V)
+    assert "Drag to move" in photo._status.text()
+    assert photo.close()
+
+
+def test_an_older_copy_of_a_mask_never_replaces_the_newest(looked_at, photos, monkeypatch):
+    import time
+
+    from vomstudio.ui import photo_masks
+
+    keep = photo_masks.keep_mask
+    begun: list[Path] = []
+
+    def slow(place, used, found):
+        begun.append(place)
+        if len(begun) == 1:
+            time.sleep(0.4)
+        return keep(place, used, found)
+
+    monkeypatch.setattr(photo_masks, "keep_mask", slow)
+    photo = open_by_double_click(looked_at, 0)
+    press(photo, Qt.Key.Key_B)
+    click(photo.canvas, on(photo, 300, 300))
+    wait(lambda: begun, "the first save")
+    click(photo.canvas, on(photo, 600, 600))
+    assert photo.masks.unsaved == [NAMES[0]]
+    assert photo.close()
+    driver.pause(600)
+    assert mask_of(photos, NAMES[0])[600, 600] == 0
+    assert len(begun) == 2
+
+
+def test_the_whole_picture_leaves_the_view_and_a_closed_window_is_let_go(looked_at, photos):
+    import gc
+    import weakref
+
+    photo = open_by_double_click(looked_at, 0)
+    press(photo, Qt.Key.Key_M)
+    click(photo.canvas, on(photo, 500, 400))
+    photo.canvas.fit()
+    before = photo.canvas._scale
+    photo._pictured(photo._rows[photo.photo].path, photo.canvas._picture)
+    assert photo.canvas._scale == before
+    tools = weakref.ref(photo.tools)
+    assert photo.close()
+    del photo
+    driver.pause(100)
+    gc.collect()
+    assert tools() is None

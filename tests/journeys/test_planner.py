@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QToolButton
+from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QToolButton
 
 from tests import driver
 from vomstudio.ui.palette import CommandPalette
@@ -162,3 +162,21 @@ def test_the_palette_finds_the_planner(window) -> None:
     driver.wait(lambda: window.findChildren(PlannerDialog), "the planner")
     (dialog,) = window.findChildren(PlannerDialog)
     dialog.close()
+
+
+def test_a_sheet_is_replaced_only_when_that_was_asked(planner, tmp_path, monkeypatch) -> None:
+    retype(planner.camera.lineEdit(), "36x24,30,6000x4000")
+    settled(planner)
+    there = tmp_path / "sheet.html"
+    there.write_text("mine")
+    # The name as it was typed, which Qt has asked about, is of no file.
+    given = (str(tmp_path / "sheet"), "HTML (*.html)")
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: given)
+    seen: list[str] = []
+    driver.answer(QMessageBox.StandardButton.No, seen)
+    planner._save()
+    assert "sheet.html exists already" in seen[0]
+    driver.answer(QMessageBox.StandardButton.Yes, seen)
+    assert there.read_text() == "mine"
+    planner._save()
+    driver.wait(lambda: there.read_text() != "mine", "the sheet")

@@ -53,6 +53,8 @@ class MakeDialog(QDialog):
         self.setMinimumWidth(720)
         self._window, self._survey = window, window.survey
         self._filling = False
+        self._known = self._survey.settings
+        """As they were last filled in or chosen here."""
         self._soon = QTimer(self)
         self._soon.setSingleShot(True)
         self._soon.setInterval(_TYPING_MS)
@@ -71,7 +73,7 @@ class MakeDialog(QDialog):
         buttons.rejected.connect(self.close)
         layout.addWidget(buttons)
         self._fill()
-        self._survey.changed.connect(self._show_forecast)
+        self._survey.changed.connect(self._survey_changed)
         self._show_forecast()
         # Marks may have been placed since the photos were opened.
         self._survey.foresee()
@@ -106,10 +108,10 @@ class MakeDialog(QDialog):
         )
         self._control_rows = (control_row, marks_row)
         for field in (self.control, self.marks):
-            field.textEdited.connect(lambda _: self._soon.start())
+            field.textEdited.connect(self._typing)
         self.crs = QLineEdit()
         self.crs.setObjectName("make_crs")
-        self.crs.textEdited.connect(lambda _: self._soon.start())
+        self.crs.textEdited.connect(self._typing)
         self.crs.setMaximumWidth(170)
         self.crs.setPlaceholderText(self.tr("as stated"))
         self._crs_words = QLabel()
@@ -163,7 +165,7 @@ class MakeDialog(QDialog):
         self.threads.setRange(0, processors)
         self.threads.setSpecialValueText(self.tr("all {0}").format(processors))
         self.threads.setToolTip(self.tr("Processors that work at once; fewer need less memory"))
-        self.threads.valueChanged.connect(lambda _: self._soon.start())
+        self.threads.valueChanged.connect(self._typing)
         self.memory = QLabel()
         self.memory.setObjectName("make_memory")
         self.memory.setWordWrap(True)
@@ -172,14 +174,14 @@ class MakeDialog(QDialog):
         self.seed.setToolTip(
             self.tr("Of what is random; with one thread the same seed gives the same model")
         )
-        self.seed.valueChanged.connect(lambda _: self._soon.start())
+        self.seed.valueChanged.connect(self._typing)
         self.scheduler = QLineEdit()
         self.scheduler.setObjectName("make_scheduler")
         self.scheduler.setPlaceholderText(self.tr("none; or tcp://computer:8786"))
         self.scheduler.setToolTip(
             self.tr("Address of the scheduler of a Dask cluster that takes part of the work")
         )
-        self.scheduler.textEdited.connect(lambda _: self._soon.start())
+        self.scheduler.textEdited.connect(self._typing)
         first = QHBoxLayout()
         first.addWidget(self.threads)
         first.addSpacing(8)
@@ -197,7 +199,7 @@ class MakeDialog(QDialog):
     # --- settings ----------------------------------------------------------------------------
     def _fill(self) -> None:
         """Show the settings as they are."""
-        settings = self._survey.settings
+        settings = self._known = self._survey.settings
         self._filling = True
         self.quality.setCurrentIndex(self.quality.findData(settings.quality))
         self.by_control.setChecked(settings.control is not None)
@@ -236,11 +238,21 @@ class MakeDialog(QDialog):
             scheduler=self.scheduler.text().strip() or None,
         )
 
+    def _typing(self, *_: object) -> None:
+        if not self._filling:
+            self._soon.start()
+
+    def _survey_changed(self) -> None:
+        if self._survey.settings != self._known and not self._soon.isActive():
+            # By the panel, or by other photos: what is shown here would undo it.
+            self._fill()
+        self._show_forecast()
+
     def _choose(self, *_: object) -> None:
         if self._filling:
             return
         self._soon.stop()
-        settings = self._settings()
+        settings = self._known = self._settings()
         if settings != self._survey.settings:
             self._survey.choose(settings)
         self._show_forecast()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Lock
 
 import numpy as np
 import numpy.typing as npt
@@ -31,6 +32,21 @@ class Shape:
     photo: str
 
 
+class _Saving:
+    """One writing of a mask: who comes first does it, who comes later waits for what came of it."""
+
+    def __init__(self, name: str, work: Callable[[], object]) -> None:
+        self.name, self._work = name, work
+        self._lock = Lock()
+        self._made: object = None
+
+    def made(self) -> object:
+        with self._lock:
+            if self._made is None:
+                self._made = self._work()
+            return self._made
+
+
 class PhotoMasks(QObject):
     """drawn : a photo whose mask is there, or has changed. stored : a photo, and the file of its
     mask, or None where it has none any more. said : a sentence, and its level. busy_changed : many
@@ -52,7 +68,8 @@ class PhotoMasks(QObject):
         paths = [Path(row.path) for row in rows]
         self._places = {row.name: mask_place(Path(row.path), paths) for row in rows}
         self._dirty: dict[str, None] = {}
-        self._saving = self._shown = ""
+        self._saving: _Saving | None = None
+        self._shown = ""
         self._stroke: list[Change] = []
         self._going_on = False
         self.problem = ""
@@ -71,7 +88,8 @@ class PhotoMasks(QObject):
 
     @property
     def unsaved(self) -> list[str]:
-        return [*self._dirty, *([self._saving] if self._saving else [])]
+        saving = () if self._saving is None else (self._saving.name,)
+        return list(dict.fromkeys([*self._dirty, *saving]))
 
     def open(self, name: str) -> None:
         """Have a photo's mask at hand; `drawn` tells when."""
@@ -245,7 +263,9 @@ class PhotoMasks(QObject):
                 if isinstance(made, VomError):
                     self.said.emit(str(made), "warning")
                 else:
-                    apply(name, made)  # type: ignore[arg-type]
+                    # The photo may have been opened, and drawn on, meanwhile.
+                    held = self._masks.get(name)
+                    apply(name, made if held is None else held)  # type: ignore[arg-type]
                 proceed()
 
             self._background.run(lambda: _loaded(row, row.mask), arrived)
@@ -258,21 +278,25 @@ class PhotoMasks(QObject):
 
     # --- saving ------------------------------------------------------------------------------
     def _save_next(self) -> None:
-        if self._saving or not self._dirty:
+        if self._saving is not None or not self._dirty:
             return
         name = next(iter(self._dirty))
         del self._dirty[name]
-        self._saving = name
         used, place = self._masks[name].copy(), self._places[name]
         foreign = self._foreign.get(name)
 
+        saving = self._saving = _Saving(name, lambda: _kept(place, used, foreign))
+
         def arrived(made: object) -> None:
-            self._saving = ""
+            if self._saving is not saving:
+                # It was waited for.
+                return
+            self._saving = None
             self._written(name, made)
             if self._dirty and not self.problem:
                 self._save_next()
 
-        self._background.run(lambda: _kept(place, used, foreign), arrived)
+        self._background.run(saving.made, arrived)
 
     def _written(self, name: str, made: object) -> None:
         if isinstance(made, VomError):
@@ -301,12 +325,17 @@ class PhotoMasks(QObject):
         """Write what is not on the disk yet; whether it is there now."""
         self.end()
         self._soon.stop()
-        self.problem = ""
-        for name in self.unsaved:
+        if (saving := self._saving) is not None:
+            # What it writes is older, and must not come last.
+            made, self._saving = saving.made(), None
+            self._written(saving.name, made)
+        problem = ""
+        for name in list(self._dirty):
             used, foreign = self._masks[name], self._foreign.get(name)
-            self._dirty.pop(name, None)
+            del self._dirty[name]
             self._written(name, _kept(self._places[name], used, foreign))
-        self._saving = ""
+            problem = problem or self.problem
+        self.problem = problem
         return not self._dirty
 
     def save_elsewhere(self, folder: Path) -> list[Path]:

@@ -47,11 +47,15 @@ class PhotoTools(QObject):
 
     def drop(self) -> None:
         """Forget the polygon that is not closed, end the stroke that is not lifted."""
+        self.end_stroke()
+        self._held = ""
+        self._set_corners([])
+
+    def end_stroke(self) -> None:
+        """What was painted so far is done, though the button is still down."""
         if self._last is not None:
             self._last = None
             self._masks.end()
-        self._held = ""
-        self._set_corners([])
 
     def _pointed(self, event: PhotoPointer) -> None:
         tool = self._canvas.tool

@@ -52,6 +52,8 @@ class PhotoWindow(QWidget):
         self.folder = survey.folder
         self.photo = ""
         self._looked_at = ""
+        self._pictured_once = False
+        self._asking = False
         self._changed_masks: set[str] = set()
         rows = {row.name: row for row in survey.rows}
         self._rows = rows
@@ -70,6 +72,7 @@ class PhotoWindow(QWidget):
         self.list = PhotoList(survey.rows, self.marks)
         self.mask_box = MaskBox(self.canvas, actions)
         self.points = PointsBox(self.marks, actions)
+        self._words = ""
         self._status = ElidedLabel()
         self._status.setObjectName("photo_status")
         self._arrange()
@@ -131,14 +134,16 @@ class PhotoWindow(QWidget):
         self.masks.drawn.connect(self._mask_drawn)
         self.masks.stored.connect(self._mask_stored)
         self.masks.busy_changed.connect(self._refresh)
+        # Another folder may have been opened meanwhile.
+        self.masks.busy_changed.connect(self._survey_changed, Qt.ConnectionType.QueuedConnection)
         self.masks.said.connect(self.say)
         self.marks.said.connect(self.say)
         self.marks.changed.connect(self._show_marks)
         self.marks.changed.connect(self.survey.marks_changed)
         self.points.said.connect(self.say)
         self.points.chosen.connect(self._point_chosen)
-        self.points.typed.connect(lambda x, y: self._place(x, y, "typed"))
-        self.tools.marked.connect(lambda x, y: self._place(x, y, None))
+        self.points.typed.connect(self._typed)
+        self.tools.marked.connect(self._place)
         self.tools.moved.connect(self._moved)
         self.tools.picked.connect(self.points.choose)
         self.tools.corners_changed.connect(self._refresh)
@@ -159,6 +164,7 @@ class PhotoWindow(QWidget):
         self.canvas.set_used(None)
         self.canvas.set_photo(row.width, row.height)
         picture = self._images.picture(Path(row.path))
+        self._pictured_once = picture is not None
         self.canvas.message = "" if picture else self.tr("Reading {0}…").format(name)
         if picture is not None:
             self.canvas.set_picture(picture)
@@ -180,7 +186,11 @@ class PhotoWindow(QWidget):
         if isinstance(picture, Picture):
             self.canvas.message = ""
             self.canvas.set_picture(picture)
-            self._look_at_point(again=True)
+            if not self._pictured_once:
+                # Which way is up is known only now. The whole picture, which comes later, leaves
+                # the view to the user.
+                self._pictured_once = True
+                self._look_at_point(again=True)
         else:
             self.canvas.message = self.tr("{0} cannot be shown: {1}").format(row.name, picture)
             self.canvas.update()
@@ -215,7 +225,8 @@ class PhotoWindow(QWidget):
 
     def _mask_stored(self, name: str, mask: str | None) -> None:
         self._changed_masks.add(name)
-        self.survey.set_mask(name, mask)
+        if self.survey.folder == self.folder:
+            self.survey.set_mask(name, mask)
         self.list.refresh()
         self._refresh()
 
@@ -242,6 +253,7 @@ class PhotoWindow(QWidget):
         self.list.set_label(label)
         if label and self.canvas.tool != MARK:
             self.set_tool(MARK)
+        self._write(self._hint())
         self._show_marks()
         self._look_at_point()
 
@@ -264,7 +276,7 @@ class PhotoWindow(QWidget):
         made = self.marks.marking.unmarked(label, self.photo)
         self.marks.change(self.tr("Remove the mark of {0}").format(label), self.photo, made)
 
-    def _place(self, x: float, y: float, join: str | None) -> None:
+    def _place(self, x: float, y: float, join: str | None = None) -> None:
         """Mark the chosen point here; without one, a new tie point."""
         label = self.points.label or self.marks.marking.free_label()
         key = None if join is None else (join, label, self.photo)
@@ -272,6 +284,9 @@ class PhotoWindow(QWidget):
         self._looked_at = f"{self.photo} {label}"
         self.marks.change(self.tr("Mark {0}").format(label), self.photo, made, key)
         self.points.choose(label)
+
+    def _typed(self, x: float, y: float) -> None:
+        self._place(x, y, "typed")
 
     def _moved(self, label: str, x: float, y: float, goes_on: bool) -> None:
         made = self.marks.marking.marked(label, self.photo, (x, y))
@@ -304,10 +319,10 @@ class PhotoWindow(QWidget):
         except VomError as error:
             self.say(str(error), "error")
             return
-        self.say(words, "info")
         labels = self.marks.marking.labels
         if not self.points.label and labels:
             self.points.choose(labels[0])
+        self.say(words, "info")
 
     # --- cameras -----------------------------------------------------------------------------
     def _read_cameras(self) -> None:
@@ -333,7 +348,8 @@ class PhotoWindow(QWidget):
 
     def _survey_changed(self) -> None:
         if self.survey.folder != self.folder:
-            self.close()
+            if self.isVisible() and not self.masks.busy and not self._asking:
+                self.close()
         elif _stamp(self.survey.aligned_folder()) != self._cameras_of:
             self._read_cameras()
 
@@ -342,11 +358,13 @@ class PhotoWindow(QWidget):
         self.tools.drop()
         self.canvas.set_tool(tool)
         self._refresh()
+        self._write(self._hint())
 
     def undo(self, *, again: bool = False) -> None:
         if self.tools.corners and not again:
             self.tools.take_back_corner()
             return
+        self.tools.end_stroke()
         step: Step | None = self.history.redo() if again else self.history.undo()
         if step is not None:
             if step.photo in self._rows and step.photo != self.photo:
@@ -364,13 +382,18 @@ class PhotoWindow(QWidget):
 
     def say(self, text: str, level: str = "info") -> None:
         if level == "info":
-            self._status.setText(text)
+            self._write(text)
         else:
             self.bar.say(Notice(text, level))
 
     def _point_at(self, event: object) -> None:
         x, y = getattr(event, "x", 0.0), getattr(event, "y", 0.0)
-        self._status.setText(f"x {x:.1f}  y {y:.1f}   {self._hint()}")
+        self._status.setText(f"x {x:.1f}  y {y:.1f}   {self._words}")
+
+    def _write(self, words: str) -> None:
+        """A hint or a message: it stays until the next, whatever the cursor does."""
+        self._words = words
+        self._status.setText(words)
 
     def _hint(self) -> str:
         return {
@@ -398,15 +421,28 @@ class PhotoWindow(QWidget):
                 self.tr("{0:.0f} % of this photo is left out").format(max(share, 1.0))
             )  # fmt: skip
         self.mask_box.words.setText(words)
-        self._status.setText(self._hint())
 
     # --- end ---------------------------------------------------------------------------------
     def may_close(self) -> bool:
         """Whether all is on the disk, or may be forgotten; the user is asked."""
+        if self._asking:
+            return False
         self.tools.drop()
+        if self.masks.busy:
+            self.raise_()
+            self.say(self.tr("Not closed yet: {0}").format(self.masks.busy), "warning")
+            return False
         masks, marks = self.masks.save_now(), self.marks.save_again()
         if masks and marks:
             return True
+        self._asking = True
+        try:
+            return self._ask(masks, marks)
+        finally:
+            self._asking = False
+
+    def _ask(self, masks: bool, marks: bool) -> bool:
+        """masks, marks : whether they are saved."""
         box = QMessageBox(self)
         box.setIcon(QMessageBox.Icon.Warning)
         box.setText(self.tr("What was drawn here could not be saved."))

@@ -54,10 +54,12 @@ def commands(w: PhotoWindow) -> list[Command]:
                 "Paint what is left out or kept",
                 in_viewport=True, checked=is_tool(BRUSH)),
         Command("undo", "Undo", lambda: w.undo(), "undo", "Ctrl+Z", "",
-                lambda: None if w.tools.corners or w.history.undo_words else "nothing was drawn",
+                lambda: w.masks.busy or (
+                    None if w.tools.corners or w.history.undo_words else "nothing was drawn"),
                 what=lambda: w.history.undo_words),
         Command("redo", "Redo", lambda: w.undo(again=True), "redo", ("Ctrl+Shift+Z", "Ctrl+Y"), "",
-                lambda: None if w.history.redo_words else "nothing was taken back",
+                lambda: w.masks.busy or (
+                    None if w.history.redo_words else "nothing was taken back"),
                 what=lambda: w.history.redo_words),
         Command("fit", "Whole photo", lambda: w.canvas.fit(), "fit-to-page-outline", "0",
                 in_viewport=True),

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
     QLineEdit,
+    QMessageBox,
     QPushButton,
     QSizePolicy,
     QSpinBox,
@@ -329,7 +330,15 @@ class PlannerDialog(QDialog):
         path = Path(name)
         if not path.suffix:
             path = path.with_suffix(chosen[chosen.rfind("*") + 1 : -1] or ".pdf")
+            # The dialog has asked about the name without it.
+            if path.exists() and not self._may_replace(path):
+                return
         self.save_to(path)
+
+    def _may_replace(self, path: Path) -> bool:
+        words = self.tr("{0} exists already. Replace it?").format(path.name)
+        yes = QMessageBox.StandardButton.Yes
+        return QMessageBox.question(self, self.tr("Save the field sheet"), words) == yes
 
     def save_to(self, path: Path) -> None:
         plan, studio = self.plan, self._window.studio
