@@ -153,7 +153,7 @@ install_environment() {
 compile_kernels() {
     (cd "$root" && "$python" - >&2) <<'PYTHON' || say "Kernels will be compiled when first used."
 try:
-    from vomstudio.io.formats.obj import warm_up
+    from vomstudio.io.models.formats.obj import warm_up
 except ImportError:
     warm_up = None
 if warm_up:

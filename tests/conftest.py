@@ -39,7 +39,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 @pytest.fixture(autouse=True)
 def image_folder(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Where images from inside of models go, in place of the user's own cache."""
-    from vomstudio.io import image_store
+    from vomstudio.io.models import image_store
 
     folder = tmp_path_factory.getbasetemp() / "images"
     monkeypatch.setattr(image_store, "folder", lambda: folder)

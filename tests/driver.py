@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QApplication, QMessageBox, QPushButton, QWidget
 
 from vomstudio.document.records import Model, Trace
 from vomstudio.io.settings import read_settings
-from vomstudio.ui.main_window import MainWindow
+from vomstudio.ui.shell.main_window import MainWindow
 
 LEFT = Qt.MouseButton.LeftButton
 NONE = Qt.KeyboardModifier.NoModifier
@@ -38,7 +38,7 @@ def pause(milliseconds: int = 30) -> None:
 
 
 def make_window(paths: list[Path] | None = None) -> MainWindow:
-    """The window as `vomstudio.ui.start` makes it, with everything there."""
+    """The window as `vomstudio.ui.shell.start` makes it, with everything there."""
     settings, problems = read_settings()
     window = MainWindow(settings)
     window.show()
@@ -89,7 +89,7 @@ def declare(window: MainWindow, crs: str = CRS) -> None:
 
 
 def dialog_of(window: MainWindow):
-    from vomstudio.ui.frame_dialog import FrameDialog
+    from vomstudio.ui.shell.frame_dialog import FrameDialog
 
     shown = [d for d in window.findChildren(FrameDialog) if d.isVisible()]
     return shown[0] if shown else None

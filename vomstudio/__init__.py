@@ -1,3 +1,5 @@
 """VOM Studio: virtual outcrop models of geological structures."""
 
-__version__ = "0.1.0"
+from vomstudio.version import __version__
+
+__all__ = ["__version__"]

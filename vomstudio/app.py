@@ -19,6 +19,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         from vomstudio.cli import main as command_line
 
         return command_line(words)
-    from vomstudio.ui.start import run_window
+    from vomstudio.ui.shell.start import run_window
 
     return run_window(words)

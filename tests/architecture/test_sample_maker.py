@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.sample_maker import maker
-from vomstudio.io.sample import read_picks, read_truth, sample_model
+from vomstudio.io.project.sample import read_picks, read_truth, sample_model
 from vomstudio.paths import resource
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -84,7 +84,7 @@ def test_the_slip_is_at_right_angles_to_the_axis_and_offsets_the_beds_by_what_is
 def test_picks_lie_on_the_surface_of_the_model() -> None:
     from scipy.spatial import cKDTree
 
-    from vomstudio.io.models import read_model
+    from vomstudio.io.models.opening import read_model
 
     mesh = read_model(sample_model())
     corners = mesh.data.vertices[mesh.data.faces]

@@ -10,9 +10,9 @@ import pytest
 from PIL import Image
 
 from tests.sample_maker import maker
-from vomstudio.geometry.raytree import RayTree
-from vomstudio.io.models import read_model
-from vomstudio.io.sample import (
+from vomstudio.geometry.rays.raytree import RayTree
+from vomstudio.io.models.opening import read_model
+from vomstudio.io.project.sample import (
     read_true_cameras,
     sample_control,
     sample_marks,
@@ -20,7 +20,7 @@ from vomstudio.io.sample import (
     sample_photos,
 )
 from vomstudio.paths import resource
-from vomstudio.photogrammetry.photo_views import PhotoViews
+from vomstudio.photogrammetry.inspect.photo_views import PhotoViews
 
 
 def rows(path: Path) -> list[dict[str, str]]:
@@ -97,7 +97,7 @@ def test_control_points_are_off_by_what_they_state() -> None:
 def test_the_receiver_is_off_by_what_it_states(photos: PhotoViews) -> None:
     from pyproj import Transformer
 
-    from vomstudio.io.photos import read_photos
+    from vomstudio.io.photos.reading import read_photos
 
     read = {photo.name: photo for photo in read_photos(sample_photos()).photos}
     assert len(read) == len(photos.views) == 12

@@ -78,9 +78,9 @@ def debian(images: Path, names: list[str], work: Path, size: int, threads: int) 
 def ours(images: Path, work: Path, size: int, threads: int) -> dict[str, Any]:
     code = (
         "import sys; from pathlib import Path\n"
-        "from vomstudio.io.photos import read_photos\n"
+        "from vomstudio.io.photos.reading import read_photos\n"
         "from vomstudio.jobs.executors import Threads\n"
-        "from vomstudio.photogrammetry.alignment import Options, align\n"
+        "from vomstudio.photogrammetry.align.alignment import Options, align\n"
         "from vomstudio.progress import Silent\n"
         "photos = read_photos(Path(sys.argv[1])).photos\n"
         "size, threads = int(sys.argv[3]), int(sys.argv[4])\n"
@@ -99,7 +99,7 @@ def main() -> None:
     parser.add_argument("--size", type=int, default=1600)
     parser.add_argument("--threads", type=int, default=2)
     arguments = parser.parse_args()
-    from vomstudio.io.photos import read_photos
+    from vomstudio.io.photos.reading import read_photos
 
     names = [photo.name for photo in read_photos(arguments.folder).photos]
     with tempfile.TemporaryDirectory(prefix="vom-bench-") as folder:

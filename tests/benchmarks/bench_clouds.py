@@ -36,7 +36,7 @@ def write_cliff(path: Path, points: int) -> None:
     import laspy
     import lazrs
 
-    from tests.io.copc_maker import header_bytes, write_pages
+    from tests.io.models.copc_maker import header_bytes, write_pages
 
     header = laspy.LasHeader(version="1.4", point_format=7)
     header.scales, header.offsets = [0.001] * 3, ORIGIN

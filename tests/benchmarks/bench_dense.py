@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.photogrammetry.dense_truth import (
+from tests.photogrammetry.dense.dense_truth import (
     accuracy,
     completeness,
     look,
@@ -28,12 +28,12 @@ from tests.photogrammetry.dense_truth import (
 from tests.photogrammetry.rock_face import photograph
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.photogrammetry.colmap_workspace import write_workspace
-from vomstudio.photogrammetry.depthmaps import DepthMap, DepthOptions, depth_map, make_task
-from vomstudio.photogrammetry.fusion import FusionOptions, fuse, neighbours_by_name
-from vomstudio.photogrammetry.pairs import choose_pairs
-from vomstudio.photogrammetry.scene import SparseScene
-from vomstudio.photogrammetry.undistortion import Undistorted, UndistortTask, undistort
+from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.photogrammetry.dense.colmap_workspace import write_workspace
+from vomstudio.photogrammetry.dense.depthmaps import DepthMap, DepthOptions, depth_map, make_task
+from vomstudio.photogrammetry.dense.fusion import FusionOptions, fuse, neighbours_by_name
+from vomstudio.photogrammetry.dense.pairs import choose_pairs
+from vomstudio.photogrammetry.dense.undistortion import Undistorted, UndistortTask, undistort
 
 DISTANCE, FOCAL = 8.0, 1100.0
 GSD = DISTANCE / FOCAL

@@ -40,7 +40,7 @@ import json, resource, sys, time
 start = time.perf_counter()
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from vomstudio.io.models import read_model
+from vomstudio.io.models.opening import read_model
 def decode(path):
     from PIL import Image
     image = Image.open(path)

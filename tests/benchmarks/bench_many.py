@@ -19,16 +19,16 @@ from typing import Any
 import numpy as np
 
 from tests.benchmarks.bench_whole import render, stations
-from tests.photogrammetry.dense_truth import lying_face, tie_points
+from tests.photogrammetry.dense.dense_truth import lying_face, tie_points
 from vomstudio.jobs.executors import Threads
-from vomstudio.photogrammetry import surface, texture
-from vomstudio.photogrammetry.atlas import AtlasOptions
-from vomstudio.photogrammetry.depthmaps import depth_map, make_task
-from vomstudio.photogrammetry.fusion import fuse, neighbours_by_name
-from vomstudio.photogrammetry.memory import peak_bytes
-from vomstudio.photogrammetry.pairs import choose_pairs
-from vomstudio.photogrammetry.scene_check import check_scene
-from vomstudio.photogrammetry.undistortion import UndistortTask, undistort
+from vomstudio.photogrammetry.align.scene_check import check_scene
+from vomstudio.photogrammetry.base.memory import peak_bytes
+from vomstudio.photogrammetry.dense.depthmaps import depth_map, make_task
+from vomstudio.photogrammetry.dense.fusion import fuse, neighbours_by_name
+from vomstudio.photogrammetry.dense.pairs import choose_pairs
+from vomstudio.photogrammetry.dense.undistortion import UndistortTask, undistort
+from vomstudio.photogrammetry.surface import meshing, texture
+from vomstudio.photogrammetry.surface.atlas import AtlasOptions
 from vomstudio.progress import Silent
 
 DENSE_PX, FACES_EACH = 320, 300
@@ -78,9 +78,9 @@ def run(count: int) -> dict[str, float]:
     mine = [straight[plan.view] for plan in pairs.plans]
     around = neighbours_by_name(scene, pairs)
     cloud = timed("fuse", lambda: fuse(names, maps, mine, around))
-    options = surface.SurfaceOptions(faces=FACES_EACH * count, threads=2)
+    options = meshing.SurfaceOptions(faces=FACES_EACH * count, threads=2)
     steps = Stages("surface", taken)
-    mesh = surface.make_surface(cloud, options, steps, scene.centres)
+    mesh = meshing.make_surface(cloud, options, steps, scene.centres)
     steps.stage("")
     steps = Stages("texture", taken)
     of_texture = texture.TextureOptions(atlas=AtlasOptions(page=2048, most_pages=1))

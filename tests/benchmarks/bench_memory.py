@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from vomstudio.geometry.cameras import Intrinsics
-from vomstudio.photogrammetry.memory import peak_bytes
+from vomstudio.photogrammetry.base.memory import peak_bytes
 
 SIZES = ((1600, 1200), (4000, 3000), (12000, 9000))
 DENSE = (1000, 3200, 12000)
@@ -42,7 +42,7 @@ def viewed(name: str, width: int, height: int, k: float = 0.0, x: float = 0.0): 
 
 
 def of_features(width: int, height: int, size: int) -> tuple[Any, int]:
-    from vomstudio.photogrammetry.features import (
+    from vomstudio.photogrammetry.align.features import (
         ExtractTask,
         FeatureOptions,
         extract,
@@ -56,7 +56,7 @@ def of_features(width: int, height: int, size: int) -> tuple[Any, int]:
 
 
 def of_straight(width: int, height: int, size: int) -> tuple[Any, int]:
-    from vomstudio.photogrammetry import undistortion as u
+    from vomstudio.photogrammetry.dense import undistortion as u
 
     def task(w: int, h: int) -> u.UndistortTask:
         import cv2
@@ -70,8 +70,8 @@ def of_straight(width: int, height: int, size: int) -> tuple[Any, int]:
 
 
 def of_depths(width: int, height: int, size: int) -> tuple[Any, int]:
-    from vomstudio.photogrammetry import depthmaps
-    from vomstudio.photogrammetry.undistortion import Undistorted
+    from vomstudio.photogrammetry.dense import depthmaps
+    from vomstudio.photogrammetry.dense.undistortion import Undistorted
 
     method = "patchmatch" if size == 1000 else "sgbm"
     w, h = size, round(size * height / width)
@@ -88,7 +88,7 @@ def of_depths(width: int, height: int, size: int) -> tuple[Any, int]:
 
 
 def of_look(width: int, height: int, size: int) -> tuple[Any, int]:
-    from vomstudio.photogrammetry import visibility
+    from vomstudio.photogrammetry.surface import visibility
 
     n = size // 4
     x, y = np.meshgrid(np.linspace(-2.0, 2.0, n), np.linspace(-1.5, 1.5, n))

@@ -21,7 +21,7 @@ from PIL import Image
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
-from vomstudio.products.orthophoto import plan, view_along_line, write_orthophoto
+from vomstudio.products.ortho.orthophoto import plan, view_along_line, write_orthophoto
 
 UTM = np.array([576_700.0, 5_188_150.0, 160.0])
 

@@ -18,11 +18,11 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.photogrammetry.align.made_surveys import centre_error, made, pixel_on_rock
+from tests.photogrammetry.align.surveys import SURVEYS, Survey
 from tests.photogrammetry.made_photos import Finder
-from tests.photogrammetry.made_surveys import centre_error, made, pixel_on_rock
-from tests.photogrammetry.surveys import SURVEYS, Survey
 from vomstudio.errors import VomError
-from vomstudio.photogrammetry.alignment import Alignment, Options, align
+from vomstudio.photogrammetry.align.alignment import Alignment, Options, align
 from vomstudio.progress import Silent
 
 HEAD = (
@@ -50,7 +50,7 @@ def peer(work: Path, names: list[str], survey: Survey) -> tuple[int, float]:
 
 def placed(survey: Survey, work: Path, pixels: bool) -> tuple[Alignment, list[str]]:
     if pixels:
-        from vomstudio.io.photos import read_photos
+        from vomstudio.io.photos.reading import read_photos
         from vomstudio.jobs.executors import Threads
 
         photos = read_photos(survey.write(work / "photos")).photos

@@ -195,10 +195,10 @@ def cloud(points: int):  # type: ignore[no-untyped-def]
 
 
 def run_cloud(app: QApplication, source: str, steps: int) -> None:
-    from vomstudio.rendering.viewport import Viewport
+    from vomstudio.rendering.qt.viewport import Viewport
 
     if Path(source).exists():
-        from vomstudio.io.models import read_model
+        from vomstudio.io.models.opening import read_model
 
         data = read_model(Path(source)).data
     else:
@@ -245,8 +245,8 @@ def run_cloud(app: QApplication, source: str, steps: int) -> None:
 def display(app: QApplication, view, heart: Heartbeat, steps: int) -> None:  # type: ignore[no-untyped-def]
     """Fields, clipping and eye-dome lighting of the model "m"."""
     from vomstudio.geometry.cloud import PointCloud
-    from vomstudio.rendering.clipping import ClipBox
-    from vomstudio.rendering.scalars import ELEVATION, FieldStyle
+    from vomstudio.rendering.view.clipping import ClipBox
+    from vomstudio.rendering.view.scalars import ELEVATION, FieldStyle
 
     scene = view._scene
 
@@ -340,7 +340,7 @@ def clip_drag(app: QApplication, widget: QWidget, x: float, y: float, steps: int
 
 def memory(app: QApplication, millions: float, folder: Path) -> None:
     """Bytes per triangle of drawing and picking a textured mesh, beside mesh and textures."""
-    from vomstudio.rendering.viewport import Viewport
+    from vomstudio.rendering.qt.viewport import Viewport
 
     mesh = outcrop(int(millions * 1e6), folder)
     for array in (mesh.vertices, mesh.faces, mesh.uv):
@@ -384,7 +384,7 @@ def plain_frames(count: int) -> tuple[list[float], list[float]]:
         vtkRenderWindow,
     )
 
-    from vomstudio.rendering import vtkdata
+    from vomstudio.rendering.scene import vtk_data
 
     n = 173
     x, z = np.meshgrid(np.linspace(0, 100, n + 1), np.linspace(0, 60, n + 1))
@@ -394,7 +394,7 @@ def plain_frames(count: int) -> tuple[list[float], list[float]]:
         [np.stack([a, a + 1, a + n + 2], 1), np.stack([a, a + n + 2, a + n + 1], 1)]
     )
     colors = np.random.default_rng(0).integers(60, 220, (len(points), 3), np.uint8)
-    data = vtkdata.triangles(points.astype(np.float32), faces.astype(np.int32), colors=colors)
+    data = vtk_data.triangles(points.astype(np.float32), faces.astype(np.int32), colors=colors)
     window, renderer = vtkRenderWindow(), vtkRenderer()
     window.SetOffScreenRendering(1)
     window.SetMultiSamples(0)
@@ -432,7 +432,7 @@ def stock_drag(app: QApplication, mesh, steps: int) -> list[float]:  # type: ign
     import pyvistaqt
     from vtkmodules.vtkRenderingCore import vtkTexture
 
-    from vomstudio.rendering import textures, vtkdata
+    from vomstudio.rendering.scene import textures, vtk_data
 
     window = QMainWindow()
     window.resize(*SIZE)
@@ -442,14 +442,14 @@ def stock_drag(app: QApplication, mesh, steps: int) -> list[float]:  # type: ign
     for k, material in enumerate(mesh.materials):
         rows = slice(*mesh.material_offsets[k : k + 2])
         used, inverse = np.unique(mesh.faces[rows], return_inverse=True)
-        data = vtkdata.triangles(
+        data = vtk_data.triangles(
             (mesh.vertices[used] - ORIGIN).astype(np.float32),
             inverse.reshape(-1, 3).astype(np.int32),
             uv=mesh.uv[used],
         )
         texture = vtkTexture()
         texture.SetInputData(
-            vtkdata.image(textures.load_texture(material.texture, 16384).levels[0].tiles[0])
+            vtk_data.image(textures.load_texture(material.texture, 16384).levels[0].tiles[0])
         )
         view.add_mesh(pyvista.wrap(data), texture=texture, lighting=False)
     view.view_xz()
@@ -460,7 +460,7 @@ def stock_drag(app: QApplication, mesh, steps: int) -> list[float]:  # type: ign
 
 
 def run(app: QApplication, millions: float, steps: int, folder: Path) -> None:
-    from vomstudio.rendering.viewport import Viewport
+    from vomstudio.rendering.qt.viewport import Viewport
     from vomstudio.tools.types import Preview
 
     mesh = outcrop(int(millions * 1e6), folder)
@@ -563,7 +563,7 @@ def run(app: QApplication, millions: float, steps: int, folder: Path) -> None:
 
 
 def feature_changes(app: QApplication, view, line) -> list[float]:  # type: ignore[no-untyped-def]
-    from vomstudio.rendering.drawing import FeatureDrawing
+    from vomstudio.rendering.view.drawing import FeatureDrawing
 
     rng = np.random.default_rng(0)
     made = {}

@@ -22,9 +22,9 @@ import cv2
 import numpy as np
 import psutil
 
-from tests.io import photo_maker
-from tests.photogrammetry.dense_truth import look, lying_face
-from tests.photogrammetry.wall_maker import gps_fields
+from tests.io.photos import photo_maker
+from tests.photogrammetry.dense.dense_truth import look, lying_face
+from tests.photogrammetry.surface.wall_maker import gps_fields
 from vomstudio.geometry.cameras import Intrinsics, View
 
 ROWS, DISTANCE, SPACING = 3, 8.0, 0.7

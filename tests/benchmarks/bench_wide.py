@@ -16,7 +16,7 @@ import time
 import cv2
 import numpy as np
 
-from tests.photogrammetry.dense_truth import (
+from tests.photogrammetry.dense.dense_truth import (
     accuracy,
     completeness,
     look,
@@ -26,10 +26,10 @@ from tests.photogrammetry.dense_truth import (
 )
 from tests.photogrammetry.rock_face import photograph
 from vomstudio.geometry.cameras import Intrinsics
-from vomstudio.photogrammetry.depthmaps import depth_map, make_task
-from vomstudio.photogrammetry.fusion import fuse, neighbours_by_name
-from vomstudio.photogrammetry.pairs import choose_pairs
-from vomstudio.photogrammetry.undistortion import UndistortTask, undistort
+from vomstudio.photogrammetry.dense.depthmaps import depth_map, make_task
+from vomstudio.photogrammetry.dense.fusion import fuse, neighbours_by_name
+from vomstudio.photogrammetry.dense.pairs import choose_pairs
+from vomstudio.photogrammetry.dense.undistortion import UndistortTask, undistort
 
 SIZE, FOCAL, DISTANCE, ARC = (600, 432), 550.0, 8.0, 120.0
 GSD = DISTANCE / FOCAL

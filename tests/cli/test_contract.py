@@ -155,7 +155,7 @@ def raises(error: BaseException):  # type: ignore[no-untyped-def]
 def test_whatever_happens_is_one_sentence_and_a_code(
     run, write, monkeypatch: pytest.MonkeyPatch, error: BaseException, code: int, words: str
 ) -> None:
-    monkeypatch.setattr("vomstudio.io.text_tables.read_points", lambda *a: raises(error)(*a))
+    monkeypatch.setattr("vomstudio.io.text.tables.read_points", lambda *a: raises(error)(*a))
     monkeypatch.delenv("VOMSTUDIO_DEBUG", raising=False)
     ran = run("fit", write(POINTS), "--json")
     assert ran.code == code
@@ -169,7 +169,7 @@ def test_the_traceback_is_shown_to_whoever_asks(
     run, write, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     broken = raises(ZeroDivisionError("division by zero"))
-    monkeypatch.setattr("vomstudio.io.text_tables.read_points", lambda *a: broken(*a))
+    monkeypatch.setattr("vomstudio.io.text.tables.read_points", lambda *a: broken(*a))
     monkeypatch.setenv("VOMSTUDIO_DEBUG", "1")
     assert "Traceback" in run("fit", write(POINTS)).err
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.models import read_model
+from vomstudio.io.models.opening import read_model
 
 OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 2\nf 1 2 3\n"
 LYING = "v 0 0 0\nv 1 0 0\nv 0 2 -1\nf 1 2 3\n"
@@ -143,7 +143,7 @@ def test_a_cloud_becomes_a_drawing_and_a_shapefile(run, write, tmp_path: Path) -
 
 
 def test_a_height_model_becomes_a_mesh(run, tmp_path: Path) -> None:
-    from vomstudio.io.raster import Raster, open_geotiff, write_tile
+    from vomstudio.io.gis.raster import Raster, open_geotiff, write_tile
 
     grid = Raster(3, 2, "float", (2.0, 0.0, 576000.0, 0.0, -2.0, 5188000.0), "EPSG:32615")
     with open_geotiff(tmp_path / "dem.tif", grid) as dataset:

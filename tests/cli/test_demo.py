@@ -12,7 +12,7 @@ import pytest
 
 from vomstudio.cli import main
 from vomstudio.document.records import Trace
-from vomstudio.io.project import Project
+from vomstudio.io.project.folder import Project
 
 
 @pytest.fixture(scope="module")

@@ -8,8 +8,8 @@ import pytest
 
 from vomstudio.document import edits
 from vomstudio.document.records import Frame, Model, Trace
-from vomstudio.io.orientation_table import read_orientations
-from vomstudio.io.project import Project
+from vomstudio.io.project.folder import Project
+from vomstudio.io.text.orientation_reading import read_orientations
 
 # Vertices on a plane that dips 45 degrees to the east, and on its mirror image to the west.
 EAST = ((0.0, 0.0, 0.0), (0.0, 9.0, 0.0), (4.0, 5.0, -4.0), (8.0, 1.0, -8.0), (3.0, 2.0, -3.0))

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vomstudio.io.orientation_table import COLUMNS, read_orientations
+from vomstudio.io.text.orientation_reading import read_orientations
+from vomstudio.tables.orientation_table import COLUMNS
 
 PLANE = "x,y,z\n0,0,0\n10,0,1\n0,10,0\n10,10,1.01\n5,3,0.5\n2,8,0.21\n"
 

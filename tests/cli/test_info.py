@@ -109,7 +109,7 @@ def test_a_table_of_nothing_but_a_header_is_refused(run, write) -> None:
 def test_a_height_model_is_a_raster_with_a_place(run, tmp_path: Path) -> None:
     import numpy as np
 
-    from vomstudio.io.raster import Raster, open_geotiff, write_tile
+    from vomstudio.io.gis.raster import Raster, open_geotiff, write_tile
 
     path = tmp_path / "dem.tif"
     grid = Raster(5, 3, "float", (2.0, 0.0, 576000.0, 0.0, -2.0, 5188000.0), "EPSG:32615")

@@ -169,7 +169,7 @@ def test_a_full_disk_is_told_and_leaves_nothing(run, model: Path, tmp_path: Path
 def test_a_model_of_photos_that_knows_no_north_claims_none(
     run, model: Path, tmp_path: Path, scaled: bool
 ) -> None:
-    from vomstudio.io.cameras_file import Cameras, write_cameras
+    from vomstudio.io.photos.cameras_file import Cameras, write_cameras
 
     (tmp_path / "m.prj").unlink()
     write_cameras(tmp_path / "cameras.json", Cameras((), Path("photos"), scaled=scaled))

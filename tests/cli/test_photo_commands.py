@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.io import photo_maker
-from tests.photogrammetry import wall_maker as wall
+from tests.io.photos import photo_maker
+from tests.photogrammetry.surface import wall_maker as wall
 
 
 def test_check_says_all_that_is_promised(run, tmp_path: Path) -> None:
@@ -35,7 +35,7 @@ def test_check_says_all_that_is_promised(run, tmp_path: Path) -> None:
 
 
 def test_check_looks_at_an_alignment_too(run, tmp_path: Path) -> None:
-    from tests.photogrammetry.test_scene_check import scene, view
+    from tests.photogrammetry.align.test_scene_check import scene, view
 
     wall.write_set(tmp_path / "photos", wall.good_stations()[:3])
     views = [view(f"w0{i}.jpg", *s) for i, s in enumerate(wall.good_stations()[:2])]
@@ -141,7 +141,7 @@ def test_plan_refuses_in_one_sentence(run, words: list[str], said: str) -> None:
 
 
 def test_frames_are_taken_and_counted(run, tmp_path: Path) -> None:
-    from tests.photogrammetry.test_video import film
+    from tests.survey.test_video import film
 
     video = film(tmp_path / "a.avi", [*np.arange(40) * 12.0, *[468.0] * 20])
     ran = run("frames", video, "-o", tmp_path / "out", "--json")

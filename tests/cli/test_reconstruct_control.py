@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from vomstudio import cli
-from vomstudio.io.control import ControlPoint, Mark, write_control, write_marks
+from vomstudio.io.control.tables import ControlPoint, Mark, write_control, write_marks
 
 PHOTOS = ("a.jpg", "b.jpg")
 RESULT = {

@@ -27,7 +27,7 @@ from vomstudio.errors import DocumentError
 from vomstudio.geology.orientation import Line, Plane, slip_from_rake
 from vomstudio.geometry.patches import moments, outline, runs_of
 from vomstudio.geometry.planes import fit_plane
-from vomstudio.io.project_table import project_table
+from vomstudio.tables.project_table import project_table
 
 MODEL = Model(
     "m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"), Frame("local").to_world()

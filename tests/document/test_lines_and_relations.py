@@ -31,8 +31,8 @@ from vomstudio.geology.orientation import (
     slip_rake_of,
 )
 from vomstudio.geometry.lines import fit_line
-from vomstudio.io.orientation_table import write_orientation_csv
-from vomstudio.io.project_table import project_table
+from vomstudio.tables.orientation_table import write_orientation_csv
+from vomstudio.tables.project_table import project_table
 
 HASH = "0" * 64
 FAULT = Plane(120.0, 60.0)
@@ -373,7 +373,7 @@ def test_the_table_has_trend_plunge_and_rake_of_lines(tmp_path: Path):
 def test_the_layers_hold_lines_and_dimensions(tmp_path: Path):
     import pyogrio
 
-    from vomstudio.io.geopackage import write_layers
+    from vomstudio.io.project.geopackage import write_layers
 
     crossing = Intersection("i1", "I01", "lineation", Group("f1"), Group("b1"))
     records = world(

@@ -7,7 +7,7 @@ import pytest
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
-from vomstudio.geometry.raycast import cast_grid, cast_quarters
+from vomstudio.geometry.rays.raycast import cast_grid, cast_quarters
 
 UTM = np.array([576_700.0, 5_188_150.0, 160.0])
 

@@ -7,7 +7,7 @@ import pytest
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.raytree import RayTree
+from vomstudio.geometry.rays.raytree import RayTree
 
 CORNER = np.array([364_520.0, 4_721_864.0, 846.0])
 

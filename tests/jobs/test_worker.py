@@ -314,7 +314,7 @@ def test_a_line_that_is_no_command_does_not_deafen_the_worker():
 
 
 def test_a_model_crosses_by_the_cache(tmp_path):
-    from vomstudio.io import model_cache
+    from vomstudio.io.models import model_cache
 
     worker, heard = Worker(), Listener()
     try:

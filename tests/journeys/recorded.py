@@ -77,7 +77,7 @@ class NoJobs:
 # --- without a viewport --------------------------------------------------------------------------
 def make_studio() -> Any:
     from vomstudio.io.settings import Settings
-    from vomstudio.ui.studio import Studio
+    from vomstudio.ui.common.studio import Studio
 
     studio = Studio(Settings())
     studio.jobs.close()

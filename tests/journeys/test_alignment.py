@@ -18,7 +18,7 @@ from tests.photogrammetry import made_reconstruction
 from tests.photogrammetry.made_reconstruction import NAMES
 from vomstudio.document import edits
 from vomstudio.document.records import Frame, Model
-from vomstudio.ui.alignment_dialog import AlignmentDialog
+from vomstudio.ui.alignment.alignment_dialog import AlignmentDialog
 
 
 @pytest.fixture(scope="module")

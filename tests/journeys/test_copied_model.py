@@ -11,7 +11,7 @@ from tests import driver
 from tests.driver import wait
 from tests.journeys.test_in_photos import TRUE, sample  # noqa: F401
 from vomstudio.document.records import Model
-from vomstudio.io.cameras_file import write_cameras
+from vomstudio.io.photos.cameras_file import write_cameras
 
 Button = QMessageBox.StandardButton
 

@@ -13,7 +13,7 @@ from tests import driver
 from tests.driver import wait
 from vomstudio.document import edits
 from vomstudio.document.records import Reading, Trace
-from vomstudio.ui.readings_dialog import ReadingsDialog
+from vomstudio.ui.analyse.readings_dialog import ReadingsDialog
 
 
 def test_a_field_book_is_imported_lassoed_on_the_net_and_drawn(

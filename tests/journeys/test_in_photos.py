@@ -15,8 +15,8 @@ from tests.driver import click, drag, key, look_at, move, wait
 from vomstudio.document import edits
 from vomstudio.document.records import Patch, Trace
 from vomstudio.geometry.patches import ids_of
-from vomstudio.io.cameras_file import write_cameras
-from vomstudio.io.sample import read_picks, read_true_cameras
+from vomstudio.io.photos.cameras_file import write_cameras
+from vomstudio.io.project.sample import read_picks, read_true_cameras
 from vomstudio.paths import resource
 
 TRUE = read_true_cameras()

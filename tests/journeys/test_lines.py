@@ -12,7 +12,7 @@ from vomstudio.document import edits
 from vomstudio.document.records import Dimension, Intersection, Lineation, Trace
 from vomstudio.geology.orientation import lines_to_vectors
 from vomstudio.geometry import transform
-from vomstudio.ui.first_view import first_view
+from vomstudio.ui.scene.first_view import first_view
 
 OTHER = "B07"
 """A plane at an angle with B01; a fault for once."""

@@ -21,9 +21,9 @@ from tests.journeys.recorded import on_screen
 from tests.samples import ZIGZAG
 from vomstudio.document import edits
 from vomstudio.document.records import Frame, Model, Trace
-from vomstudio.io.journal import read_replay
-from vomstudio.io.models import file_hash, read_model
-from vomstudio.io.project import Project
+from vomstudio.io.models.opening import file_hash, read_model
+from vomstudio.io.project.folder import Project
+from vomstudio.io.project.journal import read_replay
 
 
 def bed_on_model(window, shift: float = 0.0, name: str = "") -> Trace:
@@ -89,7 +89,7 @@ def test_a_closed_window_leaves_no_worker(own_folders, qtbot, outcrop):
 
 def test_a_window_closed_right_after_its_birth_leaves_nothing_running(own_folders, qtbot):
     from vomstudio.io.settings import read_settings
-    from vomstudio.ui.main_window import MainWindow
+    from vomstudio.ui.shell.main_window import MainWindow
 
     window = MainWindow(read_settings()[0])
     window.show()

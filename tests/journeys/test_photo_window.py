@@ -14,12 +14,12 @@ from PySide6.QtWidgets import QMessageBox
 
 from tests import driver
 from tests.driver import click, drag, move, wait
-from vomstudio.io.cameras_file import Cameras, write_cameras
-from vomstudio.io.control import read_control, read_marks
-from vomstudio.io.photos import read_photos
-from vomstudio.io.sample import read_true_cameras
+from vomstudio.io.control.tables import read_control, read_marks
+from vomstudio.io.photos.cameras_file import Cameras, write_cameras
+from vomstudio.io.photos.reading import read_photos
+from vomstudio.io.project.sample import read_true_cameras
 from vomstudio.paths import resource
-from vomstudio.ui import photo_commands
+from vomstudio.ui.photos import photo_commands
 
 TRUE = read_true_cameras()
 NAMES = ("HL_2041.jpg", "HL_2042.jpg", "HL_2043.jpg", "HL_2044.jpg")
@@ -163,7 +163,7 @@ def test_a_mask_of_the_user_is_shown_and_put_aside_before_it_is_changed(looked_a
 
 def test_what_cannot_be_saved_stays_and_is_asked_for(looked_at, photos, tmp_path, monkeypatch):
     from vomstudio.errors import TargetError
-    from vomstudio.ui import photo_masks
+    from vomstudio.ui.photos import photo_masks
 
     keep = photo_masks.keep_mask
 
@@ -396,7 +396,7 @@ def test_nothing_is_taken_back_or_closed_while_masks_are_drawn_in_many_photos(lo
 def test_an_older_copy_of_a_mask_never_replaces_the_newest(looked_at, photos, monkeypatch):
     import time
 
-    from vomstudio.ui import photo_masks
+    from vomstudio.ui.photos import photo_masks
 
     keep = photo_masks.keep_mask
     begun: list[Path] = []

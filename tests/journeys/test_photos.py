@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QListWidget, QToolButton
 
 from tests import driver
 from vomstudio.document.records import Model
-from vomstudio.io.cameras_file import read_cameras
+from vomstudio.io.photos.cameras_file import read_cameras
 
 
 def drop(window, path: Path) -> None:

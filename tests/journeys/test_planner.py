@@ -8,8 +8,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QToolButton
 
 from tests import driver
-from vomstudio.ui.palette import CommandPalette
-from vomstudio.ui.planner_dialog import PlannerDialog
+from vomstudio.ui.shell.palette import CommandPalette
+from vomstudio.ui.survey.planner_dialog import PlannerDialog
 
 
 def retype(field, text: str) -> None:

@@ -8,8 +8,8 @@ import pytest
 
 from tests import driver
 from tests.driver import wait
-from vomstudio.rendering.drawing import PREVIEW
-from vomstudio.ui import model_loader
+from vomstudio.rendering.view.drawing import PREVIEW
+from vomstudio.ui.shell import model_loader
 
 
 def write_cloud(path, count: int) -> np.ndarray:

@@ -11,7 +11,7 @@ import time
 import pytest
 
 from tests.journeys.test_kills import ROOT, alive, descendants
-from vomstudio.io.project import untitled_folder
+from vomstudio.io.project.folder import untitled_folder
 from vomstudio.paths import resource
 
 

@@ -10,8 +10,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMessageBox
 
 from tests import driver
-from tests.photogrammetry.test_video import film
-from vomstudio.ui.video_dialog import VideoDialog
+from tests.survey.test_video import film
+from vomstudio.ui.survey.video_dialog import VideoDialog
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.geometry.cameras import Intrinsics, View
-from vomstudio.photogrammetry.features import ExtractTask, Features
+from vomstudio.photogrammetry.align.features import ExtractTask, Features
 from vomstudio.progress import Progress
 
 Array = npt.NDArray[np.float64]

@@ -11,19 +11,19 @@ from PIL import Image
 
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.io.cameras_file import Cameras, write_cameras
-from vomstudio.io.photos import read_photos
-from vomstudio.io.writing import write_model
-from vomstudio.photogrammetry import mapping, matching
-from vomstudio.photogrammetry.alignment import Alignment
-from vomstudio.photogrammetry.checkpoints import file_name
-from vomstudio.photogrammetry.depthmaps import DepthMap
-from vomstudio.photogrammetry.features import Features
-from vomstudio.photogrammetry.figures import tie_points
-from vomstudio.photogrammetry.kept import save_straight
-from vomstudio.photogrammetry.priors import Calibration
-from vomstudio.photogrammetry.scene import SparseScene
-from vomstudio.photogrammetry.undistortion import Undistorted
+from vomstudio.io.models.writing import write_model
+from vomstudio.io.photos.cameras_file import Cameras, write_cameras
+from vomstudio.io.photos.reading import read_photos
+from vomstudio.photogrammetry.align import mapping, matching
+from vomstudio.photogrammetry.align.alignment import Alignment
+from vomstudio.photogrammetry.align.features import Features
+from vomstudio.photogrammetry.align.priors import Calibration
+from vomstudio.photogrammetry.base.checkpoints import file_name
+from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.photogrammetry.dense.depthmaps import DepthMap
+from vomstudio.photogrammetry.dense.undistortion import Undistorted
+from vomstudio.photogrammetry.pipeline.photo_results import save_straight
+from vomstudio.photogrammetry.pipeline.report_data import tie_points
 
 WIDE, HIGH = 320, 240
 NAMES = ("a.jpg", "b.jpg", "c.jpg")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from tests.io.photo_maker import exif_bytes, rational, short, text
+from tests.io.photos.photo_maker import exif_bytes, rational, short, text
 from tests.photogrammetry import rock_face
 from vomstudio.geometry.cameras import View
 

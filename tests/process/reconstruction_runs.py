@@ -159,7 +159,7 @@ def centres(out: Path) -> dict[str, np.ndarray]:
 
 def whole(out: Path) -> None:
     """The results are there, can be read, and nothing half is left beside them."""
-    from vomstudio.io.models import read_model
+    from vomstudio.io.models.opening import read_model
 
     for name in ("model.obj", "model.glb", "model.ply"):
         assert len(read_model(out / name).data.faces) > 1000
@@ -180,7 +180,7 @@ def same_to_the_bit(one: Path, other: Path) -> None:
 
 def gsd_apart(one: Path, other: Path) -> float:
     """Largest distance of camera centres after a similarity, in pixels on the rock."""
-    from vomstudio.geometry.similarity import fit_similarity
+    from vomstudio.registration.similarity import fit_similarity
 
     a, b = centres(one), centres(other)
     assert set(a) == set(b)

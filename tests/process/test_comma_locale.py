@@ -14,7 +14,7 @@ import pytest
 
 from vomstudio.document import edits
 from vomstudio.document.records import Frame, Model, Trace
-from vomstudio.io.project import Project
+from vomstudio.io.project.folder import Project
 
 ROOT = Path(__file__).resolve().parents[2]
 NAME = "de_DE.UTF-8"

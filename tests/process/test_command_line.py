@@ -61,7 +61,7 @@ def test_json_is_utf8_whatever_the_locale(points: Path, locale: str) -> None:
 @posix
 def test_what_libraries_print_to_descriptor_1_does_not_reach_the_json(points: Path) -> None:
     noisy = (
-        "import os, sys, vomstudio.io.text_tables as t; old = t.read_points\n"
+        "import os, sys, vomstudio.io.text.tables as t; old = t.read_points\n"
         "def noise(*a):\n"
         "    os.write(1, b'from C\\n'); print('from Python'); os.system('echo from a child')\n"
         "    return old(*a)\n"
@@ -122,7 +122,7 @@ def test_noise_on_a_closed_stdout_does_not_reach_the_table_written(
     points: Path, tmp_path: Path
 ) -> None:
     noisy = (
-        "import os, sys, vomstudio.io.orientation_table as t; old = t.plane_row\n"
+        "import os, sys, vomstudio.tables.orientation_table as t; old = t.plane_row\n"
         "def noise(*a, **k): os.write(1, b'noise'); return old(*a, **k)\n"
         "t.plane_row = noise\n"
         "from vomstudio.cli import main; sys.exit(main())"

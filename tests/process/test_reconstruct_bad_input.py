@@ -20,8 +20,8 @@ from tests.small_disk import small_disk
 from vomstudio.cli import main
 from vomstudio.errors import InputError, TargetError, VomError
 from vomstudio.geometry.cameras import View
-from vomstudio.photogrammetry.reconstruction import reconstruct as reconstruct_here
-from vomstudio.photogrammetry.settings import Settings
+from vomstudio.photogrammetry.base.settings import Settings
+from vomstudio.photogrammetry.pipeline.reconstruction import reconstruct as reconstruct_here
 from vomstudio.progress import Inline, Silent
 
 

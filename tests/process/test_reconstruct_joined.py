@@ -12,8 +12,8 @@ from PIL import Image, ImageOps
 
 from tests.photogrammetry import photo_set, rock_face
 from tests.process.reconstruction_runs import reconstruct
-from vomstudio.geometry.similarity import fit_similarity
-from vomstudio.io.cameras_file import read_cameras
+from vomstudio.io.photos.cameras_file import read_cameras
+from vomstudio.registration.similarity import fit_similarity
 
 PLACES = np.array([[-2.0, -1.2], [2.0, -1.1], [1.8, 1.2], [-1.9, 1.1], [0.1, 0.2]])
 

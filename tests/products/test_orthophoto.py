@@ -16,8 +16,8 @@ from vomstudio.errors import Cancelled, InputError, TargetError, UsageError
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
-from vomstudio.products import orthophoto, tiles
-from vomstudio.products.orthophoto import (
+from vomstudio.products.ortho import orthophoto, tiles
+from vomstudio.products.ortho.orthophoto import (
     plan,
     view_along_axis,
     view_along_line,
@@ -293,7 +293,7 @@ def test_edges_are_smoothed_and_tiles_fit(tmp_path: Path, monkeypatch: Any) -> N
 
 
 def _sources() -> tuple[Any, Any]:
-    from vomstudio.products import cloud_picture, mesh_picture
+    from vomstudio.products.ortho import cloud_picture, mesh_picture
 
     return mesh_picture, cloud_picture
 
@@ -454,7 +454,7 @@ def test_stopping_or_failing_leaves_nothing(tmp_path: Path, monkeypatch: Any) ->
 def test_a_view_of_a_model_without_north_and_scale_names_no_winds_and_no_metres(
     tmp_path: Path,
 ) -> None:
-    from vomstudio.products.ortho_sheet import end_labels
+    from vomstudio.products.ortho.sheet import end_labels
 
     known = view_along_line(90, 0)
     unknown = replace(known, north_known=False, metric=False)
@@ -472,7 +472,7 @@ def test_a_view_of_a_model_without_north_and_scale_names_no_winds_and_no_metres(
 def test_the_sheet_says_which_way_is_which_and_how_long_a_metre_is(tmp_path: Path) -> None:
     from PIL import Image
 
-    from vomstudio.products.ortho_sheet import bar_length, end_labels
+    from vomstudio.products.ortho.sheet import bar_length, end_labels
 
     assert end_labels(view_along_line(0, 20)) == ("W (270)", "E (090)", "up")
     assert end_labels(view_along_line(0, 20).flipped()) == ("E (090)", "W (270)", "up")

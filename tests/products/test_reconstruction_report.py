@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from vomstudio.products.reconstruction_report import write_report
+from vomstudio.products.report.reconstruction import write_report
 
 
 def found(**more: Any) -> dict[str, Any]:

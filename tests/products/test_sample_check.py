@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import binom
 
 from tests.sample_maker import drawn, maker
-from vomstudio.products.sample_check import check_sample
+from vomstudio.products.sample.check import check_sample
 
 
 def law(cliff_seeds: list[int], draws: int) -> dict[str, list[bool]]:

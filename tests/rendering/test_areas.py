@@ -8,9 +8,9 @@ import pytest
 from tests.rendering.test_scene import SIZE, UTM, rest, scene, show, wall  # noqa: F401
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.rendering.arealayer import OPACITY
-from vomstudio.rendering.drawing import FeatureDrawing
-from vomstudio.rendering.scene import Scene
+from vomstudio.rendering.scene.area_layer import OPACITY
+from vomstudio.rendering.scene.scene import Scene
+from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.tools.types import Area
 
 BLUE, GREEN = (0.0, 0.2, 1.0), (0.0, 1.0, 0.2)

@@ -7,8 +7,9 @@ import threading
 import numpy as np
 
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.rendering import blocks, preparation
-from vomstudio.rendering.blocks import POINTS_PER_BLOCK, PointChunk, block_boxes
+from vomstudio.rendering.scene import preparation
+from vomstudio.rendering.view import blocks
+from vomstudio.rendering.view.blocks import POINTS_PER_BLOCK, PointChunk, block_boxes
 
 
 def rough_mesh(n: int = 60, seed: int = 0) -> Mesh:

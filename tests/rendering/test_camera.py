@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vomstudio.rendering.camera import STANDARD_VIEWS, Camera, direction_vector, view_frame
+from vomstudio.rendering.view.camera import STANDARD_VIEWS, Camera, direction_vector, view_frame
 
 SIZE = (1400.0, 900.0)
 UTM = np.array([576_712.314, 5_188_140.552, 183.207])

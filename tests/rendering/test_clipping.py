@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vomstudio.rendering.clipping import EDGES, FACES, ClipBox, along_axis, limits_for
+from vomstudio.rendering.view.clipping import EDGES, FACES, ClipBox, along_axis, limits_for
 
 UTM = np.array([576_712.0, 5_188_140.0, 183.0])
 BOX = ClipBox((0.0, 0.0, 0.0), (10.0, 4.0, 6.0))

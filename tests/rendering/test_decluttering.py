@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from vomstudio.rendering.decluttering import CELL, LabelGrid, by_importance, place_labels
+from vomstudio.rendering.view.decluttering import CELL, LabelGrid, by_importance, place_labels
 
 
 def placed_boxes(n: int) -> tuple[dict[int, tuple[float, float]], np.ndarray, float]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from vomstudio.rendering.pace import BATCH_S, MOVING_S, Pace, point_weight
+from vomstudio.rendering.view.pace import BATCH_S, MOVING_S, Pace, point_weight
 
 
 @dataclass

@@ -9,8 +9,8 @@ from matplotlib.colors import Normalize
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.rendering import scalars
-from vomstudio.rendering.scalars import ELEVATION, MISSING, FieldStyle, make_scale
+from vomstudio.rendering.view import scalars
+from vomstudio.rendering.view.scalars import ELEVATION, MISSING, FieldStyle, make_scale
 
 LEVEL = np.eye(4)
 

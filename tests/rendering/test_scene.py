@@ -13,9 +13,9 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
-from vomstudio.rendering import preparation
-from vomstudio.rendering.drawing import FeatureDrawing
-from vomstudio.rendering.scene import DISPLAY_MODES, Scene
+from vomstudio.rendering.scene import preparation
+from vomstudio.rendering.scene.scene import DISPLAY_MODES, Scene
+from vomstudio.rendering.view.drawing import FeatureDrawing
 
 SIZE = (640, 480)
 UTM = np.array([576_712.0, 5_188_140.0, 183.0])
@@ -239,7 +239,7 @@ def test_a_texture_that_cannot_be_read_is_told_and_the_surface_is_still_there(
 
 
 def test_a_texture_too_large_for_the_card_is_reduced_and_told(tmp_path: Path) -> None:
-    from vomstudio.rendering.textures import load_texture
+    from vomstudio.rendering.scene.textures import load_texture
 
     path = tmp_path / "large.jpg"
     Image.new("RGB", (600, 300), (90, 120, 30)).save(path)
@@ -434,7 +434,7 @@ def test_the_stand_in_of_a_large_mesh_is_small_coloured_and_in_place(tmp_path: P
 
 
 def test_nine_textures_of_a_real_outcrop_are_drawn(scene: Scene, data_dir: Path) -> None:
-    from vomstudio.io.models import read_model
+    from vomstudio.io.models.opening import read_model
 
     loaded = read_model(data_dir / "brighton_model" / "brighton_utm15n.obj")
     told = show(scene, "b", loaded.data)

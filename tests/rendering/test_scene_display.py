@@ -12,11 +12,11 @@ from matplotlib import colormaps
 from tests.rendering.test_scene import SIZE, UTM, rest, show, wall
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.rendering import preparation
-from vomstudio.rendering.clipping import ClipBox
-from vomstudio.rendering.drawing import FeatureDrawing
-from vomstudio.rendering.scalars import FieldStyle
-from vomstudio.rendering.scene import BACKGROUND, Scene, bands
+from vomstudio.rendering.scene import preparation
+from vomstudio.rendering.scene.scene import BACKGROUND, Scene, bands
+from vomstudio.rendering.view.clipping import ClipBox
+from vomstudio.rendering.view.drawing import FeatureDrawing
+from vomstudio.rendering.view.scalars import FieldStyle
 from vomstudio.tools.types import Area
 
 

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.io.test_copc import N, make
+from tests.io.models.test_copc import N, make
 from vomstudio.geometry.brush import CloudSurface, surface_of
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.octree import StreamedSurface, View
-from vomstudio.io import copc
-from vomstudio.io.models import read_model
-from vomstudio.rendering.preparation import (
+from vomstudio.geometry.streaming.octree import StreamedSurface, View
+from vomstudio.io.models import copc
+from vomstudio.io.models.opening import read_model
+from vomstudio.rendering.scene.preparation import (
     NodeReady,
     NodesDropped,
     Problem,
@@ -23,7 +23,7 @@ from vomstudio.rendering.preparation import (
     ViewDone,
     prepare_cloud,
 )
-from vomstudio.rendering.streaming import Streamer
+from vomstudio.rendering.scene.streaming import Streamer
 
 
 @pytest.fixture(scope="module")

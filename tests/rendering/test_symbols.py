@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vomstudio.rendering.camera import Camera
-from vomstudio.rendering.symbols import (
+from vomstudio.rendering.view.camera import Camera
+from vomstudio.rendering.view.symbols import (
     HALF,
     LEAST,
     TICK,

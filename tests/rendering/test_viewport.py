@@ -18,10 +18,10 @@ from PySide6.QtWidgets import QApplication, QMainWindow
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.discs import disc
 from vomstudio.geometry.mesh import Material, Mesh
-from vomstudio.rendering import painting
-from vomstudio.rendering.drawing import FeatureDrawing
-from vomstudio.rendering.symbols import small_disc, symbol_of_plane
-from vomstudio.rendering.viewport import Viewport
+from vomstudio.rendering.qt import painting
+from vomstudio.rendering.qt.viewport import Viewport
+from vomstudio.rendering.view.drawing import FeatureDrawing
+from vomstudio.rendering.view.symbols import small_disc, symbol_of_plane
 from vomstudio.tools.types import Button, Pointer, PointerEvent, Preview
 
 UTM = np.array([576_712.0, 5_188_140.0, 183.0])
@@ -482,7 +482,7 @@ def test_what_is_asked_before_the_window_is_shown_is_done_afterwards(qapp: QAppl
 
 
 def test_a_real_cloud_is_shown_and_picked(stage: Stage, data_dir: Path) -> None:
-    from vomstudio.io.models import read_model
+    from vomstudio.io.models.opening import read_model
 
     loaded = read_model(data_dir / "compass_outcrop" / "outcrop.laz")
     stage.show("c", loaded.data)

@@ -13,10 +13,10 @@ from PySide6.QtWidgets import QApplication
 
 from tests.rendering.test_viewport import UTM, Stage, wall
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.rendering import painting
-from vomstudio.rendering.barpainting import ColorBar, lay_out_bars
-from vomstudio.rendering.clipping import FACES, ClipBox
-from vomstudio.rendering.scalars import ELEVATION, FieldStyle, Scale, make_scale
+from vomstudio.rendering.qt import painting
+from vomstudio.rendering.qt.bar_painting import ColorBar, lay_out_bars
+from vomstudio.rendering.view.clipping import FACES, ClipBox
+from vomstudio.rendering.view.scalars import ELEVATION, FieldStyle, Scale, make_scale
 
 MOVE = QMouseEvent.Type.MouseMove
 

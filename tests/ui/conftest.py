@@ -12,7 +12,7 @@ from tests.samples import ZIGZAG
 from vomstudio.document import edits
 from vomstudio.document.records import Frame, Model, Trace
 from vomstudio.io.settings import read_settings
-from vomstudio.ui.main_window import MainWindow
+from vomstudio.ui.shell.main_window import MainWindow
 
 
 class NoWorkers:

@@ -11,8 +11,8 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QToolButton
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document.records import Frame, Trace
 from vomstudio.geology.orientation import Plane
-from vomstudio.ui.main_window import _MENUS
-from vomstudio.ui.palette import CommandPalette
+from vomstudio.ui.shell.main_window import _MENUS
+from vomstudio.ui.shell.palette import CommandPalette
 
 
 def beds(studio) -> None:
@@ -322,7 +322,7 @@ def test_a_window_that_is_closed_leaves_no_timer_no_thread_and_no_process(own_fo
     from PySide6.QtCore import QTimer
 
     from vomstudio.io.settings import read_settings
-    from vomstudio.ui.main_window import MainWindow
+    from vomstudio.ui.shell.main_window import MainWindow
 
     threads = set(threading.enumerate())
     made = MainWindow(read_settings()[0])

@@ -10,11 +10,11 @@ from PySide6.QtTest import QTest
 from tests.ui.conftest import add_cliff
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
-from vomstudio.rendering.clipping import ClipBox
-from vomstudio.rendering.scalars import FieldStyle
-from vomstudio.ui import display, display_commands
-from vomstudio.ui.display import Display, why_not_mode
-from vomstudio.ui.model_loader import OpenModel
+from vomstudio.rendering.view.clipping import ClipBox
+from vomstudio.rendering.view.scalars import FieldStyle
+from vomstudio.ui.scene import display, display_commands
+from vomstudio.ui.scene.display import Display, why_not_mode
+from vomstudio.ui.shell.model_loader import OpenModel
 
 BOX = ClipBox((0.0, 1.0, 2.0), (10.0, 11.0, 12.0))
 

@@ -8,8 +8,8 @@ from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
 from vomstudio.document.records import Reading
 from vomstudio.errors import UsageError
-from vomstudio.ui.feature_filter import parse_filter
-from vomstudio.ui.feature_row import row_of
+from vomstudio.ui.interpret.feature_filter import parse_filter
+from vomstudio.ui.interpret.feature_row import row_of
 
 
 def reading(name: str, azimuth: float, inclination: float, geometry: str = "plane", **more):

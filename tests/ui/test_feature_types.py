@@ -12,8 +12,8 @@ from tests.driver import click
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
 from vomstudio.document.records import DEFAULT_TYPES, FeatureType
-from vomstudio.ui import theme
-from vomstudio.ui.types_dialog import TypesDialog
+from vomstudio.ui.common import theme
+from vomstudio.ui.interpret.types_dialog import TypesDialog
 
 LEFT = Qt.MouseButton.LeftButton
 
@@ -287,7 +287,7 @@ def test_selected_rows_are_copied_as_they_are_shown(window, studio):
 
 def test_hidden_columns_stay_hidden_and_are_not_copied(window, studio):
     from vomstudio.io.settings import read_settings
-    from vomstudio.ui.table_panel import COLUMNS
+    from vomstudio.ui.interpret.table_panel import COLUMNS
 
     add_cliff(studio)
     add_bed(studio, "t1", "a")
@@ -304,7 +304,7 @@ def test_hidden_columns_stay_hidden_and_are_not_copied(window, studio):
 
 
 def test_overturned_beds_are_ticked_in_the_table(window, studio):
-    from vomstudio.ui.table_panel import COLUMNS
+    from vomstudio.ui.interpret.table_panel import COLUMNS
 
     add_cliff(studio)
     add_bed(studio, "t1", "a")

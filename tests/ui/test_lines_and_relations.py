@@ -10,9 +10,9 @@ from tests.tools.fakes import event
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
 from vomstudio.document.records import Dimension, Intersection, Lineation
-from vomstudio.ui.plane_box import SELECTED
-from vomstudio.ui.relations import IntersectionDialog
-from vomstudio.ui.table_panel import COLUMNS
+from vomstudio.ui.common.plane_box import SELECTED
+from vomstudio.ui.interpret.relations import IntersectionDialog
+from vomstudio.ui.interpret.table_panel import COLUMNS
 
 FACE = ((0.0, 0.0, 0.0), (1.0, 2.0, 0.2), (0.4, 4.0, 0.1), (2.0, 5.0, 1.0), (3.0, 1.0, 2.0))
 

@@ -10,11 +10,11 @@ from PIL import Image
 from PySide6.QtCore import QPoint, QPointF, Qt
 
 from tests.driver import drag
-from vomstudio.io.photo_pixels import upright_pixels
+from vomstudio.io.photos.pixels import upright_pixels
 from vomstudio.tools.types import Pointer
-from vomstudio.ui.mark_canvas import BRUSH, MARK, POLYGON, MarkCanvas, ShownMark
-from vomstudio.ui.photo_canvas import PhotoPointer
-from vomstudio.ui.photo_images import PhotoImages, Picture
+from vomstudio.ui.common.photo_canvas import PhotoPointer
+from vomstudio.ui.common.photo_images import PhotoImages, Picture
+from vomstudio.ui.photos.mark_canvas import BRUSH, MARK, POLYGON, MarkCanvas, ShownMark
 
 WIDE, HIGH = 60, 40
 RED = (52, 7)

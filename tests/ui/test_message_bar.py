@@ -8,7 +8,7 @@ from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QApplication
 
 from tests.ui.conftest import add_bed, add_cliff
-from vomstudio.ui.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox
 
 
 def test_a_message_leaves_the_view_its_place(window, studio):

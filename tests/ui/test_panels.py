@@ -11,8 +11,8 @@ from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
 from vomstudio.document.records import Trace
 from vomstudio.errors import DocumentError
-from vomstudio.ui.table_panel import COLUMNS
-from vomstudio.ui.trace_panel import parse_number
+from vomstudio.ui.interpret.table_panel import COLUMNS
+from vomstudio.ui.interpret.trace_panel import parse_number
 
 ASCENDING, DESCENDING = Qt.SortOrder.AscendingOrder, Qt.SortOrder.DescendingOrder
 

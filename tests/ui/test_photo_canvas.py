@@ -11,8 +11,8 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QImageReader
 
 from vomstudio.tools.types import Pointer
-from vomstudio.ui.photo_canvas import PhotoCanvas, PhotoPointer
-from vomstudio.ui.photo_images import PhotoImages, Picture
+from vomstudio.ui.common.photo_canvas import PhotoCanvas, PhotoPointer
+from vomstudio.ui.common.photo_images import PhotoImages, Picture
 
 WIDE, HIGH = 60, 40
 RED = (52, 7)

@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 from vomstudio.errors import InputError, TargetError
-from vomstudio.io.control import ControlPoint, Mark, read_control, read_marks, write_marks
-from vomstudio.io.control_files import crs_of
-from vomstudio.ui import photo_marks
-from vomstudio.ui.edit_history import EditHistory
-from vomstudio.ui.photo_marks import MarkFiles, PhotoMarks
+from vomstudio.io.control.control_files import crs_of
+from vomstudio.io.control.tables import ControlPoint, Mark, read_control, read_marks, write_marks
+from vomstudio.ui.photos import photo_marks
+from vomstudio.ui.photos.edit_history import EditHistory
+from vomstudio.ui.photos.photo_marks import MarkFiles, PhotoMarks
 
 PHOTOS = ("a.jpg", "sub/b.jpg")
 

@@ -12,9 +12,9 @@ from tests.ui.conftest import add_bed, add_cliff
 from tests.ui.test_panels import column
 from vomstudio.document.records import FeatureType, Frame, Reading
 from vomstudio.geology.orientation import Plane, angle_between_planes
-from vomstudio.io.project_table import project_table
-from vomstudio.ui.net_commands import import_readings
-from vomstudio.ui.readings_dialog import ReadingsDialog
+from vomstudio.tables.project_table import project_table
+from vomstudio.ui.analyse.net_commands import import_readings
+from vomstudio.ui.analyse.readings_dialog import ReadingsDialog
 
 BOOK = """# limb
 station,kind,dip direction,dip,x,y,z

@@ -16,7 +16,7 @@ from tests import driver
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
 from vomstudio.document.records import Reading
-from vomstudio.ui.net_commands import export_net
+from vomstudio.ui.analyse.net_commands import export_net
 
 LEFT, NONE, CTRL = driver.LEFT, driver.NONE, driver.CTRL
 

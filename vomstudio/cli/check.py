@@ -12,7 +12,7 @@ from vomstudio.cli.output import Output
 from vomstudio.errors import UsageError
 
 if TYPE_CHECKING:
-    from vomstudio.photogrammetry.findings import SurveyReport
+    from vomstudio.survey.check_results import SurveyReport
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -29,15 +29,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.io.photos import read_photos
-    from vomstudio.photogrammetry.survey_check import check_photos
+    from vomstudio.io.photos.reading import read_photos
+    from vomstudio.survey.check import check_photos
 
     if args.distance is not None and not 0 < args.distance < 1e6:
         raise UsageError("a distance is a positive number of metres.", field="--distance")
     progress = progress_of(args)
     scene = None
     if args.scene is not None:
-        from vomstudio.photogrammetry.scene import SparseScene
+        from vomstudio.photogrammetry.base.scene import SparseScene
 
         scene = SparseScene.load(args.scene)
     folder = read_photos(args.photos, progress)
@@ -50,7 +50,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     }
     out.text(_in_words(report))
     if scene is not None:
-        from vomstudio.photogrammetry.scene_check import check_scene
+        from vomstudio.photogrammetry.align.scene_check import check_scene
 
         placed = {view.name for view in scene.views}
         after = check_scene(

@@ -13,7 +13,7 @@ from vomstudio.errors import InputError, UsageError
 if TYPE_CHECKING:
     from vomstudio.geometry.cloud import PointCloud
     from vomstudio.geometry.mesh import Mesh
-    from vomstudio.io.registry import LoadedModel
+    from vomstudio.io.models.registry import LoadedModel
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0, "ft": 0.3048, "us-ft": 1200 / 3937}
 
@@ -33,11 +33,11 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.io.atomic import check_target
-    from vomstudio.io.crs import parse_crs
-    from vomstudio.io.model_copy import companions
-    from vomstudio.io.models import read_model
-    from vomstudio.io.writing import choose_writer, write_model
+    from vomstudio.files.atomic import check_target
+    from vomstudio.io.gis.crs import parse_crs
+    from vomstudio.io.models.model_copy import companions
+    from vomstudio.io.models.opening import read_model
+    from vomstudio.io.models.writing import choose_writer, write_model
 
     target = Path(args.output)
     choose_writer(target)

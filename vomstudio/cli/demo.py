@@ -17,9 +17,9 @@ from vomstudio.errors import TargetError
 from vomstudio.progress import Progress
 
 if TYPE_CHECKING:
-    from vomstudio.io.project import Project
-    from vomstudio.io.sample import SamplePicks
-    from vomstudio.products.sample_check import SampleResult
+    from vomstudio.io.project.folder import Project
+    from vomstudio.io.project.sample import SamplePicks
+    from vomstudio.products.sample.check import SampleResult
 
 DEFAULT_FOLDER = "vomstudio-demo"
 MARK = ".vomstudio-demo"
@@ -46,10 +46,10 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.io.atomic import write_bytes
-    from vomstudio.io.sample import read_picks, read_truth
-    from vomstudio.products.sample_check import check_sample
-    from vomstudio.products.sample_report import as_html, as_text, tally
+    from vomstudio.files.atomic import write_bytes
+    from vomstudio.io.project.sample import read_picks, read_truth
+    from vomstudio.products.sample.check import check_sample
+    from vomstudio.products.sample.report import as_html, as_text, tally
 
     folder = Path(args.output)
     _prepare(folder)
@@ -102,9 +102,9 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
     """A model of the sample's photos, beside the outcrop that they were taken of."""
     import numpy as np
 
-    from vomstudio.io.cameras_file import read_cameras
-    from vomstudio.io.models import read_model
-    from vomstudio.io.sample import (
+    from vomstudio.io.models.opening import read_model
+    from vomstudio.io.photos.cameras_file import read_cameras
+    from vomstudio.io.project.sample import (
         read_true_cameras,
         read_truth,
         sample_control,
@@ -113,7 +113,7 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
         sample_photos,
     )
     from vomstudio.jobs.running import run_job
-    from vomstudio.products.photo_check import check_photos, in_words
+    from vomstudio.products.sample.photo_check import check_photos, in_words
 
     result = run_job(
         "reconstruct",
@@ -163,7 +163,7 @@ class _Watch:
 
 def _prepare(folder: Path) -> None:
     """An empty folder, or one that an earlier demo made, from which its project is taken away."""
-    from vomstudio.io.project import is_free
+    from vomstudio.io.project.folder import is_free
 
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -183,11 +183,11 @@ def _project(folder: Path, picks: SamplePicks) -> list[Path]:
     """A project like one made in the window, its table and its GIS layers."""
     from vomstudio.document.edits import add_model, new_id
     from vomstudio.document.records import Frame, Model
-    from vomstudio.io.export import export_records
-    from vomstudio.io.model_copy import copy_model
-    from vomstudio.io.models import read_model
-    from vomstudio.io.project import Project
-    from vomstudio.io.sample import sample_model
+    from vomstudio.io.models.model_copy import copy_model
+    from vomstudio.io.models.opening import read_model
+    from vomstudio.io.project.export import export_records
+    from vomstudio.io.project.folder import Project
+    from vomstudio.io.project.sample import sample_model
 
     project = Project.create(folder / PROJECT)
     try:
@@ -250,9 +250,9 @@ def _add_traces(project: Project, model: object, vertices: object, picks: Sample
 
 
 def _nets(folder: Path, picks: SamplePicks, result: SampleResult) -> list[Path]:
-    from vomstudio.io.atomic import atomic_write
-    from vomstudio.products.net_contents import NetContents, make_sets
-    from vomstudio.products.stereonet import write_stereonet
+    from vomstudio.files.atomic import atomic_write
+    from vomstudio.products.net.contents import NetContents, make_sets
+    from vomstudio.products.net.figure import write_stereonet
 
     groups = {}
     labels = [s if k == "joint" else k for k, s in zip(picks.kinds, picks.sets, strict=True)]
@@ -273,7 +273,7 @@ def _orthophoto(folder: Path) -> list[Path]:
     if importlib.util.find_spec("vomstudio.cli.ortho") is None:
         return []
     ortho = importlib.import_module("vomstudio.cli.ortho")
-    from vomstudio.io.sample import sample_model
+    from vomstudio.io.project.sample import sample_model
 
     parser = Parser(prog="vomstudio")
     ortho.add_parser(parser.add_subparsers(parser_class=Parser))

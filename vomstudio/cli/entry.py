@@ -9,7 +9,6 @@ import traceback
 import warnings
 from collections.abc import Sequence
 
-from vomstudio import __version__
 from vomstudio.cli import (
     check,
     convert,
@@ -28,6 +27,7 @@ from vomstudio.cli import (
 from vomstudio.cli.arguments import HelpWanted, Parser
 from vomstudio.cli.output import Channel, Output, stdout_kept, to_json
 from vomstudio.errors import Cancelled, InputError, UsageError, VomError
+from vomstudio.version import __version__
 
 _COMMAND_MODULES = {
     "demo": demo,

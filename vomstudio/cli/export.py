@@ -19,7 +19,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.io.export import export_project
+    from vomstudio.io.project.export import export_project
 
     table = export_project(Path(args.project), args.to, Path(args.output), force=args.force)
     files = [str(path) for path in table.files]

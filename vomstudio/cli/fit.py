@@ -11,7 +11,7 @@ from vomstudio.cli.output import Output
 from vomstudio.errors import GeometryError
 
 if TYPE_CHECKING:
-    from vomstudio.io.text_tables import PointGroups
+    from vomstudio.io.text.tables import PointGroups
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -29,9 +29,9 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Raises GeometryError where no plane at all can be fitted."""
-    from vomstudio.io.atomic import check_target
-    from vomstudio.io.orientation_table import write_orientation_csv
-    from vomstudio.io.text_tables import read_points
+    from vomstudio.files.atomic import check_target
+    from vomstudio.io.text.tables import read_points
+    from vomstudio.tables.orientation_table import write_orientation_csv
 
     if args.output is not None:
         check_target(args.output, force=args.force, inputs=[args.points])
@@ -57,7 +57,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 def _fitted(groups: PointGroups, method: Any) -> tuple[list[dict[str, Any]], list[dict[str, str]]]:
     from vomstudio.geology.quality import judge
     from vomstudio.geometry.planes import fit_planes
-    from vomstudio.io.orientation_table import plane_row
+    from vomstudio.tables.orientation_table import plane_row
 
     fits = fit_planes(groups.points, groups.offsets, method=method)
     rows: list[dict[str, Any]] = []

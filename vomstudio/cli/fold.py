@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from vomstudio.geology.folds import FoldAxis
-    from vomstudio.io.orientation_reading import OrientationTable
+    from vomstudio.io.text.orientation_reading import OrientationTable
 
 DEFAULT_KIND = "bedding"
 
@@ -64,7 +64,7 @@ def axis_of(
 ) -> tuple[FoldAxis, Choice]:
     """The axis of a table's planes, and which of them were used; for every command that takes a
     table for a fold."""
-    from vomstudio.io.orientation_reading import read_orientations
+    from vomstudio.io.text.orientation_reading import read_orientations
 
     table = read_orientations(path, azimuth)
     choice = Choice(table)

@@ -21,7 +21,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.photogrammetry.video import take_frames
+    from vomstudio.survey.video import take_frames
 
     report = take_frames(
         args.video, args.output, fps=args.fps, force=args.force, progress=progress_of(args)

@@ -13,7 +13,7 @@ from vomstudio.errors import InputError
 from vomstudio.progress import Progress
 
 if TYPE_CHECKING:
-    from vomstudio.io.photos import Photo
+    from vomstudio.io.photos.reading import Photo
 
 NOTHING: dict[str, Any] = {
     "path": None, "kind": None, "points": None, "faces": None, "materials": [], "textures": [],
@@ -65,17 +65,17 @@ def _described(path: Path, progress: Progress) -> dict[str, Any]:
     }
     if True in ways:
         return ways[True](path)
-    from vomstudio.io.models import describe
+    from vomstudio.io.models.opening import describe
 
     return dict(describe(path, progress))
 
 
 def _folder(path: Path, progress: Progress) -> dict[str, Any]:
-    from vomstudio.io.project import is_project
+    from vomstudio.io.project.folder import is_project
 
     if is_project(path):
         return {**NOTHING, "kind": "project"}
-    from vomstudio.io.photos import read_photos
+    from vomstudio.io.photos.reading import read_photos
 
     found = read_photos(path, progress)
     photos = found.photos
@@ -116,7 +116,7 @@ def _table(path: Path) -> dict[str, Any]:
     """Rows and columns; bounds where there are x, y and z."""
     import numpy as np
 
-    from vomstudio.io.text_tables import coordinate_columns, read_table
+    from vomstudio.io.text.tables import coordinate_columns, read_table
 
     table = read_table(path)
     if not len(table):
@@ -149,7 +149,7 @@ def _table(path: Path) -> dict[str, Any]:
 
 def _picture(path: Path) -> dict[str, Any]:
     """Size and bands of an image file. Where on Earth it lies is not looked up here."""
-    from vomstudio.io.text_rows import require_file
+    from vomstudio.io.text.rows import require_file
 
     require_file(path)
     from PIL import Image, UnidentifiedImageError
@@ -185,7 +185,7 @@ def _picture(path: Path) -> dict[str, Any]:
 def _grid(path: Path, progress: Progress) -> dict[str, Any]:
     """A height model with its place; any other TIFF is a picture."""
     picture = _picture(path)
-    from vomstudio.io.models import describe
+    from vomstudio.io.models.opening import describe
 
     try:
         found = describe(path, progress)

@@ -17,8 +17,8 @@ from vomstudio.cli.output import Output
 from vomstudio.errors import InputError, UsageError
 
 if TYPE_CHECKING:
-    from vomstudio.io.models import LoadedModel
-    from vomstudio.products.orthophoto import View
+    from vomstudio.io.models.opening import LoadedModel
+    from vomstudio.products.ortho.orthophoto import View
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -55,11 +55,11 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.document.records import Frame
-    from vomstudio.io.atomic import check_target
-    from vomstudio.io.cameras_file import scale_known
-    from vomstudio.io.models import read_model
-    from vomstudio.products import orthophoto
-    from vomstudio.products.ortho_sheet import format_of
+    from vomstudio.files.atomic import check_target
+    from vomstudio.io.models.opening import read_model
+    from vomstudio.io.photos.cameras_file import scale_known
+    from vomstudio.products.ortho import orthophoto
+    from vomstudio.products.ortho.sheet import format_of
 
     _one_direction(args)
     if args.unit <= 0 or args.unit != args.unit or args.unit == float("inf"):
@@ -152,7 +152,7 @@ def _one_direction(args: argparse.Namespace) -> None:
 
 def _fixed_view(args: argparse.Namespace) -> View | None:
     from vomstudio.geology.notation import parse_plane
-    from vomstudio.products.orthophoto import view_along_line, view_of_plane
+    from vomstudio.products.ortho.orthophoto import view_along_line, view_of_plane
 
     if args.fold is not None:
         return None
@@ -180,7 +180,7 @@ def _fold(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
 
 
 def _fold_view(fold: dict[str, Any] | None, loaded: LoadedModel, to_world: Any) -> View:
-    from vomstudio.products.orthophoto import view_along_axis
+    from vomstudio.products.ortho.orthophoto import view_along_axis
 
     assert fold is not None
     beta = fold["beta"]

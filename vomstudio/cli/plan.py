@@ -9,7 +9,7 @@ from vomstudio.cli.arguments import Subparsers, add_command, add_output
 from vomstudio.cli.output import Output
 
 if TYPE_CHECKING:
-    from vomstudio.photogrammetry.planning import SurveyPlan
+    from vomstudio.survey.planning import SurveyPlan
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -48,10 +48,10 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.io.atomic import check_target
-    from vomstudio.photogrammetry.plan_camera import camera_of
-    from vomstudio.photogrammetry.planning import plan_survey
-    from vomstudio.products.field_sheet import check_format, write_field_sheet
+    from vomstudio.files.atomic import check_target
+    from vomstudio.products.report.field_sheet import check_format, write_field_sheet
+    from vomstudio.survey.plan_camera import camera_of
+    from vomstudio.survey.planning import plan_survey
 
     if args.output is not None:
         check_format(args.output)

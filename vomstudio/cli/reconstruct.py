@@ -86,7 +86,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _crs(text: str) -> str:
-    from vomstudio.io.crs import parse_crs
+    from vomstudio.io.gis.crs import parse_crs
 
     try:
         crs, metres = parse_crs(text)
@@ -99,10 +99,10 @@ def _crs(text: str) -> str:
 
 def _control(args: argparse.Namespace) -> tuple[str | None, str | None, list[str]]:
     """Tables of control points and of marks, and what there is to say about them."""
-    from vomstudio.io.control import MARKS
-    from vomstudio.io.control_files import find_control, marks_beside
-    from vomstudio.io.photos import photo_names
-    from vomstudio.photogrammetry.marking import usable_tables
+    from vomstudio.io.control.control_files import find_control, marks_beside
+    from vomstudio.io.control.tables import MARKS
+    from vomstudio.io.photos.reading import photo_names
+    from vomstudio.photogrammetry.place.mark_prediction import usable_tables
 
     named = None if args.marks is None else Path(args.marks).resolve()
     photos = Path(args.photos).resolve()

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from vomstudio.io.orientation_reading import OrientationTable
+    from vomstudio.io.text.orientation_reading import OrientationTable
 
 UNNAMED = "unassigned"
 
@@ -34,7 +34,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.geology.statistics import set_statistics
-    from vomstudio.io.orientation_reading import read_orientations
+    from vomstudio.io.text.orientation_reading import read_orientations
 
     table = read_orientations(args.table, args.azimuth)
     warnings = list(table.warnings)

@@ -11,8 +11,8 @@ from vomstudio.cli.output import Output
 from vomstudio.errors import UsageError
 
 if TYPE_CHECKING:
-    from vomstudio.io.orientation_reading import OrientationTable
-    from vomstudio.products.net_contents import NetContents
+    from vomstudio.io.text.orientation_reading import OrientationTable
+    from vomstudio.products.net.contents import NetContents
 
 UNNAMED = "unassigned"
 
@@ -34,9 +34,9 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.files.atomic import atomic_write, check_target
     from vomstudio.geology.stereonet import DENSITY_METHODS
-    from vomstudio.io.atomic import atomic_write, check_target
-    from vomstudio.io.orientation_reading import read_orientations
+    from vomstudio.io.text.orientation_reading import read_orientations
 
     format_ = _format(args.output)
     if args.contour is not None and args.contour not in DENSITY_METHODS:
@@ -48,7 +48,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     table = read_orientations(args.table, args.azimuth)
     net = _net(table, args)
 
-    from vomstudio.products.stereonet import write_stereonet
+    from vomstudio.products.net.figure import write_stereonet
 
     with atomic_write(args.output, args.force) as temporary:
         write_stereonet(temporary, net, format=format_)
@@ -72,7 +72,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _format(path: str) -> str:
-    from vomstudio.products.stereonet import FORMATS
+    from vomstudio.products.net.figure import FORMATS
 
     ending = Path(path).suffix.lower().removeprefix(".")
     if ending not in FORMATS:
@@ -84,7 +84,7 @@ def _format(path: str) -> str:
 
 def _net(table: OrientationTable, args: argparse.Namespace) -> NetContents:
     from vomstudio.geology.statistics import no_fisher_reason
-    from vomstudio.products.net_contents import NetContents, make_sets, means_of
+    from vomstudio.products.net.contents import NetContents, make_sets, means_of
 
     groups: dict[str, tuple[str, Any, Any]] = {}
     for name, members in _members(table, args.set_column).items():

@@ -65,7 +65,7 @@ class PaintSurface(Surface, Protocol):
 
 
 def surface_of(data: Mesh | PointCloud) -> MeshSurface | CloudSurface:
-    from vomstudio.geometry.octree import StreamedCloud, StreamedSurface
+    from vomstudio.geometry.streaming.octree import StreamedCloud, StreamedSurface
 
     if isinstance(data, StreamedCloud):
         return StreamedSurface(data)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.errors import TargetError, VomError
-from vomstudio.io.atomic import atomic_write
+from vomstudio.files.atomic import atomic_write
 
 if TYPE_CHECKING:
     from vomstudio.geology.quality import Thresholds

@@ -12,7 +12,7 @@ from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from typing import Any, TypeVar
 
 from vomstudio.errors import UsageError, WorkerError
-from vomstudio.photogrammetry.memory import at_once
+from vomstudio.photogrammetry.base.memory import at_once
 from vomstudio.progress import Executor, Inline, Progress
 
 Item = TypeVar("Item")

@@ -12,7 +12,7 @@ from vomstudio.progress import Progress
 
 def inspect_alignment(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """Photos, pairs and cameras of the reconstruction in `out`; see `inspection.overview`."""
-    from vomstudio.photogrammetry.inspection import overview
+    from vomstudio.photogrammetry.inspect.inspection import overview
 
     return overview(Path(args["out"]))
 
@@ -21,7 +21,7 @@ def inspect_pair(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """The features and matches of photos `a` and `b`, as arrays in the file `into`."""
     import numpy as np
 
-    from vomstudio.photogrammetry.inspection import pair
+    from vomstudio.photogrammetry.inspect.inspection import pair
 
     found = pair(Path(args["out"]), args["a"], args["b"])
     np.savez(
@@ -38,7 +38,7 @@ def inspect_residuals(args: Mapping[str, Any], progress: Progress) -> dict[str, 
     """The residual vectors of the photo `name`, as arrays in the file `into`."""
     import numpy as np
 
-    from vomstudio.photogrammetry.inspection import residual_vectors
+    from vomstudio.photogrammetry.inspect.inspection import residual_vectors
 
     pixels, vectors = residual_vectors(Path(args["out"]), args["name"])
     np.savez(args["into"], pixels=pixels, vectors=vectors)
@@ -49,7 +49,7 @@ def inspect_depths(args: Mapping[str, Any], progress: Progress) -> dict[str, Any
     """The depth map of the photo `name` as pictures in the file `into`."""
     import numpy as np
 
-    from vomstudio.photogrammetry.inspection import depth_pictures
+    from vomstudio.photogrammetry.inspect.inspection import depth_pictures
 
     made = depth_pictures(Path(args["out"]), args["name"])
     np.savez(

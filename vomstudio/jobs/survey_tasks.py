@@ -12,7 +12,7 @@ from vomstudio.progress import Progress
 def take_frames(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """Write the frames of the file `video` that are worth using into the folder `out`, `fps` of a
     second; force: among other files."""
-    from vomstudio.photogrammetry.video import take_frames as take
+    from vomstudio.survey.video import take_frames as take
 
     return take(
         args["video"], args["out"], fps=args["fps"], force=args["force"], progress=progress
@@ -27,9 +27,9 @@ def foresee(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     points; where a file cannot be read its `problem` says so.
     """
     from vomstudio.errors import VomError
-    from vomstudio.io.photos import read_photos
-    from vomstudio.photogrammetry.needs import memory_need
-    from vomstudio.photogrammetry.settings import Settings
+    from vomstudio.io.photos.reading import read_photos
+    from vomstudio.photogrammetry.base.settings import Settings
+    from vomstudio.photogrammetry.pipeline.memory_needs import memory_need
 
     settings = Settings(quality=args["quality"], threads=args["threads"])
     sizes = [(int(width), int(height)) for width, height in args["sizes"]]
@@ -46,9 +46,9 @@ def foresee(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
 
 
 def _control(path: Path, marks: str | None, crs: str | None, photos: Any) -> dict[str, Any]:
-    from vomstudio.io.control import read_control, read_marks
-    from vomstudio.io.control_files import agreed_crs, marks_beside
-    from vomstudio.photogrammetry.control_check import check_control
+    from vomstudio.io.control.control_files import agreed_crs, marks_beside
+    from vomstudio.io.control.tables import read_control, read_marks
+    from vomstudio.photogrammetry.place.control_check import check_control
 
     points = read_control(path)
     placed = agreed_crs(path, crs)

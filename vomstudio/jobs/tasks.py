@@ -21,7 +21,7 @@ def warm(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     import pyproj  # noqa: F401
     import scipy.spatial  # noqa: F401
 
-    from vomstudio.io.formats.obj import warm_up
+    from vomstudio.io.models.formats.obj import warm_up
 
     warm_up()
     return {}
@@ -47,9 +47,9 @@ def compile_kernels(args: Mapping[str, Any], progress: Progress) -> dict[str, An
 
 def load_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """Read the model `path` into a cache folder under `cache`, from where the window maps it."""
-    from vomstudio.io import model_cache
-    from vomstudio.io.crs import sidecar_crs
-    from vomstudio.io.models import resolution
+    from vomstudio.io.gis.crs import sidecar_crs
+    from vomstudio.io.models import model_cache
+    from vomstudio.io.models.opening import resolution
 
     path = Path(args["path"])
     folder = model_cache.folder_of(path, Path(args["cache"]))
@@ -73,7 +73,7 @@ def preview_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]
     file has no quick look."""
     import numpy as np
 
-    from vomstudio.io.preview import preview
+    from vomstudio.io.models.preview import preview
 
     cloud = preview(args["path"])
     if cloud is None:
@@ -91,7 +91,7 @@ def preview_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]
 def copy_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """Copy the model `path` with all that belongs to it below `folder`; cameras: the file of its
     photos' cameras, None for the one beside it; photos: whether they are copied too."""
-    from vomstudio.io.model_copy import copy_model as copy
+    from vomstudio.io.models.model_copy import copy_model as copy
 
     cameras = None if args.get("cameras") is None else Path(args["cameras"])
     made = copy(
@@ -106,7 +106,7 @@ def copy_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
 
 def write_layers(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """Write the GIS layers of the project in `folder` to `project.gpkg`."""
-    from vomstudio.io.export import export_project
+    from vomstudio.io.project.export import export_project
 
     folder = Path(args["folder"])
     export_project(folder, "gpkg", folder / "project.gpkg", force=True)
@@ -119,8 +119,8 @@ def orthophoto(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     view: trend_deg, plunge_deg, sense, reason; to_world: 4 x 4 rows; crs, gsd, region (centre,
     width, height) and sheet may be None.
     """
-    from vomstudio.io import model_cache
-    from vomstudio.products import orthophoto as product
+    from vomstudio.io.models import model_cache
+    from vomstudio.products.ortho import orthophoto as product
 
     path = Path(args["path"])
     loaded = model_cache.load(path, model_cache.folder_of(path, Path(args["cache"])), progress)
@@ -164,9 +164,9 @@ def export_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
 
     from vomstudio.geometry import transform
     from vomstudio.geometry.mesh import Mesh
-    from vomstudio.io import model_cache
-    from vomstudio.io.model_copy import companions
-    from vomstudio.io.writing import choose_writer, write_model
+    from vomstudio.io.models import model_cache
+    from vomstudio.io.models.model_copy import companions
+    from vomstudio.io.models.writing import choose_writer, write_model
 
     path, out = Path(args["path"]), Path(args["out"])
     choose_writer(out)
@@ -190,9 +190,9 @@ def export_model(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
 
 def list_photos(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """What the photos in the folder `photos` say of themselves; thumbnails go below `cache`."""
-    from vomstudio.io.photo_pixels import thumbnail
-    from vomstudio.io.photos import read_photos
-    from vomstudio.photogrammetry.camera_positions import metres_from_gps
+    from vomstudio.io.photos.pixels import thumbnail
+    from vomstudio.io.photos.reading import read_photos
+    from vomstudio.survey.camera_positions import metres_from_gps
 
     found = read_photos(args["photos"], progress)
     thumbnails = Path(args["cache"]) / "thumbnails"
@@ -250,8 +250,8 @@ def _keep_thumbnail(photo: Any, folder: Path, thumbnail: Callable[..., Any]) -> 
 
 def check_photos(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """The survey check of the folder `photos`, as `vomstudio check` prints it."""
-    from vomstudio.io.photos import read_photos
-    from vomstudio.photogrammetry.survey_check import check_photos as check
+    from vomstudio.io.photos.reading import read_photos
+    from vomstudio.survey.check import check_photos as check
 
     return check(read_photos(args["photos"]), progress=progress).as_dict()
 
@@ -262,9 +262,9 @@ def reconstruct(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     scheduler: the address of a Dask cluster, or None for this machine's processors.
     """
     from vomstudio.jobs.executors import make_executor
-    from vomstudio.photogrammetry import outputs, reconstruction
-    from vomstudio.photogrammetry.settings import Settings
-    from vomstudio.products.reconstruction_report import write_report
+    from vomstudio.photogrammetry.base.settings import Settings
+    from vomstudio.photogrammetry.pipeline import outputs, reconstruction
+    from vomstudio.products.report.reconstruction import write_report
 
     def path(name: str) -> Path | None:
         return None if args.get(name) is None else Path(args[name])

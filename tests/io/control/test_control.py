@@ -1,0 +1,162 @@
+"""Tables of control points and of their marks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from vomstudio.errors import InputError, TargetError
+from vomstudio.io.control.control_files import agreed_crs, crs_of
+from vomstudio.io.control.tables import (
+    ControlPoint,
+    Mark,
+    read_control,
+    read_marks,
+    write_control,
+    write_marks,
+)
+from vomstudio.io.gis.crs import parse_crs
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "table.csv"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_points_are_read_with_their_error_and_use(tmp_path: Path) -> None:
+    path = written(
+        tmp_path,
+        "label,x,y,z,sigma,use\nA,500000.25,5000000.5,120,0.01,control\n7,1,2,3,,check\n"
+        "C,4,5,6,0.02,\n",
+    )
+    assert read_control(path) == [
+        ControlPoint("A", (500000.25, 5000000.5, 120.0), 0.01),
+        ControlPoint("7", (1.0, 2.0, 3.0), None, True),
+        ControlPoint("C", (4.0, 5.0, 6.0), 0.02),
+    ]
+
+
+def test_error_and_use_may_be_missing_and_semicolons_are_understood(tmp_path: Path) -> None:
+    path = written(tmp_path, "Label;X;Y;Z\nA;1,5;2;3\nB;2;2;3\n")
+    assert read_control(path)[0] == ControlPoint("A", (1.5, 2.0, 3.0))
+
+
+def test_marks_are_read(tmp_path: Path) -> None:
+    path = written(tmp_path, "label,photo,x,y\nA,images\\one.jpg,10.5,20\nA,two.jpg,1,2\n")
+    assert read_marks(path) == [
+        Mark("A", "images/one.jpg", 10.5, 20.0),
+        Mark("A", "two.jpg", 1.0, 2.0),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("label,x,y\nA,1,2\n", "no column 'z'"),
+        ("1,2,3,4\n5,6,7,8\n", "has no header"),
+        ("label,x,y,z\nA,1,2,\n", "line 2, z: is missing"),
+        ("label,x,y,z\nA,1,2,high\n", "'high' is not a number"),
+        ("label,x,y,z\nA,1,2,3\nA,1,2,4\n", "line 3, label: 'A' is in line 2 too"),
+        ("label,x,y,z,sigma\nA,1,2,3,0\n", "must be positive"),
+        ("label,x,y,z,use\nA,1,2,3,maybe\n", "neither control nor check"),
+        ("label,x,y,z\n,1,2,3\n", "needs a label"),
+    ],
+)
+def test_what_is_wrong_in_a_table_is_named_with_its_place(
+    tmp_path: Path, text: str, message: str
+) -> None:
+    with pytest.raises(InputError) as caught:
+        read_control(written(tmp_path, text))
+    assert message in str(caught.value)
+    assert "table.csv" in str(caught.value)
+
+
+def test_a_point_marked_twice_in_a_photo_is_refused(tmp_path: Path) -> None:
+    path = written(tmp_path, "label,photo,x,y\nA,a.jpg,1,2\nA,b.jpg,1,2\nA,a.jpg,3,4\n")
+    with pytest.raises(InputError, match=r"marked in a\.jpg in line 2 already"):
+        read_marks(path)
+
+
+RUNS = settings(
+    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+labels = st.text(
+    st.characters(exclude_categories=("C", "Z")) | st.just(" "), min_size=1, max_size=8
+).filter(lambda text: text == text.strip())
+numbers = st.floats(-1e7, 1e7)
+
+
+@RUNS
+@given(
+    st.lists(
+        st.builds(
+            ControlPoint,
+            labels,
+            st.tuples(numbers, numbers, numbers),
+            st.none() | st.floats(1e-4, 10),
+            st.booleans(),
+        ),
+        min_size=1,
+        max_size=5,
+        unique_by=lambda point: point.label,
+    )
+)
+def test_points_that_are_written_are_read_back(tmp_path: Path, points: list[ControlPoint]) -> None:
+    assert write_control(tmp_path / "control.csv", points) is None
+    assert read_control(tmp_path / "control.csv") == points
+
+
+@RUNS
+@given(
+    st.lists(
+        st.builds(Mark, labels, st.sampled_from(["a.jpg", "left; right/b, c.JPG", "ü.tif"]),
+                  numbers, numbers),
+        min_size=1,
+        max_size=6,
+        unique_by=lambda mark: (mark.label, mark.photo),
+    )
+)  # fmt: skip
+def test_marks_that_are_written_are_read_back(tmp_path: Path, marks: list[Mark]) -> None:
+    assert write_marks(tmp_path / "marks.csv", marks) is None
+    assert read_marks(tmp_path / "marks.csv") == marks
+
+
+def test_a_table_with_more_in_it_is_put_aside_before_it_is_written(tmp_path: Path) -> None:
+    path = written(tmp_path, "label,x,y,z,who\nA,1,2,3,Anna\n")
+    kept = write_control(path, [ControlPoint("A", (1.0, 2.0, 4.0))])
+    assert kept == tmp_path / "table.csv.bak"
+    assert "Anna" in kept.read_text()
+    assert write_control(path, [ControlPoint("A", (1.0, 2.0, 5.0))]) is None, "this one is ours"
+    path.write_text("# levelled\nlabel,x,y,z,sigma,use\nA,1,2,3,,\n")
+    assert write_control(path, []) == tmp_path / "table.csv.bak2"
+    assert not path.exists(), "a table without points would be refused by its reader"
+
+
+def test_a_crs_without_a_code_is_kept(tmp_path: Path) -> None:
+    site = "+proj=tmerc +lat_0=45 +lon_0=12.3 +k=1 +x_0=5000 +y_0=5000 +ellps=GRS80 +units=m"
+    crs, _ = parse_crs(site)
+    assert crs.startswith("PROJCRS["), "it has no code"
+    path, points = tmp_path / "control.csv", [ControlPoint("A", (1.0, 2.0, 3.0))]
+    for _ in range(2):
+        assert write_control(path, points, crs) is None, "a table with its CRS is ours"
+        assert crs_of(path) == crs
+        assert read_control(path) == points
+    assert agreed_crs(path, site) == crs
+
+
+def test_a_table_that_cannot_be_removed_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "control.csv"
+    write_control(path, [ControlPoint("A", (1.0, 2.0, 3.0))])
+
+    def refused(self: Path, missing_ok: bool = False) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "unlink", refused)
+    with pytest.raises(TargetError, match=r"control\.csv.*cannot be removed \(Permission denied"):
+        write_control(path, [])

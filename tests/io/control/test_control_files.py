@@ -1,0 +1,329 @@
+"""Ground control written by other programs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vomstudio.errors import InputError, UsageError
+from vomstudio.io.control.control_files import agreed_crs, crs_of, find_control, marks_beside
+from vomstudio.io.control.tables import ControlPoint, Mark, read_control, read_marks
+from vomstudio.io.photos.names import photo_finder
+
+
+def written(folder: Path, text: str | bytes, name: str = "control.xml") -> Path:
+    path = folder / name
+    path.write_bytes(text.encode() if isinstance(text, str) else text)
+    return path
+
+
+def micmac(*points: str) -> str:
+    return f"<?xml version='1.0'?>\n<DicoAppuisFlottant>{''.join(points)}</DicoAppuisFlottant>"
+
+
+def point(name: str, place: str, error: str = "") -> str:
+    stated = f"<Incertitude>{error}</Incertitude>" if error else ""
+    return f"\n<OneAppuisDAF><Pt>{place}</Pt>\n<NamePt>{name}</NamePt>{stated}</OneAppuisDAF>"
+
+
+def marked(*marks: str, photo: str = "a.jpg") -> str:
+    return (
+        "<SetOfMesureAppuisFlottants><MesureAppuiFlottant1Im>"
+        f"\n<NameIm>{photo}</NameIm>{''.join(marks)}"
+        "</MesureAppuiFlottant1Im></SetOfMesureAppuisFlottants>"
+    )
+
+
+def mark(name: str, pixel: str) -> str:
+    return f"\n<OneMesureAF1I><NamePt>{name}</NamePt>\n<PtIm>{pixel}</PtIm></OneMesureAF1I>"
+
+
+# --- MicMac ------------------------------------------------------------------------------------
+def test_the_points_and_marks_of_saint_martin_are_read(data_dir: Path) -> None:
+    points = read_control(data_dir / "saint_martin" / "Ground-Pts3D.xml")
+    assert len(points) == 9
+    by_name = {p.label: p for p in points}
+    assert by_name["Stone-6"].position == (
+        0.150697933447584281, 1.10818337179321613, 0.773464897817899177,
+    )  # fmt: skip
+    # 1 1 1 is a weight: not an error of a metre.
+    assert all(p.sigma_m is None and not p.check for p in points)
+    marks = read_marks(data_dir / "saint_martin" / "GroundMeasure.xml")
+    assert len(marks) == 19
+    assert Mark("Grille", "IMGP4167.JPG", 322.076097286495724, 766.811866179541425) in marks
+    photos = {label: {m.photo for m in marks if m.label == label} for label in by_name}
+    # README of the data: six of the nine are marked in two or more photos.
+    assert sum(len(names) >= 2 for names in photos.values()) == 6
+
+
+def test_a_stated_error_is_that_of_one_coordinate(tmp_path: Path) -> None:
+    path = written(tmp_path, micmac(point("A", "1 2 3", "0.03 0.04 0.05"), point("B", "4 5 6")))
+    a, b = read_control(path)
+    assert a.sigma_m == pytest.approx(np.sqrt((0.03**2 + 0.04**2 + 0.05**2) / 3))
+    assert b == ControlPoint("B", (4.0, 5.0, 6.0))
+
+
+def test_elements_inside_others_are_found_as_newer_versions_write_them(tmp_path: Path) -> None:
+    text = f"<Global>{marked(mark('A', '1.5 2.5'), photo='dir/a.jpg')}</Global>"
+    assert read_marks(written(tmp_path, text)) == [Mark("A", "dir/a.jpg", 1.5, 2.5)]
+
+
+BOMB = (
+    '<!DOCTYPE x [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;">]>'
+    "<DicoAppuisFlottant>&b;</DicoAppuisFlottant>"
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (micmac(point("A", "1 2")), "line 3, Pt: holds 2 numbers; 3 are needed"),
+        (micmac(point("A", "1 2 east")), "line 3, Pt: 'east' is not a number"),
+        (micmac(point("A", "1 2 nan")), "'nan' is not a number"),
+        (micmac(point("A", "")), "line 3, Pt: is empty"),
+        (micmac(point("", "1 2 3")), "line 4, NamePt: is empty"),
+        (micmac("\n<OneAppuisDAF><NamePt>A</NamePt></OneAppuisDAF>"), "OneAppuisDAF: has no Pt"),
+        (micmac(point("A", "1 2 3"), point("A", "1 2 4")), "'A' is in line 3 too"),
+        (micmac(point("A", "1 2 3", "0.1 -1 0.1")), "Incertitude: is the error of a point"),
+        (micmac(), "has no ground point"),
+        (micmac(point("A", "1 2 3"))[:-30], "is not sound XML"),
+        (marked(mark("A", "1 2")), "name it as the marks"),
+        ("<html><body>404</body></html>", "html: has no ground point"),
+        (BOMB, "declares an entity"),
+        ("<a>" * 200 + "</a>" * 200, "deep"),
+        ("<?xml version='1.0' encoding='klingon'?><a/>", "control.xml"),
+        (b"<a>\xff\xfe\x00</a>", "not sound XML"),
+        ("<", "not sound XML"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_in_xml_is_named_with_its_line_and_element(
+    tmp_path: Path, text: str | bytes, said: str
+) -> None:
+    with pytest.raises(InputError) as caught:
+        read_control(written(tmp_path, text))
+    assert said in str(caught.value)
+    assert "control.xml" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (marked(mark("A", "1")), "PtIm: holds 1 numbers; 2 are needed"),
+        (marked(mark("A", "1 2"), mark("A", "1 2")), "'A' is marked in a.jpg in line 3 already"),
+        (marked(mark("A", "1 2"), photo=""), "NameIm: is empty"),
+        (marked(), "has no mark"),
+        (micmac(point("A", "1 2 3")), "name it as the control"),
+    ],
+)
+def test_what_is_wrong_in_marks_is_named(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(InputError) as caught:
+        read_marks(written(tmp_path, text))
+    assert said in str(caught.value)
+
+
+# --- OpenDroneMap ------------------------------------------------------------------------------
+ROWS = (
+    "500000 5000000 100 10 20 a.jpg nail\n"
+    "500000 5000000 100 30.5 40 b.jpg nail\n"
+    "500010 5000000 101 5 6 a.jpg tree extra\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("header", "crs"),
+    [
+        ("EPSG:32633", "EPSG:32633"),
+        ("WGS84 UTM 33N", "EPSG:32633"),
+        ("WGS84 UTM 19S", "EPSG:32719"),
+        ("+proj=utm +zone=33 +datum=WGS84 +units=m +no_defs", "EPSG:32633"),
+        ("EPSG:32633+5773", "EPSG:32633"),
+    ],
+)
+def test_a_list_of_opendronemap_brings_points_marks_and_projection(
+    tmp_path: Path, header: str, crs: str
+) -> None:
+    path = written(tmp_path, f"{header}\n{ROWS}", "gcp_list.txt")
+    assert read_control(path) == [
+        ControlPoint("nail", (500000.0, 5000000.0, 100.0)),
+        ControlPoint("tree", (500010.0, 5000000.0, 101.0)),
+    ]
+    assert read_marks(path) == [
+        Mark("nail", "a.jpg", 10.0, 20.0),
+        Mark("nail", "b.jpg", 30.5, 40.0),
+        Mark("tree", "a.jpg", 5.0, 6.0),
+    ]
+    assert crs_of(path) == crs
+    assert marks_beside(path) == path
+
+
+@pytest.mark.parametrize("before", ["# of the drone\n", "\n", "# a\n\n# b\n", "#\n" * 20_000])
+def test_a_list_may_begin_with_comments_and_blank_lines(tmp_path: Path, before: str) -> None:
+    path = written(tmp_path, f"{before}EPSG:32633\n{ROWS}", "gcp_list.txt")
+    assert [p.label for p in read_control(path)] == ["nail", "tree"]
+    assert crs_of(path) == "EPSG:32633"
+    assert find_control(tmp_path) == (path, path)
+
+
+def test_without_labels_marks_at_one_place_are_one_point(tmp_path: Path) -> None:
+    text = "EPSG:32633\n\n1 2 3 10 20 a.jpg\n4 5 6 1 1 a.jpg\n1 2 3 30 40 b.jpg\n"
+    path = written(tmp_path, text, "gcp_list.txt")
+    assert [(p.label, p.position[0]) for p in read_control(path)] == [("GCP1", 1.0), ("GCP2", 4.0)]
+    assert [(m.label, m.photo) for m in read_marks(path)] == [
+        ("GCP1", "a.jpg"), ("GCP2", "a.jpg"), ("GCP1", "b.jpg"),
+    ]  # fmt: skip
+
+
+def test_tabs_keep_names_with_blanks_whole(tmp_path: Path) -> None:
+    text = "EPSG:32633\n1\t2\t3\t10\t20\tmy photo.jpg\tthe nail\n"
+    path = written(tmp_path, text, "gcp_list.txt")
+    assert read_marks(path) == [Mark("the nail", "my photo.jpg", 10.0, 20.0)]
+
+
+def test_degrees_become_metres_of_their_utm_zone(tmp_path: Path) -> None:
+    # On the central meridian of zone 33 the easting is 500 km by definition; northings from the
+    # equator to 45 degrees are 4 982 950.400 m (the meridian arc of WGS 84, 4 984 944.378 m,
+    # times 0.9996).
+    path = written(tmp_path, "EPSG:4326\n15 45 243 1 2 a.jpg\n", "gcp_list.txt")
+    (only,) = read_control(path)
+    np.testing.assert_allclose(only.position, (500000.0, 4984944.378 * 0.9996, 243.0), atol=0.01)
+    assert crs_of(path) == "EPSG:32633"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("EPSG:32633\n1 2 3 4 5\n", "line 2: has 5 columns"),
+        ("EPSG:32633\n1 2 x 4 5 a.jpg\n", "line 2, z: 'x' is not a number"),
+        ("EPSG:32633\n1 2 3 4 5 a.jpg p\n1 2 9 4 5 b.jpg p\n", "another place in line 2"),
+        ("EPSG:32633\n1 2 3 4 5 a.jpg p\n1 2 3 4 5 a.jpg p\n", "in line 2 already"),
+        ("EPSG:32633\n", "has no points"),
+        ("EPSG:999999\n1 2 3 4 5 a.jpg\n", "is not known here"),
+        ("WGS84 UTM 99N\n1 2 3 4 5 a.jpg\n", "is no UTM zone"),
+        ("EPSG:2229\n1 2 3 4 5 a.jpg\n", "is not in metres"),
+        ("EPSG:4326\n500 4500 3 4 5 a.jpg\n", "no longitude and latitude"),
+        ("EPSG:4326\n-200 45 3 4 5 a.jpg p\n", "p is at no longitude and latitude"),
+        ("EPSG:4326\n15 45 3 4 5 a.jpg\n181 45 3 4 5 a.jpg p\n", "p is at no longitude"),
+        ("EPSG:4326\n15 -95 3 4 5 a.jpg p\n", "p is at no longitude and latitude"),
+        ("+proj=rubbish +zone=2\n1 2 3 4 5 a.jpg\n", "is not known here"),
+    ],
+)
+def test_what_is_wrong_in_a_list_is_named(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(InputError) as caught:
+        read_control(written(tmp_path, text, "gcp_list.txt"))
+    assert said in str(caught.value)
+    assert "gcp_list.txt" in str(caught.value)
+
+
+def test_the_projection_of_a_list_is_not_overruled(tmp_path: Path) -> None:
+    path = written(tmp_path, f"EPSG:32633\n{ROWS}", "gcp_list.txt")
+    assert agreed_crs(path, None) == "EPSG:32633"
+    assert agreed_crs(path, "32633") == "EPSG:32633"
+    with pytest.raises(UsageError, match="which is in EPSG:32633"):
+        agreed_crs(path, "EPSG:32632")
+
+
+def test_a_table_may_state_its_crs_in_a_comment(tmp_path: Path) -> None:
+    table = "label,x,y,z\nA,1,2,3\n"
+    for comment in ("# EPSG:32633: x east", "# CRS: epsg:32633", "#EPSG:32633"):
+        assert crs_of(written(tmp_path, f"{comment}\n{table}", "a.csv")) == "EPSG:32633"
+    for comment in ("# measured like EPSG:32633", "# nothing", ""):
+        assert crs_of(written(tmp_path, f"{comment}\n{table}", "a.csv")) is None
+    with pytest.raises(InputError, match="line 2: its projection 'EPSG:999999' is not known here"):
+        crs_of(written(tmp_path, f"# levelled\n# EPSG:999999\n{table}", "a.csv"))
+
+
+@pytest.mark.parametrize("code", ["4326", "4979"])
+def test_a_table_in_degrees_is_told_to_be_in_metres(tmp_path: Path, code: str) -> None:
+    path = written(tmp_path, f"# levelled\n# EPSG:{code}\nlabel,x,y,z\nA,15,45,3\n", "a.csv")
+    for asked in (None, "EPSG:32633"):
+        with pytest.raises(InputError, match=r"line 2: WGS 84 is in degrees.* UTM zone") as caught:
+            agreed_crs(path, asked)
+        assert "not known" not in str(caught.value)
+
+
+# --- Metashape ---------------------------------------------------------------------------------
+METASHAPE = """<?xml version="1.0"?>
+<document version="1.5.0"><chunk label="Chunk 1" enabled="true">
+<sensors/><cameras><camera id="7" label="IMG_1"/><group><camera id="8" label="IMG_2.JPG"/></group>
+</cameras>
+<markers><marker id="0" label="A"><reference x="1" y="2" z="3" sx="0.02" sy="0.02" sz="0.02"/>
+</marker><marker id="1" label="B"><reference x="4" y="5" z="6" enabled="false"/></marker>
+<marker id="2" label="loose"/></markers>
+<frames><frame id="0"><markers>
+<marker marker_id="0"><location camera_id="7" pinned="true" x="10" y="20"/>
+<location camera_id="8" pinned="false" x="1" y="1"/></marker>
+<marker marker_id="2"><location camera_id="8" x="30.5" y="40"/></marker>
+</markers></frame></frames>
+<reference>EPSG::32633</reference></chunk></document>
+"""
+
+
+def test_markers_of_metashape_are_read(tmp_path: Path) -> None:
+    path = written(tmp_path, METASHAPE.replace("::", ":"))
+    assert read_control(path) == [
+        ControlPoint("A", (1.0, 2.0, 3.0), pytest.approx(0.02)),
+        ControlPoint("B", (4.0, 5.0, 6.0), None, True),
+    ]
+    # What the program guessed itself is no mark.
+    assert read_marks(path) == [Mark("A", "IMG_1", 10, 20), Mark("loose", "IMG_2.JPG", 30.5, 40)]
+    assert crs_of(path) == "EPSG:32633"
+    assert marks_beside(path) == path
+
+
+@pytest.mark.parametrize(
+    ("stated", "crs"), [("<reference>EPSG:32634</reference>", "EPSG:32634"), ("", None)]
+)
+def test_the_crs_is_that_of_the_chunk_with_the_markers(
+    tmp_path: Path, stated: str, crs: str | None
+) -> None:
+    marker = '<marker id="0" label="A"><reference x="1" y="2" z="3"/></marker>'
+    text = (
+        '<document><chunks><chunk label="a"><reference>EPSG:32633</reference></chunk>'
+        f'<chunk label="b"><markers>{marker}</markers>{stated}</chunk></chunks></document>'
+    )
+    assert crs_of(written(tmp_path, text)) == crs
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('x="1" y="2"', 'x="one" y="2"', "reference: x: 'one' is not a number"),
+        ('y="2" z="3"', 'y="2"', "reference: has no z"),
+        ('label="B"', 'label="A"', "'A' is in line 5 too"),
+        ("markers>", "lost>", "has no chunk with markers"),
+    ],
+)
+def test_what_is_wrong_in_markers_is_named(tmp_path: Path, old: str, new: str, said: str) -> None:
+    with pytest.raises(InputError) as caught:
+        read_control(written(tmp_path, METASHAPE.replace("::", ":").replace(old, new)))
+    assert said in str(caught.value)
+
+
+def test_a_mark_in_a_camera_that_is_not_there_is_named(tmp_path: Path) -> None:
+    text = METASHAPE.replace('camera_id="7"', 'camera_id="9"')
+    with pytest.raises(InputError, match="camera_id 9 is not in the file"):
+        read_marks(written(tmp_path, text))
+
+
+# --- names and places --------------------------------------------------------------------------
+def test_photos_are_found_by_their_last_part_and_without_their_ending() -> None:
+    find = photo_finder(["left/a.JPG", "right/a.JPG", "left/b.jpg", "c.tif", "c.jpg"])
+    assert find("right/a.JPG") == 1
+    assert find("a.JPG") is None, "of two photos"
+    assert find("elsewhere/B.JPG") == 2
+    assert find("b") == 2
+    assert find("c") is None
+    assert find("b.tif") is None
+
+
+def test_control_beside_the_photos_is_found_where_its_marks_are_too(tmp_path: Path) -> None:
+    photos = tmp_path / "photos"
+    photos.mkdir()
+    written(tmp_path, "label,x,y,z\n", "control.csv")
+    assert find_control(photos) is None
+    written(tmp_path, "label,photo,x,y\n", "marks.csv")
+    assert find_control(photos) == (tmp_path / "control.csv", tmp_path / "marks.csv")
+    listed = written(photos, f"EPSG:32633\n{ROWS}", "gcp_list.txt")
+    assert find_control(photos) == (listed, listed)

@@ -1,0 +1,46 @@
+from __future__ import annotations
+
+import pytest
+
+from vomstudio.errors import InputError
+from vomstudio.io.gis.crs import crs_name, parse_crs, sidecar_crs
+from vomstudio.io.models.opening import read_model
+
+OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+
+
+@pytest.mark.parametrize("text", ["32633", "EPSG:32633", " epsg:32633 ", "WGS 84 / UTM zone 33N"])
+def test_a_crs_is_known_by_code_or_name(text):
+    assert parse_crs(text) == ("EPSG:32633", 1.0)
+    assert crs_name("EPSG:32633") == "WGS 84 / UTM zone 33N"
+
+
+def test_a_crs_in_feet_says_so():
+    code, unit = parse_crs("EPSG:2263")
+    assert code == "EPSG:2263"
+    assert unit == pytest.approx(1200 / 3937)
+
+
+@pytest.mark.parametrize("text", ["", "EPSG:4326", "EPSG:99999999", "north"])
+def test_what_is_no_projected_crs_is_refused_with_the_way_out(text):
+    with pytest.raises(InputError, match="CRS"):
+        parse_crs(text)
+
+
+def test_a_prj_beside_a_model_names_its_crs(tmp_path):
+    from pyproj import CRS
+
+    (tmp_path / "a.obj").write_text(OBJ)
+    assert read_model(tmp_path / "a.obj").crs is None
+    (tmp_path / "a.prj").write_text(CRS.from_epsg(32633).to_wkt("WKT1_ESRI"))
+    assert sidecar_crs(tmp_path / "a.obj") == ("EPSG:32633", None)
+    assert read_model(tmp_path / "a.obj").crs == "EPSG:32633"
+
+
+@pytest.mark.parametrize("content", [b"", b"\xff\xfe\x00", b"EPSG:4326", b"x" * 200_000])
+def test_a_prj_that_cannot_be_used_is_said_and_the_model_opens(tmp_path, content):
+    (tmp_path / "a.obj").write_text(OBJ)
+    (tmp_path / "a.prj").write_bytes(content)
+    loaded = read_model(tmp_path / "a.obj")
+    assert loaded.crs is None
+    assert any("a.prj" in warning for warning in loaded.warnings)

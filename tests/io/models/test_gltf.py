@@ -1,0 +1,480 @@
+"""GLB and glTF: frames, images, odd but lawful scenes, damage."""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+import shutil
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+from PIL import Image
+
+from vomstudio.errors import Cancelled, InputError
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.models import image_store, model_cache
+from vomstudio.io.models.opening import read_model
+from vomstudio.progress import CancelToken, Silent
+
+# A roof of two triangles, in metres, Z up: a ridge from west to east.
+ROOF = np.array([[0, 0, 0], [4, 0, 0], [4, 1, 1], [0, 1, 1], [0, 2, 0]], float)
+ROOF_FACES = np.array([[0, 1, 2], [0, 2, 3]])
+
+
+def png(color: tuple[int, int, int] = (200, 100, 50), side: int = 4) -> bytes:
+    stream = io.BytesIO()
+    Image.new("RGB", (side, side), color).save(stream, "PNG")
+    return stream.getvalue()
+
+
+def y_up(points: np.ndarray) -> np.ndarray:
+    """(x East, y North, z Up) as glTF has it: x East, y Up, z South."""
+    return np.stack([points[:, 0], points[:, 2], -points[:, 1]], axis=1).astype("<f4")
+
+
+class Scene:
+    """A glTF scene under construction: its JSON, and one buffer."""
+
+    def __init__(self) -> None:
+        self.body = b""
+        self.json: dict[str, Any] = {
+            "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+            "nodes": [{"mesh": 0}], "meshes": [{"primitives": []}],
+            "accessors": [], "bufferViews": [], "buffers": [],
+        }  # fmt: skip
+
+    def view(self, content: bytes) -> int:
+        self.json["bufferViews"].append(
+            {"buffer": 0, "byteOffset": len(self.body), "byteLength": len(content)}
+        )
+        self.body += content + b"\0" * (-len(content) % 4)
+        return len(self.json["bufferViews"]) - 1
+
+    def accessor(self, values: np.ndarray, **more: Any) -> int:
+        kinds = {"i1": 5120, "u1": 5121, "i2": 5122, "u2": 5123, "u4": 5125, "f4": 5126}
+        table = np.atleast_2d(values.T).T
+        kind = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}[table.shape[1]]
+        self.json["accessors"].append(
+            {
+                "bufferView": self.view(np.ascontiguousarray(table).tobytes()),
+                "componentType": kinds[table.dtype.str[1:]],
+                "count": len(table), "type": kind, **more,
+            }
+        )  # fmt: skip
+        return len(self.json["accessors"]) - 1
+
+    def primitive(self, points: np.ndarray, faces: np.ndarray | None = None, **more: Any) -> dict:
+        made: dict[str, Any] = {"attributes": {"POSITION": self.accessor(y_up(points))}, **more}
+        if faces is not None:
+            made["indices"] = self.accessor(faces.reshape(-1).astype("<u2"))
+        self.json["meshes"][0]["primitives"].append(made)
+        return made
+
+    def glb(self, path: Path) -> Path:
+        self.json["buffers"] = [{"byteLength": len(self.body)}]
+        text = json.dumps(self.json).encode()
+        text += b" " * (-len(text) % 4)
+        size = 28 + len(text) + len(self.body)
+        path.write_bytes(
+            struct.pack("<4sIII4s", b"glTF", 2, size, len(text), b"JSON")
+            + text
+            + struct.pack("<I4s", len(self.body), b"BIN\0")
+            + self.body
+        )
+        return path
+
+
+def roof() -> Scene:
+    scene = Scene()
+    scene.primitive(ROOF, ROOF_FACES)
+    return scene
+
+
+def mesh_of(path: Path) -> tuple[Mesh, str]:
+    loaded = read_model(path)
+    assert isinstance(loaded.data, Mesh)
+    return loaded.data, " ".join(loaded.warnings)
+
+
+def triangles(mesh: Mesh) -> np.ndarray:
+    return mesh.vertices[mesh.faces]
+
+
+def test_a_scene_comes_out_upright(tmp_path: Path) -> None:
+    loaded = read_model(roof().glb(tmp_path / "roof.glb"))
+    assert isinstance(loaded.data, Mesh)
+    assert np.array_equal(triangles(loaded.data), ROOF[ROOF_FACES])
+    assert (loaded.crs, loaded.warnings, loaded.turned_about) == (None, (), (0.0, 0.0, 0.0))
+
+
+def test_the_origin_inside_is_added_in_float64(tmp_path: Path) -> None:
+    scene = roof()
+    scene.json["asset"]["extras"] = {"origin": [576000, 5188000, -3], "crs": "EPSG:32615"}
+    loaded = read_model(scene.glb(tmp_path / "roof.glb"))
+    assert isinstance(loaded.data, Mesh)
+    assert np.array_equal(triangles(loaded.data), (ROOF + [576000, 5188000, -3])[ROOF_FACES])
+    assert loaded.crs == "EPSG:32615"
+
+
+def test_the_origin_beside_is_taken_where_there_is_none_inside(tmp_path: Path) -> None:
+    path = roof().glb(tmp_path / "roof.glb")
+    (tmp_path / "roof.offset.txt").write_text("EPSG:32633; World = (x, -z, y) + offset 10 20.5 -3")
+    loaded = read_model(path)
+    assert loaded.data.bounds[0].tolist() == [10.0, 20.5, -3.0]
+    assert loaded.crs == "EPSG:32633"
+
+
+@pytest.mark.parametrize("origin", ["far", [1, 2], [1, 2, "3"], [1e300, 0, 0], [True, 0, 0]])
+def test_an_origin_that_is_no_place_is_said_and_not_added(tmp_path: Path, origin: object) -> None:
+    scene = roof()
+    scene.json["asset"]["extras"] = {"origin": origin, "crs": "EPSG:1"}
+    loaded = read_model(scene.glb(tmp_path / "roof.glb"))
+    assert loaded.data.bounds[0].tolist() == [0, 0, 0]
+    assert "origin" in loaded.warnings[0]
+    assert "CRS" in loaded.warnings[1]
+
+
+@pytest.mark.parametrize("text", ["no numbers", "offset 1 2", "\0\xff", "offset 1e99 2 3"])
+def test_an_offset_file_that_is_none_is_said(tmp_path: Path, text: str) -> None:
+    path = roof().glb(tmp_path / "roof.glb")
+    (tmp_path / "roof.offset.txt").write_bytes(text.encode("latin-1"))
+    mesh, said = mesh_of(path)
+    assert mesh.bounds[0].tolist() == [0, 0, 0]
+    assert "roof.offset.txt" in said
+
+
+def test_a_model_that_lies_on_its_side_is_noticed(tmp_path: Path) -> None:
+    scene = Scene()
+    grid = np.array([[0, 0, 0], [0, 0, -9], [9, 0, 0]], float)  # faces +z of the file
+    scene.primitive(grid, np.array([[0, 1, 2]]))
+    _, said = mesh_of(scene.glb(tmp_path / "side.glb"))
+    assert "--up z" in said
+
+
+def test_nodes_place_their_meshes(tmp_path: Path) -> None:
+    scene = roof()
+    half = float(np.sqrt(0.5))
+    scene.json["nodes"] = [
+        {"children": [1, 2], "translation": [100.0, 0, 0]},
+        {"mesh": 0, "scale": [2, 2, 2], "rotation": [0, half, 0, half]},  # 90 degrees about Up
+        {"mesh": 0, "matrix": [-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 5, 0, 1]},
+    ]
+    path = scene.glb(tmp_path / "roof.glb")
+    mesh, _ = mesh_of(path)
+    first, second = triangles(mesh)[:2], triangles(mesh)[2:]
+    east, north, up = ROOF.T
+    turned = np.stack([-2 * north + 100, 2 * east, 2 * up], axis=1)
+    assert np.allclose(first, turned[ROOF_FACES], atol=1e-5)
+    mirrored = np.stack([100 - east, north, up + 5], axis=1)[ROOF_FACES[:, ::-1]]
+    assert np.allclose(second, mirrored, atol=1e-5)
+    other = trimesh.load(path).to_geometry()
+    upright = np.stack(
+        [other.triangles[..., 0], -other.triangles[..., 2], other.triangles[..., 1]], -1
+    )
+    assert np.allclose(
+        np.sort(upright.reshape(-1, 9), 0), np.sort(triangles(mesh).reshape(-1, 9), 0)
+    )
+
+
+def test_a_node_within_itself_is_refused(tmp_path: Path) -> None:
+    scene = roof()
+    scene.json["nodes"] = [{"mesh": 0, "children": [1]}, {"children": [0]}]
+    with pytest.raises(InputError, match=r"nodes\[0\]"):
+        read_model(scene.glb(tmp_path / "loop.glb"))
+
+
+def test_an_embedded_image_becomes_a_file_with_its_very_bytes(
+    tmp_path: Path, image_folder: Path
+) -> None:
+    scene = Scene()
+    uv = np.array([[0, 1], [1, 1], [1, 0.25], [0, 0], [0, 0]], "<f4")
+    made = scene.primitive(ROOF, ROOF_FACES, material=0)
+    made["attributes"]["TEXCOORD_0"] = scene.accessor(uv)
+    content = png()
+    scene.json |= {
+        "images": [{"bufferView": scene.view(content), "mimeType": "image/png"}],
+        "textures": [{"source": 0}],
+        "materials": [
+            {"name": "../rock face", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
+        ],
+    }
+    mesh, said = mesh_of(scene.glb(tmp_path / "roof.glb"))
+    (material,) = mesh.materials
+    assert said == ""
+    assert material.texture is not None
+    assert material.texture.read_bytes() == content
+    assert material.texture.is_relative_to(image_folder)
+    assert material.texture.name == "rock_face.png"
+    assert mesh.uv is not None
+    assert np.array_equal(mesh.uv[:3], [[0, 0], [1, 0], [1, 0.75]])
+
+
+def test_images_in_data_uris_beside_and_outside(tmp_path: Path) -> None:
+    folder = tmp_path / "in"
+    folder.mkdir()
+    (folder / "a b.png").write_bytes(png((1, 2, 3)))
+    (tmp_path / "outside.png").write_bytes(png((4, 5, 6)))
+    scene = Scene()
+    for i in range(4):
+        scene.primitive(ROOF, ROOF_FACES, material=i)
+    inside = "data:image/png;base64," + base64.b64encode(png()).decode()
+    uris = [inside, "a%20b.png", "../outside.png", "none.png"]
+    scene.json |= {
+        "images": [{"uri": uri} for uri in uris],
+        "textures": [{"source": i} for i in range(4)],
+        "materials": [
+            {"name": f"m{i}", "pbrMetallicRoughness": {"baseColorTexture": {"index": i}}}
+            for i in range(4)
+        ],
+    }
+    mesh, said = mesh_of(scene.glb(folder / "roof.glb"))
+    textures = [m.texture for m in mesh.materials]
+    assert textures[0] is not None
+    assert textures[0].read_bytes() == png()
+    assert textures[1:] == [folder / "a b.png", None, None]
+    assert "'m2'" in said
+    assert "leads out" in said
+    assert "'m3'" in said
+
+
+def test_a_texture_transform_is_applied(tmp_path: Path) -> None:
+    scene = Scene()
+    made = scene.primitive(ROOF, ROOF_FACES, material=0)
+    made["attributes"]["TEXCOORD_0"] = scene.accessor(np.full((5, 2), (1.0, 0.0), "<f4"))
+    move = {"offset": [0.5, 0.25], "scale": [0.5, 1.0], "rotation": np.pi / 2}
+    info = {"index": 0, "extensions": {"KHR_texture_transform": move}}
+    scene.json |= {
+        "images": [{"bufferView": scene.view(png())}],
+        "textures": [{"source": 0}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": info}}],
+    }
+    mesh, _ = mesh_of(scene.glb(tmp_path / "roof.glb"))
+    # (1, 0) scaled to (0.5, 0), turned counter-clockwise as seen (v runs down) to (0, -0.5).
+    assert mesh.uv is not None
+    assert np.allclose(mesh.uv[0], [0.5, 1 - (0.25 - 0.5)])
+
+
+def test_colours_fields_and_loose_points(tmp_path: Path) -> None:
+    scene = Scene()
+    made = scene.primitive(ROOF, mode=0)
+    colors = np.array([[255, 0, 7, 255]] * 5, "u1")
+    made["attributes"] |= {
+        "COLOR_0": scene.accessor(colors, normalized=True),
+        "NORMAL": scene.accessor(np.full((5, 3), (0, 1, 0), "<f4")),
+        "_intensity": scene.accessor(np.arange(5, dtype="<f4")),
+    }
+    loaded = read_model(scene.glb(tmp_path / "cloud.glb"))
+    cloud = loaded.data
+    assert isinstance(cloud, PointCloud)
+    assert np.array_equal(cloud.points, ROOF)
+    assert cloud.colors is not None
+    assert cloud.colors[0].tolist() == [255, 0, 7]
+    assert cloud.normals is not None
+    assert cloud.normals[0].tolist() == [0, 0, 1]
+    assert cloud.fields["intensity"].tolist() == [0, 1, 2, 3, 4]
+
+
+@pytest.mark.parametrize(
+    ("mode", "faces"), [(5, [[0, 1, 2], [3, 2, 1]]), (6, [[0, 1, 2], [0, 2, 3]])]
+)
+def test_strips_and_fans_are_cut_into_triangles(
+    tmp_path: Path, mode: int, faces: list[list[int]]
+) -> None:
+    scene = Scene()
+    scene.primitive(ROOF[:4], mode=mode)
+    mesh, _ = mesh_of(scene.glb(tmp_path / "roof.glb"))
+    assert sorted(map(sorted, mesh.faces.tolist())) == sorted(map(sorted, faces))
+    assert np.array_equal(triangles(mesh), ROOF[:4][mesh.faces])
+
+
+def test_what_trimesh_writes_is_what_is_read(tmp_path: Path) -> None:
+    sphere = trimesh.creation.icosphere(subdivisions=3, radius=7.0)
+    for name in ("s.glb", "s.gltf"):
+        path = tmp_path / name
+        if name == "s.glb":
+            sphere.export(path)
+        else:
+            for file, content in trimesh.Scene(sphere).export(file_type="gltf").items():
+                (tmp_path / file.replace("model.gltf", name)).write_bytes(content)
+        mesh, _ = mesh_of(path)
+        corners = np.stack([mesh.vertices[:, 0], mesh.vertices[:, 2], -mesh.vertices[:, 1]], 1)
+        assert np.allclose(corners[mesh.faces], sphere.triangles, atol=1e-6)
+
+
+def test_the_hash_of_a_gltf_is_of_its_buffers_too(tmp_path: Path) -> None:
+    scene = roof()
+    scene.json["buffers"] = [{"byteLength": len(scene.body), "uri": "roof.bin"}]
+    (tmp_path / "roof.gltf").write_text(json.dumps(scene.json))
+    hashes = []
+    for body in (scene.body, bytes(12) + scene.body[12:]):
+        (tmp_path / "roof.bin").write_bytes(body)
+        hashes.append(read_model(tmp_path / "roof.gltf").content_hash)
+    assert hashes[0] != hashes[1]
+    (tmp_path / "roof.bin").unlink()
+    with pytest.raises(InputError, match=r"roof\.bin"):
+        read_model(tmp_path / "roof.gltf")
+
+
+def test_a_cached_model_gets_its_images_back(tmp_path: Path, image_folder: Path) -> None:
+    path = trimesh_textured(tmp_path / "box.glb")
+    for _ in range(2):
+        loaded = model_cache.load(path, tmp_path / "cache")
+        assert isinstance(loaded.data, Mesh)
+        (material,) = loaded.data.materials
+        assert material.texture is not None
+        assert material.texture.is_file()
+        shutil.rmtree(image_folder)
+
+
+def test_an_origin_that_came_later_counts_in_spite_of_the_cache(tmp_path: Path) -> None:
+    path = roof().glb(tmp_path / "roof.glb")
+    model_cache.load(path, tmp_path / "cache")
+    (tmp_path / "roof.offset.txt").write_text("offset 100 0 0")
+    loaded = model_cache.load(path, tmp_path / "cache")
+    assert loaded.data.bounds[0, 0] == 100
+    assert loaded.turned_about == (100, 0, 0)
+
+
+def test_a_cache_that_cannot_be_written_costs_the_texture_only(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setattr(image_store, "folder", lambda: tmp_path / "file" / "images")
+    mesh, said = mesh_of(trimesh_textured(tmp_path / "box.glb"))
+    assert mesh.materials[0].texture is None
+    assert "cannot be kept" in said
+
+
+def trimesh_textured(path: Path) -> Path:
+    box = trimesh.creation.box()
+    image = Image.open(io.BytesIO(png()))
+    material = trimesh.visual.material.PBRMaterial(baseColorTexture=image, name="rock")
+    uv = np.random.default_rng(1).random((len(box.vertices), 2))
+    box.visual = trimesh.visual.TextureVisuals(uv=uv, material=material)
+    box.export(path)
+    return path
+
+
+def test_compressed_geometry_is_refused_with_what_to_do(tmp_path: Path) -> None:
+    scene = roof()
+    scene.json["extensionsRequired"] = ["KHR_draco_mesh_compression"]
+    with pytest.raises(InputError, match="Draco"):
+        read_model(scene.glb(tmp_path / "roof.glb"))
+
+
+def test_faces_beyond_the_vertices_are_left_out(tmp_path: Path) -> None:
+    scene = Scene()
+    scene.primitive(ROOF, np.array([[0, 1, 2], [0, 2, 9]]))
+    mesh, said = mesh_of(scene.glb(tmp_path / "roof.glb"))
+    assert len(mesh.faces) == 1
+    assert "1 face left out" in said
+
+
+def test_counts_that_the_file_cannot_hold_are_refused_before_memory_is_asked_for(
+    tmp_path: Path,
+) -> None:
+    for change in (
+        {"count": 2**40},
+        {"byteOffset": 2**40},
+        {"count": -1},
+        {"bufferView": 99},
+        {"count": 10**9, "bufferView": None, "sparse": {"count": 10**9}},
+    ):
+        scene = roof()
+        scene.json["accessors"][0] |= change
+        if change.get("bufferView", 0) is None:
+            del scene.json["accessors"][0]["bufferView"]
+        with pytest.raises(InputError):
+            read_model(scene.glb(tmp_path / "roof.glb"))
+
+
+def test_a_glb_cut_anywhere_is_refused_by_name(tmp_path: Path) -> None:
+    content = trimesh_textured(tmp_path / "box.glb").read_bytes()
+    path = tmp_path / "cut.glb"
+    for n in range(0, len(content), 41):
+        path.write_bytes(content[:n])
+        with pytest.raises(InputError, match=r"cut\.glb"):
+            read_model(path)
+
+
+def test_scenes_with_senseless_values_bring_a_model_or_one_sentence(tmp_path: Path) -> None:
+    rng = np.random.default_rng(3)
+    junk: list[Any] = [None, -1, 7, 2**70, 1.5, "x", "", [], [1, 2], {}, {"index": 0}, True]
+    base = trimesh_textured(tmp_path / "box.glb").read_bytes()
+    (size,) = struct.unpack_from("<I", base, 12)
+    text, rest = base[20 : 20 + size], base[20 + size :]
+    path = tmp_path / "bad.glb"
+
+    def places(value: Any) -> list[tuple[Any, Any]]:
+        items = value.items() if isinstance(value, dict) else enumerate(value)
+        found = []
+        for key, inner in items:
+            found.append((value, key))
+            if isinstance(inner, dict | list):
+                found += places(inner)
+        return found
+
+    read = 0
+    for _ in range(400):
+        scene = json.loads(text)
+        options = places(scene)
+        for pick in rng.integers(0, len(options), 2):
+            holder, key = options[pick]
+            holder[key] = junk[rng.integers(0, len(junk))]
+        new = json.dumps(scene).encode()
+        total = 20 + len(new) + len(rest)
+        path.write_bytes(struct.pack("<4sIII4s", b"glTF", 2, total, len(new), b"JSON") + new + rest)
+        try:
+            read_model(path)
+            read += 1
+        except InputError:
+            continue
+    assert read > 20
+
+
+def test_damaged_bytes_bring_a_model_or_one_sentence(tmp_path: Path) -> None:
+    content = trimesh_textured(tmp_path / "box.glb").read_bytes()
+    path = tmp_path / "bad.glb"
+    rng = np.random.default_rng(4)
+    for _ in range(300):
+        bad = bytearray(content)
+        for at in rng.integers(0, len(content), 3):
+            bad[at] = rng.integers(0, 256)
+        path.write_bytes(bad)
+        try:
+            read_model(path)
+        except InputError:
+            continue
+
+
+@pytest.mark.parametrize("content", [b"glTF", b"{}", b"[" * 99999, b'{"asset": 1}', b"\xff{"])
+def test_what_is_no_scene_is_refused_by_name(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "a.gltf"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=r"a\.gltf"):
+        read_model(path)
+
+
+def test_reading_stops_when_it_is_cancelled(tmp_path: Path) -> None:
+    token = CancelToken()
+    token.cancel()
+    with pytest.raises(Cancelled):
+        read_model(roof().glb(tmp_path / "roof.glb"), Silent(token))
+
+
+def test_the_survey_model_agrees_with_its_obj(data_dir: Path) -> None:
+    folder = data_dir / "brighton_model"
+    glb, obj = read_model(folder / "brighton_local.glb"), read_model(folder / "brighton_utm15n.obj")
+    assert isinstance(glb.data, Mesh)
+    assert isinstance(obj.data, Mesh)
+    assert (glb.crs, glb.warnings) == ("EPSG:32615", ())
+    assert len({m.texture for m in glb.data.materials} - {None}) == 9
+    # float32 up to 256 m from its origin: half a step is 0.0305 mm at most beyond 512 m.
+    difference = triangles(glb.data) - triangles(obj.data)
+    assert np.abs(difference).max() < 3.1e-5

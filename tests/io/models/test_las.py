@@ -1,0 +1,224 @@
+"""LAS and LAZ clouds: exact coordinates, colours, fields, reference systems, damage."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import laspy
+import numpy as np
+import pytest
+from pyproj import CRS
+
+from vomstudio.errors import Cancelled, InputError
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.io.models.opening import read_model
+from vomstudio.progress import CancelToken, Silent
+
+N = 120_000
+
+
+def make(folder: Path, name: str = "cloud.laz", n: int = N, crs: int | None = 32615) -> Path:
+    rng = np.random.default_rng(5)
+    header = laspy.LasHeader(point_format=3, version="1.2")
+    header.scales = [0.001, 0.001, 0.0005]
+    header.offsets = [576000.0, 5188000.0, 0.0]
+    header.add_extra_dim(laspy.ExtraBytesParams("facet", np.int32))
+    if crs is not None:
+        header.add_crs(CRS.from_epsg(crs))
+    las = laspy.LasData(header)
+    las.X, las.Y, las.Z = (rng.integers(-(10**6), 10**6, n) for _ in range(3))
+    las.red, las.green, las.blue = (rng.integers(0, 65536, n) for _ in range(3))
+    las.intensity = rng.integers(0, 65536, n)
+    las.classification = np.full(n, 2)
+    las.gps_time = rng.random(n)
+    las.facet = rng.integers(-5, 5, n)
+    path = folder / name
+    las.write(path)
+    return path
+
+
+def cloud_of(path: Path) -> tuple[PointCloud, str]:
+    loaded = read_model(path)
+    assert isinstance(loaded.data, PointCloud)
+    return loaded.data, " ".join(loaded.warnings)
+
+
+@pytest.mark.parametrize("name", ["cloud.las", "cloud.laz"])
+def test_a_cloud_is_what_laspy_says_it_is(tmp_path: Path, name: str) -> None:
+    path = make(tmp_path, name)
+    loaded = read_model(path)
+    cloud = loaded.data
+    assert isinstance(cloud, PointCloud)
+    las = laspy.read(path)
+    raw = np.stack([np.asarray(las.X), np.asarray(las.Y), np.asarray(las.Z)], axis=1)
+    assert np.array_equal(cloud.points, raw * las.header.scales + las.header.offsets)
+    assert loaded.crs == "EPSG:32615"
+    assert loaded.warnings == ()
+    assert cloud.colors is not None
+    assert np.array_equal(cloud.colors[:, 1], np.asarray(las.green) >> 8)
+    assert set(cloud.fields) == {"intensity", "classification", "gps_time", "facet"}
+    for field in cloud.fields:
+        assert np.array_equal(cloud.fields[field], np.asarray(las[field]))
+
+
+def test_8_bit_colours_are_not_taken_for_16_bit_ones(tmp_path: Path) -> None:
+    path = make(tmp_path, n=50)
+    las = laspy.read(path)
+    las.red, las.green, las.blue = np.full(50, 255), np.full(50, 128), np.zeros(50)
+    las.write(path)
+    colors = cloud_of(path)[0].colors
+    assert colors is not None
+    assert colors[0].tolist() == [255, 128, 0]
+
+
+def test_black_colours_and_no_reference_system(tmp_path: Path) -> None:
+    path = make(tmp_path, n=50, crs=None)
+    las = laspy.read(path)
+    las.red = las.green = las.blue = np.zeros(50)
+    las.write(path)
+    loaded = read_model(path)
+    assert loaded.crs is None
+    assert loaded.data.colors is None
+    assert "black" in loaded.warnings[0]
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.95])
+@pytest.mark.parametrize("name", ["cloud.las", "cloud.laz"])
+def test_a_file_cut_short_gives_sound_points_and_says_so(
+    tmp_path: Path, name: str, share: float
+) -> None:
+    path = make(tmp_path, name)
+    whole, _ = cloud_of(path)
+    content = path.read_bytes()
+    path.write_bytes(content[: int(len(content) * share)])
+    part, said = cloud_of(path)
+    assert (share - 0.02) * N < len(part.points) < N
+    assert "cut short" in said
+    assert np.array_equal(part.points, whole.points[: len(part.points)])
+
+
+@pytest.mark.parametrize("name", ["cloud.las", "cloud.laz"])
+def test_a_las_cut_anywhere_gives_points_or_one_sentence(tmp_path: Path, name: str) -> None:
+    content = make(tmp_path, name, n=300).read_bytes()
+    path = tmp_path / f"cut{name[-4:]}"
+    for n in [*range(0, min(len(content), 2000), 23), *range(2000, len(content), 97)]:
+        path.write_bytes(content[:n])
+        try:
+            _, said = cloud_of(path)
+        except InputError as error:
+            if error.file != str(path):
+                raise
+        else:
+            assert "cut short" in said or n > len(content) - 60
+
+
+@pytest.mark.parametrize("name", ["cloud.las", "cloud.laz"])
+def test_a_header_that_claims_more_points_than_there_are_is_not_believed(
+    tmp_path: Path, name: str
+) -> None:
+    path = make(tmp_path, name, n=300)
+    content = bytearray(path.read_bytes())
+    struct.pack_into("<I", content, 107, 2**32 - 1)
+    path.write_bytes(content)
+    try:
+        cloud, said = cloud_of(path)
+    except InputError as error:
+        if error.file != str(path):
+            raise
+    else:
+        assert len(cloud.points) <= 300
+        assert "cut short" in said
+
+
+def test_damaged_headers_bring_points_or_one_sentence(tmp_path: Path) -> None:
+    content = make(tmp_path, "cloud.las", n=40).read_bytes()
+    path = tmp_path / "bad.las"
+    rng = np.random.default_rng(1)
+    for _ in range(300):
+        bad = bytearray(content)
+        for at in rng.integers(0, 700, 3):
+            bad[at] = rng.integers(0, 256)
+        path.write_bytes(bad)
+        try:
+            cloud_of(path)
+        except InputError:
+            continue
+
+
+@pytest.mark.parametrize("content", [b"LASF", b"nothing of the kind", b"LASF" + b"\0" * 300])
+def test_what_is_no_las_is_refused_by_name(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "cloud.las"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=r"cloud\.las"):
+        read_model(path)
+
+
+def test_reading_stops_when_it_is_cancelled(tmp_path: Path) -> None:
+    token = CancelToken()
+    path = make(tmp_path, n=100)
+    token.cancel()
+    with pytest.raises(Cancelled):
+        read_model(path, Silent(token))
+
+
+def test_the_outcrop_has_its_points_and_no_reference_system(data_dir: Path) -> None:
+    loaded = read_model(data_dir / "compass_outcrop" / "outcrop.laz")
+    assert isinstance(loaded.data, PointCloud)
+    assert len(loaded.data.points) == 268_035
+    assert loaded.crs is None
+    assert loaded.data.colors is not None
+    size = loaded.data.bounds[1] - loaded.data.bounds[0]
+    assert size.round().tolist()[:2] == [14, 11]
+
+
+@pytest.mark.slow
+def test_a_large_cloud_is_exact_and_has_its_reference_system(data_dir: Path) -> None:
+    path = data_dir / "brighton_model" / "load_9.4M.laz"
+    loaded = read_model(path)
+    assert isinstance(loaded.data, PointCloud)
+    assert len(loaded.data.points) == 9_403_930
+    assert loaded.crs == "EPSG:32615"
+    las = laspy.read(path)
+    for axis, name in enumerate("XYZ"):
+        values = np.asarray(las[name]) * las.header.scales[axis] + las.header.offsets[axis]
+        assert np.array_equal(loaded.data.points[:, axis], values)
+
+
+@pytest.mark.parametrize("chunks", [0, 5, 2**28, 2**32 - 1])
+def test_a_table_with_a_wrong_number_of_chunks_is_not_believed(tmp_path: Path, chunks: int) -> None:
+    path = make(tmp_path, n=1000)
+    whole, _ = cloud_of(path)
+    content = bytearray(path.read_bytes())
+    (points_at,) = struct.unpack_from("<I", content, 96)
+    (table_at,) = struct.unpack_from("<q", content, points_at)
+    struct.pack_into("<I", content, table_at + 4, chunks)
+    path.write_bytes(content)
+    assert np.array_equal(cloud_of(path)[0].points, whole.points)
+
+
+@pytest.mark.parametrize("size", [0, 1, 2**31, 2**32 - 2, 2**32 - 1])
+def test_a_hostile_chunk_size_is_refused_before_memory_is_asked_for(
+    tmp_path: Path, size: int
+) -> None:
+    path = make(tmp_path, n=300)
+    content = bytearray(path.read_bytes())
+    struct.pack_into("<I", content, content.find(b"laszip encoded") + 52 + 12, size)
+    path.write_bytes(content)
+    with pytest.raises(InputError):
+        read_model(path)
+
+
+def test_damaged_laz_files_bring_points_or_one_sentence(tmp_path: Path) -> None:
+    content = make(tmp_path, n=40).read_bytes()
+    path = tmp_path / "bad.laz"
+    rng = np.random.default_rng(2)
+    for _ in range(200):
+        bad = bytearray(content)
+        for at in rng.integers(94, len(content), 3):
+            bad[at] = rng.integers(0, 256)
+        path.write_bytes(bad)
+        try:
+            cloud_of(path)
+        except InputError:
+            continue

@@ -1,0 +1,163 @@
+"""Models as mapped arrays: the same model comes back, or the file is read again."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from vomstudio.errors import InputError, TargetError
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.models import model_cache
+from vomstudio.io.models.opening import read_model
+from vomstudio.io.models.registry import LoadedModel
+
+
+@pytest.fixture
+def model(tmp_path: Path) -> Path:
+    Image.new("RGB", (2, 2)).save(tmp_path / "tex.png")
+    (tmp_path / "m.mtl").write_text("newmtl a\nKd 1 .5 0\nmap_Kd tex.png\n")
+    path = tmp_path / "model.obj"
+    path.write_text(
+        "mtllib m.mtl\nv 576665.123 5188117.456 0 1 0 0\nv 576666 5188117 0 0 1 0\n"
+        "v 576666 5188118 0 0 0 1\nvt 0 0\nvt 1 0\nvt 1 1\nf 1 2 3\n"
+        "usemtl a\nf 1/1 2/2 3/3\nf 1 2 8\n"
+    )
+    return path
+
+
+def same(a: LoadedModel, b: LoadedModel) -> bool:
+    assert isinstance(a.data, Mesh)
+    assert isinstance(b.data, Mesh)
+    for name in ("vertices", "faces", "material_offsets", "uv", "colors"):
+        assert np.array_equal(getattr(a.data, name), getattr(b.data, name), equal_nan=name == "uv")
+    assert a.data.materials == b.data.materials
+    return (a.kind, a.crs, a.warnings, a.path, a.content_hash) == (
+        b.kind,
+        b.crs,
+        b.warnings,
+        b.path,
+        b.content_hash,
+    )
+
+
+def test_a_mesh_comes_back_the_same_and_mapped(model: Path, tmp_path: Path) -> None:
+    loaded = read_model(model)
+    model_cache.save(loaded, tmp_path / "cache" / "m")
+    back = model_cache.open_cached(tmp_path / "cache" / "m")
+    assert same(loaded, back)
+    assert isinstance(back.data, Mesh)
+    assert isinstance(back.data.vertices, np.memmap)
+    assert not back.data.vertices.flags.writeable
+    assert sorted(p.name for p in (tmp_path / "cache").iterdir()) == ["m"]
+
+
+def test_a_cloud_comes_back_with_normals_and_fields(tmp_path: Path) -> None:
+    points = np.random.default_rng(0).random((7, 3))
+    fields = {"scalar / odd name": np.arange(7, dtype=np.int16), "t": np.linspace(0, 1, 7)}
+    cloud = PointCloud(points, None, points.astype(np.float32), fields)
+    loaded = LoadedModel(cloud, "cloud", "EPSG:32615", ("a warning",), tmp_path / "gone.laz", "abc")
+    model_cache.save(loaded, tmp_path / "m")
+    back = model_cache.open_cached(tmp_path / "m")
+    assert isinstance(back.data, PointCloud)
+    assert np.array_equal(back.data.points, points)
+    assert back.data.normals is not None
+    assert list(back.data.fields) == list(fields)
+    assert back.data.fields["scalar / odd name"].dtype == np.int16
+    assert back.crs == "EPSG:32615"
+
+
+def test_a_second_opening_reads_the_cache_and_a_changed_file_is_read_anew(
+    model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "cache"
+    first = model_cache.load(model, folder)
+    calls: list[Path] = []
+
+    def counted(path: Path, progress: object = None) -> LoadedModel:
+        calls.append(path)
+        return read_model(path)
+
+    monkeypatch.setattr(model_cache, "read_model", counted)
+    assert same(first, model_cache.load(model, folder))
+    model.touch()
+    assert same(first, model_cache.load(model, folder))
+    assert calls == []
+    model.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    assert len(model_cache.load(model, folder).data.bounds) == 2
+    assert calls == [model]
+
+
+def damage_meta(folder: Path, **changes: object) -> None:
+    meta = json.loads((folder / "meta.json").read_text())
+    meta.update(changes)
+    (folder / "meta.json").write_text(json.dumps(meta))
+
+
+def shorten(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:-8])
+
+
+def lengthen(path: Path) -> None:
+    path.write_bytes(path.read_bytes() + b"\0" * 100_000)
+
+
+DAMAGE = {
+    "no meta": lambda f: (f / "meta.json").unlink(),
+    "cut meta": lambda f: shorten(f / "meta.json"),
+    "meta is a list": lambda f: (f / "meta.json").write_text("[]"),
+    "version": lambda f: damage_meta(f, version=99),
+    "kind": lambda f: damage_meta(f, kind="cake"),
+    "no arrays": lambda f: damage_meta(f, arrays={}),
+    "arrays is a number": lambda f: damage_meta(f, arrays=3),
+    "path out": lambda f: damage_meta(f, arrays={"../x": {"shape": [1], "dtype": "<f8"}}),
+    "objects": lambda f: damage_meta(f, arrays={"vertices": {"shape": [3, 3], "dtype": "|O"}}),
+    "materials": lambda f: damage_meta(f, materials=[]),
+    "material without keys": lambda f: damage_meta(f, materials=[{}, {}]),
+    "short array": lambda f: shorten(f / "vertices.npy"),
+    "long array": lambda f: lengthen(f / "vertices.npy"),
+    "no array": lambda f: (f / "faces.npy").unlink(),
+    "empty array": lambda f: (f / "faces.npy").write_bytes(b""),
+    "wild faces": lambda f: np.save(f / "faces.npy", np.full((2, 3), 77, np.int32)),
+    "other shape": lambda f: np.save(f / "uv.npy", np.zeros((9, 2), np.float32)),
+    "other type": lambda f: np.save(f / "vertices.npy", np.zeros((3, 3), np.float32)),
+    "columns first": lambda f: np.save(f / "colors.npy", np.zeros((3, 3), np.uint8, order="F")),
+    "pickle": lambda f: np.save(f / "uv.npy", np.array([{}] * 3, object), allow_pickle=True),
+}
+
+
+@pytest.mark.parametrize("kind", DAMAGE)
+def test_a_damaged_cache_is_refused_and_made_anew(model: Path, tmp_path: Path, kind: str) -> None:
+    folder = tmp_path / "cache"
+    first = model_cache.load(model, folder)
+    # Mapped files are not to be written under a reader.
+    copy = tmp_path / "copy"
+    shutil.copytree(folder, copy)
+    DAMAGE[kind](copy)
+    with pytest.raises(InputError):
+        model_cache.open_cached(copy)
+    assert same(first, model_cache.load(model, copy))
+    model_cache.open_cached(copy)
+
+
+def test_a_texture_that_has_gone_is_dropped_with_a_warning(model: Path, tmp_path: Path) -> None:
+    model_cache.load(model, tmp_path / "cache")
+    (tmp_path / "tex.png").unlink()
+    back = model_cache.open_cached(tmp_path / "cache")
+    assert isinstance(back.data, Mesh)
+    assert [m.texture for m in back.data.materials] == [None, None]
+    assert "tex.png" in back.warnings[-1]
+
+
+def test_a_cache_that_cannot_be_written_is_refused_and_loading_goes_on(
+    model: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(TargetError):
+        model_cache.save(read_model(model), tmp_path / "file" / "cache")
+    assert model_cache.load(model, tmp_path / "file" / "cache").kind == "mesh"

@@ -1,0 +1,108 @@
+"""Opening any model, and describing it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vomstudio.errors import InputError
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.models.opening import describe, read_model, resolution
+
+OFFSET = np.array([5e5, 5e6, 0.0])
+
+
+@pytest.mark.parametrize("name", ["no.obj", "no.ply", "folder.obj"])
+def test_a_missing_file_or_a_folder_is_refused_by_name(tmp_path: Path, name: str) -> None:
+    (tmp_path / "folder.obj").mkdir()
+    with pytest.raises(InputError) as caught:
+        read_model(tmp_path / name)
+    assert name in str(caught.value)
+
+
+@pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="root may read everything")
+def test_a_file_that_may_not_be_read_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "model.obj"
+    path.write_text("v 0 0 0\n")
+    path.chmod(0)
+    with pytest.raises(InputError, match="may not read"):
+        read_model(path)
+
+
+def test_the_hash_is_that_of_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "model.obj"
+    content = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n" * 9
+    path.write_bytes(content)
+    assert read_model(path).content_hash == hashlib.sha256(content).hexdigest()
+
+
+def test_resolution_of_a_mesh_is_its_mean_edge() -> None:
+    vertices = np.array([[0, 0, 0], [3, 0, 0], [0, 4, 0]], float) + OFFSET
+    mesh = Mesh(vertices, np.array([[0, 1, 2]], np.int32))
+    assert resolution(mesh) == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize("side", [40, 1200])
+def test_resolution_of_a_grid_of_points_is_its_spacing(side: int) -> None:
+    x, y = np.meshgrid(np.arange(side) * 0.05, np.arange(side) * 0.05)
+    points = np.stack([x, y, 0 * x], -1).reshape(-1, 3) + OFFSET
+    order = np.random.default_rng(2).permutation(len(points))
+    assert resolution(PointCloud(points[order])) == pytest.approx(0.05, rel=1e-4)
+
+
+def test_resolution_of_random_points_is_that_of_a_poisson_process() -> None:
+    # Mean nearest neighbour in a plane: 1 / (2 sqrt(density)) (Clark & Evans 1954).
+    rng = np.random.default_rng(8)
+    points = np.column_stack([rng.random((600_000, 2)) * 100, np.zeros(600_000)])
+    assert resolution(PointCloud(points)) == pytest.approx(0.5 / np.sqrt(60.0), rel=0.03)
+
+
+def test_points_that_stand_twice_do_not_make_a_model_finer() -> None:
+    x, y = np.meshgrid(np.arange(20.0), np.arange(20.0))
+    points = np.stack([x, y, 0 * x], -1).reshape(-1, 3)
+    assert resolution(PointCloud(np.repeat(points, 2, axis=0))) == pytest.approx(1.0)
+    assert np.isnan(resolution(PointCloud(points[:1])))
+    assert np.isnan(resolution(PointCloud(np.zeros((300_000, 3)))))
+
+
+def test_a_description_has_the_promised_keys_and_is_json(tmp_path: Path) -> None:
+    path = tmp_path / "model.obj"
+    path.write_text("v 1 2 3 0 0 1\nv 4 2 3 0 0 1\nv 1 6 3 0 0 1\nf 1 2 3\nf 1 2 9\n")
+    told = json.loads(json.dumps(describe(path), allow_nan=False))
+    for key in (
+        "path",
+        "kind",
+        "points",
+        "faces",
+        "materials",
+        "textures",
+        "bounds",
+        "crs",
+        "resolution_m",
+        "fields",
+        "warnings",
+    ):
+        assert key in told
+    assert told["bounds"] == [[1, 2, 3], [4, 6, 3]]
+    assert (told["kind"], told["points"], told["faces"]) == ("mesh", 3, 1)
+    assert told["resolution_m"] == pytest.approx(4.0)
+    assert len(told["warnings"]) == 1
+
+
+def test_one_point_has_no_resolution_in_json(tmp_path: Path) -> None:
+    path = tmp_path / "point.obj"
+    path.write_text("v 1 2 3\n")
+    assert describe(path)["resolution_m"] is None
+
+
+def test_the_survey_model_is_described(data_dir: Path) -> None:
+    told = describe(data_dir / "brighton_model" / "brighton_utm15n.obj")
+    assert told["faces"] == 133_830
+    assert len(told["textures"]) == 9  # type: ignore[arg-type]
+    assert told["bounds"][1][1] == 5188208.903  # type: ignore[index]

@@ -1,0 +1,134 @@
+"""Material libraries: what is found, and what is never opened."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from vomstudio.geometry.mesh import Material
+from vomstudio.io.models.mtl import check_image, find_beside, map_name, read_library
+
+
+def library(folder: Path, text: str) -> tuple[dict[str, Material], str]:
+    path = folder / "lib.mtl"
+    path.write_text(text)
+    materials, said = read_library(path, folder)
+    return materials, " ".join(said)
+
+
+@pytest.mark.parametrize(
+    ("value", "name"),
+    [
+        ("tex.jpg", "tex.jpg"),
+        ("-s 1 1 1 tex.jpg", "tex.jpg"),
+        ("-s 2 tex.jpg", "tex.jpg"),
+        ("-o 0.5 0 0 -bm 0.2 -clamp on my tex.jpg", "my tex.jpg"),
+        ("-mm 0 1 -blendu off -texres 1024 a b c.png", "a b c.png"),
+        ('"quoted name.jpg"', "quoted name.jpg"),
+        ("-unknown tex.jpg", "-unknown tex.jpg"),
+    ],
+)
+def test_options_before_a_texture_are_no_part_of_its_name(value: str, name: str) -> None:
+    assert map_name(value)[0] == name
+
+
+@pytest.mark.parametrize(
+    "name", ["TEX.JPG", "sub\\Tex.jpg", "./sub/tex.jpg", "SUB/tex.JPG", '"tex.jpg"']
+)
+def test_case_backslashes_and_quotes_are_forgiven(tmp_path: Path, name: str) -> None:
+    (tmp_path / "sub").mkdir()
+    for place in (tmp_path, tmp_path / "sub"):
+        Image.new("RGB", (2, 2)).save(place / "tex.jpg")
+    materials, said = library(tmp_path, f"newmtl a\nmap_kd {name}\n")
+    assert materials["a"].texture is not None
+    assert materials["a"].texture.name == "tex.jpg"
+    assert said == ""
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "../secret.jpg",
+        "sub/../../secret.jpg",
+        "{outside}/secret.jpg",
+        "..\\secret.jpg",
+        "C:\\photos\\secret.jpg",
+        "\\\\server\\share\\secret.jpg",
+        "//server/share/secret.jpg",
+    ],
+)
+def test_a_texture_outside_the_folder_is_never_opened(
+    tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    home = tmp_path / "home"
+    home.mkdir()
+    Image.new("RGB", (2, 2)).save(tmp_path / "secret.jpg")
+    opened: list[str] = []
+    monkeypatch.setattr(Image, "open", lambda p, *a: opened.append(str(p)))
+    materials, said = library(home, "newmtl a\nmap_Kd " + name.format(outside=tmp_path) + "\n")
+    assert materials["a"].texture is None
+    assert "secret.jpg" in said
+    assert "leads out" in said
+    assert opened == []
+
+
+def test_a_texture_that_lies_beside_the_model_is_taken_in_place_of_a_lost_path(
+    tmp_path: Path,
+) -> None:
+    Image.new("RGB", (2, 2)).save(tmp_path / "wall.jpg")
+    materials, said = library(tmp_path, "newmtl a\nmap_Kd D:\\survey 3\\wall.jpg\n")
+    assert materials["a"].texture == tmp_path / "wall.jpg"
+    assert "wall.jpg" in said
+
+
+def test_what_is_no_image_is_named_and_not_used(tmp_path: Path) -> None:
+    (tmp_path / "tex.jpg").write_text("no image at all")
+    materials, said = library(tmp_path, "newmtl a\nmap_Kd tex.jpg\nnewmtl b\nmap_Kd gone.png\n")
+    assert materials["a"].texture is None
+    assert "'tex.jpg' is not an image" in said
+    assert "gone.png" in said
+
+
+def png_header(width: int, height: int) -> bytes:
+    body = b"IHDR" + struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + struct.pack(">I", 13) + body + struct.pack(">I", zlib.crc32(body))
+
+
+def test_hostile_dimensions_are_refused_from_the_header(tmp_path: Path) -> None:
+    path = tmp_path / "bomb.png"
+    path.write_bytes(png_header(2**31 - 1, 2**31 - 1) + b"\0\0\0\0IDAT")
+    before = Image.MAX_IMAGE_PIXELS
+    assert "too large" in str(check_image(path))
+    assert before == Image.MAX_IMAGE_PIXELS
+
+
+def test_the_large_textures_of_surveys_pass(tmp_path: Path) -> None:
+    path = tmp_path / "large.png"
+    path.write_bytes(png_header(16384, 16384) + b"\0\0\0\0IDAT")
+    assert check_image(path) is None
+
+
+@pytest.mark.parametrize("name", ["", ".", "..", "a\0b", "/", "C:", "\\"])
+def test_strange_names_find_nothing(tmp_path: Path, name: str) -> None:
+    found, said = find_beside(tmp_path, name)
+    assert found is None
+    assert said
+
+
+def test_a_broken_colour_is_told_and_the_rest_is_kept(tmp_path: Path) -> None:
+    materials, said = library(tmp_path, "Kd 9 9 9\nnewmtl a\nKd red\nnewmtl b b\nKd 2 0.5 -1\n")
+    assert materials["a"].diffuse is None
+    assert materials["b b"].diffuse == (1.0, 0.5, 0.0)
+    assert "line 3" in said
+
+
+def test_a_library_that_is_binary_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "lib.mtl"
+    path.write_bytes(b"newmtl a\n\0\0")
+    materials, said = read_library(path, tmp_path)
+    assert materials == {}
+    assert "lib.mtl" in said[0]

@@ -1,0 +1,123 @@
+"""STL: both forms, joined corners, origins, damage."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from vomstudio.errors import InputError
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.models.opening import read_model
+
+
+def sphere(folder: Path, kind: str) -> tuple[Path, trimesh.Trimesh]:
+    ball = trimesh.creation.icosphere(subdivisions=2, radius=3.0)
+    path = folder / "ball.stl"
+    path.write_bytes(ball.export(file_type=kind) if kind == "stl" else
+                     ball.export(file_type=kind).encode())  # fmt: skip
+    return path, ball
+
+
+def mesh_of(path: Path) -> tuple[Mesh, str]:
+    loaded = read_model(path)
+    assert isinstance(loaded.data, Mesh)
+    return loaded.data, " ".join(loaded.warnings)
+
+
+@pytest.mark.parametrize("kind", ["stl", "stl_ascii"])
+def test_a_mesh_is_what_trimesh_wrote_and_closed_again(tmp_path: Path, kind: str) -> None:
+    path, ball = sphere(tmp_path, kind)
+    mesh, said = mesh_of(path)
+    assert said == ""
+    assert np.allclose(mesh.vertices[mesh.faces], ball.triangles, atol=1e-6)
+    assert len(mesh.vertices) == len(ball.vertices)
+
+
+def test_a_binary_file_may_begin_with_solid(tmp_path: Path) -> None:
+    path, ball = sphere(tmp_path, "stl")
+    path.write_bytes(b"solid facet" + bytes(69) + path.read_bytes()[80:])
+    assert len(mesh_of(path)[0].faces) == len(ball.faces)
+
+
+def test_the_origin_beside_is_added_in_float64(tmp_path: Path) -> None:
+    path, _ = sphere(tmp_path, "stl")
+    bare = mesh_of(path)[0].vertices
+    (tmp_path / "ball.offset.txt").write_text(
+        "EPSG:32615; World = (x, y, z) + offset 576000 5188000 0"
+    )
+    loaded = read_model(path)
+    assert isinstance(loaded.data, Mesh)
+    assert np.array_equal(loaded.data.vertices, bare + [576000, 5188000, 0])
+    assert loaded.crs == "EPSG:32615"
+
+
+def test_a_file_cut_short_gives_its_faces_and_says_so(tmp_path: Path) -> None:
+    for kind in ("stl", "stl_ascii"):
+        path, ball = sphere(tmp_path, kind)
+        content = path.read_bytes()
+        path.write_bytes(content[: len(content) // 2])
+        mesh, said = mesh_of(path)
+        assert 0.4 * len(ball.faces) < len(mesh.faces) < 0.6 * len(ball.faces)
+        assert "cut short" in said
+
+
+def test_a_corner_too_few_costs_one_face_and_not_all_that_follow(tmp_path: Path) -> None:
+    path, ball = sphere(tmp_path, "stl_ascii")
+    lines = path.read_text().splitlines()
+    del lines[next(i for i, line in enumerate(lines) if "vertex" in line)]
+    path.write_text("\n".join(lines))
+    mesh, said = mesh_of(path)
+    assert "1 face left out" in said
+    assert np.allclose(mesh.vertices[mesh.faces], ball.triangles[1:], atol=1e-6)
+
+
+def test_words_for_numbers_cost_their_faces(tmp_path: Path) -> None:
+    path = tmp_path / "a.stl"
+    loop = (
+        "facet normal 0 0 1\nouter loop\nvertex 0 0 {}\nvertex 1 0 0\nvertex 0 1 0\n"
+        "endloop\nendfacet\n"
+    )
+    path.write_text("solid a\n" + loop.format("0") + loop.format("up") + "endsolid a\n")
+    mesh, said = mesh_of(path)
+    assert len(mesh.faces) == 1
+    assert "no numbers" in said
+
+
+def test_a_count_that_the_file_cannot_hold_is_not_believed(tmp_path: Path) -> None:
+    path, ball = sphere(tmp_path, "stl")
+    content = bytearray(path.read_bytes())
+    struct.pack_into("<I", content, 80, 2**32 - 1)
+    path.write_bytes(content)
+    mesh, said = mesh_of(path)
+    assert len(mesh.faces) == len(ball.faces)
+    assert "cut short" in said
+
+
+@pytest.mark.parametrize(
+    "content", [b"s", b"solid\n", b"\0" * 84, b"solid x\nendsolid x\n", b"?" * 90]
+)
+def test_what_is_no_mesh_is_refused_by_name(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "a.stl"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=r"a\.stl"):
+        read_model(path)
+
+
+@pytest.mark.parametrize("kind", ["stl", "stl_ascii"])
+def test_damage_brings_a_model_or_one_sentence(tmp_path: Path, kind: str) -> None:
+    content = sphere(tmp_path, kind)[0].read_bytes()[:4000]
+    path = tmp_path / "bad.stl"
+    rng = np.random.default_rng(6)
+    for _ in range(150):
+        bad = bytearray(content[: rng.integers(1, len(content))])
+        for at in rng.integers(0, len(bad), 3):
+            bad[at] = rng.integers(0, 256)
+        path.write_bytes(bad)
+        try:
+            read_model(path)
+        except InputError:
+            continue

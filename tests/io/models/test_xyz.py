@@ -1,0 +1,128 @@
+"""Points as text: columns by name and by value, decimals, damage."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vomstudio.errors import InputError
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.io.models.opening import read_model
+
+
+def cloud_of(folder: Path, content: str | bytes, name: str = "a.xyz") -> tuple[PointCloud, str]:
+    path = folder / name
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    loaded = read_model(path)
+    assert isinstance(loaded.data, PointCloud)
+    return loaded.data, " ".join(loaded.warnings)
+
+
+def test_columns_are_found_by_their_names_in_any_order(tmp_path: Path) -> None:
+    cloud, said = cloud_of(
+        tmp_path,
+        "Intensity,Z,Y [m],X,Nx,Ny,Nz,Red,Green,Blue,name\n"
+        "7,3,2,1,0,0,1,255,0,128,a\n8,6,5,4,0,1,0,0,1,2,b\n",
+        "a.csv",
+    )
+    assert cloud.points.tolist() == [[1, 2, 3], [4, 5, 6]]
+    assert cloud.colors is not None
+    assert cloud.colors.tolist() == [[255, 0, 128], [0, 1, 2]]
+    assert cloud.normals is not None
+    assert cloud.normals.tolist() == [[0, 0, 1], [0, 1, 0]]
+    assert list(cloud.fields) == ["Intensity"]
+    assert cloud.fields["Intensity"].tolist() == [7, 8]
+    assert "'name'" in said
+
+
+def test_utm_coordinates_are_the_nearest_float64(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    points = rng.random((500, 3)) * 1000 + [576000, 5188000, 100]
+    text = "\n".join(" ".join(map(repr, row)) for row in points.tolist())
+    assert np.array_equal(cloud_of(tmp_path, text)[0].points, points)
+
+
+@pytest.mark.parametrize(
+    ("rows", "rgb", "normals", "fields"),
+    [
+        ("1 2 3 10 20 30\n4 5 6 200 0 0\n", [10, 20, 30], None, []),
+        ("1 2 3 0.2 0.4 1.0\n4 5 6 0 0.5 0\n", [51, 102, 255], None, []),
+        ("1 2 3 0 0.6 -0.8\n4 5 6 1 0 0\n", None, [0, 0.6, -0.8], []),
+        ("1 2 3 -17.5 10 20 30\n4 5 6 3.5 4 5 6\n", [10, 20, 30], None, ["column 4"]),
+        ("1 2 3 10 20 30 0 0 1\n4 5 6 7 8 9 0 1 0\n", [10, 20, 30], [0, 0, 1], []),
+        ("1 2 3 0.5\n4 5 6 0.7\n", None, None, ["column 4"]),
+        ("2\n1 2 3 5 10 20 30\n4 5 6 -5 4 5 6\n", [10, 20, 30], None, ["column 4"]),
+    ],
+)
+def test_columns_without_names_are_known_by_their_values(
+    tmp_path: Path, rows: str, rgb: object, normals: object, fields: list[str]
+) -> None:
+    cloud, said = cloud_of(tmp_path, rows, "a.pts")
+    assert cloud.points.tolist() == [[1, 2, 3], [4, 5, 6]]
+    assert (None if cloud.colors is None else cloud.colors[0].tolist()) == rgb
+    found = None if cloud.normals is None else cloud.normals[0].tolist()
+    assert found == (None if normals is None else pytest.approx(normals))
+    assert list(cloud.fields) == fields
+    assert ("no names" in said) == (rgb is not None or normals is not None)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"// X Y Z\n1.5 2 3\n4 5 6\n",
+        b"# a comment\n# x y z\n1.5 2 3\n\n4 5 6\n",
+        b"x;y;z\n1,5;2;3\n4;5;6\n",
+        b"\xef\xbb\xbfx\ty\tz\r\n1.5\t2\t3\r\n4\t5\t6",
+        "x,y,z\n1.5,2,3\n4,5,6\n".encode("utf-16"),
+        b"easting,northing,elevation\r1.5,2,3\r4,5,6\r",
+        b'"x","y","z"\n"1.5","2","3"\n"4","5","6"\n',
+        b"  1.5   2 3\n 4 5    6\n",
+    ],
+)
+def test_the_usual_ways_of_writing_points(tmp_path: Path, content: bytes) -> None:
+    cloud, said = cloud_of(tmp_path, content)
+    assert cloud.points.tolist() == [[1.5, 2, 3], [4, 5, 6]]
+    assert said == ""
+
+
+def test_rows_without_coordinates_are_left_out_and_counted(tmp_path: Path) -> None:
+    cloud, said = cloud_of(tmp_path, "x,y,z\n1,2,3\n,5,6\nnan,1,1\n1e99,0,0\n7,8,9\n", "a.csv")
+    assert cloud.points.tolist() == [[1, 2, 3], [7, 8, 9]]
+    assert "3 points left out" in said
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("x,y,z\n1,2,3\n4,five,6\n", "line 3"),
+        ("1 2 3\n4 5 6 7\n8 9 10\n", "line 2"),
+        ("x,y\n1,2\n", "column z"),
+        ("1 2\n3 4\n", "three columns"),
+        ("x,y,z\n", "nothing below"),
+        ("# nothing\n", "no rows"),
+        ("\0\1\2\3", "not a text"),
+        ("x y z\nnan nan nan\n", "None of its points"),
+    ],
+)
+def test_what_is_no_table_of_points_is_refused_with_the_place(
+    tmp_path: Path, content: str, words: str
+) -> None:
+    with pytest.raises(InputError, match=words) as caught:
+        cloud_of(tmp_path, content)
+    assert "a.xyz" in str(caught.value)
+
+
+def test_damage_brings_points_or_one_sentence(tmp_path: Path) -> None:
+    rng = np.random.default_rng(7)
+    rows = rng.random((40, 6)).round(4)
+    content = ("x y z r g b\n" + "\n".join(" ".join(map(str, r)) for r in rows.tolist())).encode()
+    for i in range(200):
+        bad = bytearray(content[: rng.integers(1, len(content))])
+        for at in rng.integers(0, len(bad), 3):
+            bad[at] = rng.integers(0, 256)
+        try:
+            cloud_of(tmp_path, bytes(bad), f"{i % 2}.xyz")
+        except InputError:
+            continue

@@ -1,0 +1,121 @@
+"""Masks that are drawn: found again by the reader, and careful with those of others."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from tests.io.photos.photo_maker import write_photo
+from vomstudio.errors import TargetError
+from vomstudio.geometry.pixel_areas import Area, Change, changed_by
+from vomstudio.io.photos.drawn_masks import keep_mask, load_mask, mask_place, write_mask
+from vomstudio.io.photos.pixels import read_mask
+from vomstudio.io.photos.reading import read_photos
+
+WIDE, HIGH = 160, 120
+
+
+def drawn(seed: int = 0) -> np.ndarray:
+    return np.random.default_rng(seed).random((HIGH, WIDE)) > 0.4
+
+
+def test_a_written_mask_is_what_the_reader_of_the_photos_takes(tmp_path: Path) -> None:
+    photo = write_photo(tmp_path / "left" / "one.JPG")
+    used = drawn()
+    assert write_mask(mask_place(photo), used) is None
+    (found,) = read_photos(tmp_path).photos
+    assert found.mask == tmp_path / "left" / "one_mask.png"
+    assert (read_mask(found) == used).all()
+    assert (load_mask(found.mask, WIDE, HIGH) == used).all()
+    with Image.open(found.mask) as image:
+        assert (image.mode, image.format) == ("L", "PNG")
+
+
+def test_photos_that_differ_in_their_ending_have_masks_of_their_own(tmp_path: Path) -> None:
+    photos = [write_photo(tmp_path / name, seed=i) for i, name in enumerate(("a.jpg", "a.png"))]
+    for seed, photo in enumerate(photos):
+        write_mask(mask_place(photo, photos), drawn(seed))
+    found = read_photos(tmp_path).photos
+    assert len(found) == 2
+    for seed, photo in enumerate(found):
+        assert (read_mask(photo) == drawn(seed)).all()
+
+
+def test_a_mask_drawn_for_one_of_two_comes_before_one_of_both(tmp_path: Path) -> None:
+    photos = [write_photo(tmp_path / name, seed=i) for i, name in enumerate(("a.jpg", "a.tif"))]
+    both = tmp_path / "a_mask.png"
+    Image.fromarray(np.zeros((HIGH, WIDE), np.uint8)).save(both)
+    own = mask_place(photos[0], photos)
+    write_mask(own, drawn())
+    assert [photo.mask for photo in read_photos(tmp_path).photos] == [own, both]
+
+
+def test_a_photo_alone_keeps_its_drawn_mask_before_one_with_its_ending(tmp_path: Path) -> None:
+    photo = write_photo(tmp_path / "a.jpg")
+    Image.fromarray(np.zeros((HIGH, WIDE), np.uint8)).save(tmp_path / "a.jpg.mask.png")
+    write_mask(mask_place(photo), drawn())
+    assert read_photos(tmp_path).photos[0].mask == tmp_path / "a_mask.png"
+
+
+def test_a_drawn_mask_comes_before_one_under_another_name_which_is_left_alone(tmp_path) -> None:
+    photo = write_photo(tmp_path / "one.jpg")
+    other = tmp_path / "masks" / "one.png"
+    other.parent.mkdir()
+    Image.fromarray(np.zeros((HIGH, WIDE), np.uint8)).save(other)
+    before = other.read_bytes()
+    assert read_photos(tmp_path).photos[0].mask == other
+    # Nothing is masked: that must be said, or the other one would count.
+    path, kept = keep_mask(mask_place(photo), np.ones((HIGH, WIDE), bool), other)
+    assert path == tmp_path / "one_mask.png"
+    assert kept is None
+    found = read_photos(tmp_path)
+    assert found.photos[0].mask == path
+    assert not found.skipped, "the other one is a mask of this photo all the same"
+    assert other.read_bytes() == before
+
+
+def test_a_mask_of_somebody_else_is_put_aside_once(tmp_path: Path) -> None:
+    place = tmp_path / "one_mask.png"
+    Image.fromarray(np.zeros((HIGH, WIDE), np.uint8)).save(place)
+    before = place.read_bytes()
+    kept = write_mask(place, drawn())
+    assert kept == tmp_path / "one_mask.png.bak"
+    assert kept.read_bytes() == before
+    assert write_mask(place, drawn(1)) is None, "the one that is there is our own"
+    assert kept.read_bytes() == before
+
+
+def test_a_mask_that_hides_nothing_is_no_file(tmp_path: Path) -> None:
+    place = tmp_path / "one_mask.png"
+    assert keep_mask(place, drawn(), None) == (place, None)
+    assert keep_mask(place, np.ones((HIGH, WIDE), bool), None) == (None, None)
+    assert not place.exists()
+    Image.fromarray(np.zeros((HIGH, WIDE), np.uint8)).save(place)
+    path, kept = keep_mask(place, np.ones((HIGH, WIDE), bool), place)
+    assert path is None
+    assert kept is not None
+    assert kept.exists()
+
+
+def test_a_folder_that_is_gone_is_said(tmp_path: Path) -> None:
+    with pytest.raises(TargetError, match="does not exist"):
+        write_mask(tmp_path / "gone" / "one_mask.png", drawn())
+
+
+def test_a_change_of_a_mask_takes_itself_back() -> None:
+    used = drawn()
+    before = used.copy()
+    inside = drawn(3)[:50, :70]
+    change = changed_by(used, Area(20, 30, inside), hides=True)
+    assert isinstance(change, Change)
+    assert not used[30:80, 20:90][inside].any()
+    assert (used[30:80, 20:90] == (before[30:80, 20:90] & ~inside)).all()
+    after = used.copy()
+    change.do(used)
+    assert (used == before).all()
+    change.do(used)
+    assert (used == after).all()
+    assert changed_by(used, Area(20, 30, inside), hides=True) is None, "it is hidden already"

@@ -1,0 +1,419 @@
+"""Text tables as people have them: what is understood, what is refused, and by which words."""
+
+from __future__ import annotations
+
+import csv
+import io
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vomstudio.errors import InputError, UsageError
+from vomstudio.io.text.tables import PointGroups, plain, read_points, read_table
+
+TRIANGLE = np.array([[1.5, 2.0, 3.0], [4.0, 5.25, 6.0], [7.0, 8.0, -9.5]])
+
+
+@pytest.fixture
+def table(tmp_path: Path):  # type: ignore[no-untyped-def]
+    def write(content: str | bytes, name: str = "points.txt") -> Path:
+        path = tmp_path / name
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return path
+
+    return write
+
+
+def refused(path: Path, by: str | None = None) -> InputError | UsageError:
+    with pytest.raises((InputError, UsageError)) as caught:
+        read_points(path, by)
+    assert caught.value.file == str(path)
+    assert "\n" not in str(caught.value)
+    return caught.value
+
+
+# ------------------------------------------------------------------------- what is understood
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t", " ", "   ", ", ", " \t "])
+@pytest.mark.parametrize("header", ["", "x{0}y{0}z\n"])
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_every_delimiter_header_and_line_end_gives_the_same_points(
+    table, delimiter: str, header: str, end: str
+) -> None:
+    rows = "".join(delimiter.join(f"{v:g}" for v in row) + "\n" for row in TRIANGLE)
+    text = (header.format(delimiter) + rows).replace("\n", end)
+    groups = read_points(table(text))
+    np.testing.assert_array_equal(groups.points, TRIANGLE)
+    assert groups.ids == ("1",)
+    assert groups.warnings == ()
+
+
+@pytest.mark.parametrize("delimiter", [";", "\t"])
+def test_a_decimal_comma_is_understood_beside_semicolon_and_tab(table, delimiter: str) -> None:
+    text = "\n".join(delimiter.join(f"{v:g}".replace(".", ",") for v in row) for row in TRIANGLE)
+    np.testing.assert_array_equal(read_points(table(text)).points, TRIANGLE)
+
+
+def test_decimal_commas_between_spaces_are_refused_with_the_reason(table) -> None:
+    error = refused(table("1,5 2,0 3,0\n4,0 5,2 6,0\n7,0 8,0 9,0\n"))
+    assert error.line == 1
+    assert "decimal comma" in error.message
+    assert "semicolon" in error.message
+
+
+def test_decimal_marks_mixed_in_one_column_are_refused(table) -> None:
+    error = refused(table("1,5;2;3\n4,5;5;6\n1.234;8;9\n"))
+    assert (error.line, error.field) == (3, "column 1")
+
+
+def test_comments_and_blank_lines_are_skipped_and_counted_as_lines(table) -> None:
+    path = table("# EPSG:32615\n\n1 2 3\n  # between\n4 5 6\n\n7 8 nine\n")
+    error = refused(path)
+    assert (error.line, error.field) == (7, "column 3")
+    assert "'nine'" in error.message
+    assert read_table(path).comments == ("EPSG:32615", "between")
+
+
+def test_the_first_row_is_a_header_only_if_a_cell_is_not_a_number(table) -> None:
+    assert read_table(table("1,2,3\n4,5,6\n")).names is None
+    assert read_table(table("1,2,c\n4,5,6\n")).names == ("1", "2", "c")
+    assert read_table(table("nan,2,3\n4,5,6\n")).names is None
+    assert read_table(table("1e3,-2.5E+2,.5\n4,5,6\n")).names is None
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "X,Y,Z",
+        "x (m),y (m),z (m)",
+        "easting,northing,elevation",
+        "//X,Y,Z",
+        "East,North,Up",
+        "x_m,y_m,z_m",
+        " x , y , z ",
+        '"x","y","z"',
+        "E,N,Height",
+    ],
+)
+def test_coordinates_are_found_under_their_usual_names(table, header: str) -> None:
+    rows = "\n".join(",".join(f"{v:g}" for v in row) for row in TRIANGLE)
+    np.testing.assert_array_equal(read_points(table(f"{header}\n{rows}\n")).points, TRIANGLE)
+
+
+def test_columns_are_taken_by_name_wherever_they_stand(table) -> None:
+    path = table("id;z;quality;x;y\na;3;good;1;2\n")
+    np.testing.assert_array_equal(read_points(path).points, [[1.0, 2.0, 3.0]])
+
+
+def test_a_byte_order_mark_is_no_part_of_the_first_name(table) -> None:
+    path = table("\ufeffx,y,z\n1,2,3\n".encode())
+    assert read_table(path).names == ("x", "y", "z")
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-8"])
+def test_names_of_all_scripts_are_kept(table, encoding: str) -> None:
+    path = table("x\ty\tz\tträce\n1\t2\t3\t層\n4\t5\t6\tГеология\n".encode(encoding))
+    assert read_points(path, "träce").ids == ("層", "Геология")
+
+
+def test_text_that_is_not_utf8_is_read_as_windows_text_and_said(table) -> None:
+    groups = read_points(table("x;y;z;Störung\n1;2;3;a\n".encode("cp1252")), "Störung")
+    assert groups.ids == ("a",)
+    assert "Windows-1252" in groups.warnings[0]
+
+
+def test_quoted_cells_may_hold_delimiters_quotes_and_line_ends(table) -> None:
+    path = table('x,y,z,trace\n1,2,3,"a, ""b"""\n# no\n4,5,6,"c\n# d"\n7,8,nine,e\n')
+    error = refused(path, "trace")
+    assert (error.line, error.field) == (6, "z")
+    path = table('x,y,z,trace\n1,2,3,"a, ""b"""\n# no\n4,5,6,"c\n# d"\n')
+    assert read_points(path, "trace").ids == ('a, "b"', "c\n# d")
+
+
+def test_an_open_quote_is_refused_by_its_line(table) -> None:
+    assert refused(table('x,y,z,t\n1,2,3,"a\n4,5,6,b\n'), "t").line == 2
+
+
+def test_trailing_delimiters_of_a_spreadsheet_are_forgiven(table) -> None:
+    path = table("1,2,3\n4,5,6,,,\n,,,\n7,8,9,\n")
+    assert read_points(path).points.shape == (3, 3)
+
+
+def test_an_end_of_file_mark_of_old_systems_is_forgiven(table) -> None:
+    assert read_points(table("1,2,3\n4,5,6\n\x1a")).points.shape == (2, 3)
+
+
+def test_fortran_exponents_are_numbers(table) -> None:
+    path = table("1.0D+3 2.0d0 3\n")
+    np.testing.assert_array_equal(read_points(path).points, [[1000.0, 2.0, 3.0]])
+
+
+def test_nan_rows_are_dropped_and_counted_by_line(table) -> None:
+    groups = read_points(table("x,y,z\n1,2,3\nnan,1,1\n4,,6\n7,8,9\n1,2,inf\n1,NA,3\n"))
+    assert groups.dropped == (3, 4, 6, 7)
+    assert groups.points.shape == (2, 3)
+    assert "4 rows" in groups.warnings[0]
+    assert "lines 3, 4, 6 and 7" in groups.warnings[0]
+
+
+def test_a_table_of_nothing_but_nan_is_refused(table) -> None:
+    assert "finite" in refused(table("nan nan nan\nnan 1 2\n")).message
+
+
+# ------------------------------------------------------------------------------------- groups
+
+
+def test_groups_keep_the_order_of_the_file(table) -> None:
+    path = table("x,y,z,trace\n1,0,0,b\n2,0,0,a\n3,0,0,b\n4,0,0,c\n5,0,0,a\n")
+    groups = read_points(path, "trace")
+    assert groups.ids == ("b", "a", "c")
+    assert groups.offsets.tolist() == [0, 2, 4, 5]
+    assert groups.points[:, 0].tolist() == [1, 3, 2, 5, 4]
+
+
+@pytest.mark.parametrize("key", ["4", "Trace Id", "trace_id", "TRACE ID"])
+def test_a_column_is_found_by_name_or_number(table, key: str) -> None:
+    assert read_points(table("x,y,z,trace id\n1,2,3,a\n"), key).ids == ("a",)
+
+
+def test_a_column_named_like_a_number_goes_before_the_number(table) -> None:
+    assert read_points(table("x,y,z,1\n5,2,3,a\n"), "1").ids == ("a",)
+
+
+def test_a_table_without_header_is_grouped_by_number_only(table) -> None:
+    path = table("1 2 3 7\n4 5 6 7\n7 8 9 8\n")
+    assert read_points(path, "4").ids == ("7", "8")
+    assert "number" in refused(path, "trace").message
+    assert "4 columns" in refused(path, "9").message
+
+
+def test_a_missing_column_is_refused_with_those_that_are_there(table) -> None:
+    error = refused(table("x,y,z,bed\n1,2,3,a\n"), "trace")
+    assert error.field == "trace"
+    assert "bed" in error.message
+
+
+def test_points_without_a_group_are_left_out_and_said(table) -> None:
+    groups = read_points(table("x,y,z,trace\n1,2,3,a\n1,2,3,\n1,2,3,a\n"), "trace")
+    assert groups.offsets.tolist() == [0, 2]
+    assert "line 3" in groups.warnings[0]
+
+
+def test_a_group_whose_points_all_lack_coordinates_stays_as_an_empty_group(table) -> None:
+    groups = read_points(table("x,y,z,t\n1,2,3,a\nnan,1,1,b\n"), "t")
+    assert groups.ids == ("a", "b")
+    assert groups.offsets.tolist() == [0, 1, 1]
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["x,y,z,trace\n" + "1,2,3,a\n" * 3 + "1,2,3,b\n" * 3, "1 2 3 1\n" * 3 + "1 2 3 2\n" * 3],
+)
+def test_a_column_that_looks_like_groups_is_warned_of_and_not_used(table, text: str) -> None:
+    groups = read_points(table(text))
+    assert groups.ids == ("1",)
+    assert "--by" in groups.warnings[0]
+
+
+def test_colours_beside_the_points_do_not_look_like_groups(table) -> None:
+    rng = np.random.default_rng(1)
+    rows = "\n".join(f"1 2 3 {r} {g} {b}" for r, g, b in rng.integers(0, 255, (60, 3)))
+    assert read_points(table(rows)).warnings == ()
+
+
+def test_rules_between_rows_part_the_points_only_when_asked(table) -> None:
+    path = table("1 2 3\n4 5 6\n---\n7 8 9\n")
+    whole = read_points(path)
+    assert whole.ids == ("1",)
+    assert whole.points.shape == (3, 3)
+    assert "segment" in whole.warnings[0]
+    parts = read_points(path, "segment")
+    assert parts.ids == ("1", "2")
+    assert parts.offsets.tolist() == [0, 2, 3]
+
+
+# ------------------------------------------------------------------------------------ refusals
+
+
+@pytest.mark.parametrize(
+    ("content", "line", "words"),
+    [
+        (b"", None, "empty"),
+        (b" \n\n", None, "empty"),
+        (b"# only\n# comments\n", None, "comments"),
+        (b"x,y,z\n", 1, "nothing below"),
+        (b"\x00\x01\x02\x03", None, "not a text table"),
+        (b"1 2 3\n4 5 \x006\n", None, "not a text table"),
+        (b"PK\x03\x04\x14\x00\x06\x00", None, "workbook"),
+        (b"LASF\x00\x00\x00\x00", None, "not a text table"),
+        (b"\xff\xfe1\x00 ", None, "UTF-16"),
+        (b"1 2\n3 4\n", 1, "three columns"),
+        (b"1\n2\n3\n", 1, "three columns"),
+        (b"1 2 3\n4 5\n6 7 8\n", 2, "2 cells where the other rows have 3"),
+        (b"1 2 3\n4 5 6\n6 7 8 9\n", 3, "4 cells"),
+        (b"x,y,z\n1,2,3\n4,5\n", 3, "2 cells where the header names 3"),
+        (b"x,y,z\n1,2,3\n4;5;6\n", 3, "1 cell"),
+        (b"a,b,c\n1,2,3\n", 1, "no column x"),
+        (b"x,y\n1,2\n", 1, "no column z"),
+        (b"x,x,y,z\n1,2,3,4\n", 1, "rename"),
+        (b"x,y,z\n1,2,3\n4,five,6\n", 3, "'five' is not a number"),
+        (b"x,y,z\n1,2,0x10\n", 2, "not a number"),
+        (b"x,y,z\n1,2,1_000\n", 2, "not a number"),
+        (b"1 2 3\n4 5 6,5\n", 2, "decimal comma"),
+        (b"1 2 3\n4 1e308 6\n", 2, "no coordinate in metres"),
+    ],
+)
+def test_what_is_no_table_of_points_is_refused_by_line_and_reason(
+    table, content: bytes, line: int | None, words: str
+) -> None:
+    error = refused(table(content))
+    assert words in error.message
+    assert error.line == line
+
+
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
+    assert "no such file" in refused(tmp_path / "missing.txt").message
+
+
+def test_a_folder_is_no_table(tmp_path: Path) -> None:
+    assert "folder" in refused(tmp_path).message
+
+
+@pytest.mark.skipif(not Path("/dev/zero").exists(), reason="no devices here")
+def test_an_endless_device_is_not_read() -> None:
+    assert "device" in refused(Path("/dev/zero")).message
+
+
+def test_a_name_with_a_null_byte_is_refused() -> None:
+    with pytest.raises(InputError):
+        read_table("a\0b")
+
+
+def test_a_line_of_megabytes_is_refused(table) -> None:
+    error = refused(table("1 2 3\n" + "4 " * 1_000_000 + "\n"))
+    assert error.line == 2
+
+
+def test_a_quoted_cell_of_megabytes_is_refused(table) -> None:
+    error = refused(table('x,y,z,t\n1,2,3,"' + "a" * 500_000 + '"\n'), "t")
+    assert error.line == 2
+
+
+def test_an_empty_group_column_is_refused(table) -> None:
+    assert refused(table("x,y,z,t\n1,2,3,\n"), "t").field == "t"
+
+
+# --------------------------------------------------------------------------------- laws, speed
+
+cells = st.floats(-1e12, 1e12)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    rows=st.lists(st.tuples(cells, cells, cells), min_size=1, max_size=12),
+    delimiter=st.sampled_from([",", ";", "\t", " "]),
+)
+def test_numbers_come_back_to_the_last_bit(
+    tmp_path_factory: pytest.TempPathFactory,
+    rows: list[tuple[float, float, float]],
+    delimiter: str,
+) -> None:
+    path = tmp_path_factory.mktemp("t") / "p.txt"
+    path.write_text("\n".join(delimiter.join(map(repr, row)) for row in rows))
+    np.testing.assert_array_equal(read_points(path).points, np.array(rows))
+
+
+words = st.text(
+    st.characters(blacklist_categories=("Cs", "Cc")) | st.sampled_from(',;"\t #'),
+    min_size=1,
+    max_size=8,
+).filter(lambda w: w.strip() == w and w != "")
+
+
+@settings(max_examples=60, deadline=None)
+@given(names=st.lists(words, min_size=1, max_size=8, unique=True))
+def test_any_name_survives_a_csv_writer_of_others(
+    tmp_path_factory: pytest.TempPathFactory, names: list[str]
+) -> None:
+    buffer = io.StringIO()
+    writer = csv.writer(buffer, quoting=csv.QUOTE_ALL)
+    writer.writerow(["x", "y", "z", "trace"])
+    for i, name in enumerate(names):
+        writer.writerow([i, 0, 0, name])
+    path = tmp_path_factory.mktemp("t") / "p.csv"
+    path.write_text(buffer.getvalue(), encoding="utf-8", newline="")
+    assert read_points(path, "trace").ids == tuple(names)
+
+
+def read_or_refused(path: Path, by: str | None = None) -> PointGroups | None:
+    """What comes of any file: points, or an error that names it; any other exception escapes."""
+    try:
+        return read_points(path, by)
+    except (InputError, UsageError) as error:
+        named = error.file
+    assert named == str(path)
+    return None
+
+
+@settings(max_examples=150, deadline=None)
+@given(content=st.binary(max_size=200))
+def test_any_bytes_are_read_or_refused_by_name(
+    tmp_path_factory: pytest.TempPathFactory, content: bytes
+) -> None:
+    path = tmp_path_factory.mktemp("t") / "p.txt"
+    path.write_bytes(content)
+    read_or_refused(path)
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    content=st.text('0123456789.,;-+e \t\n"#xyzN>', max_size=80), by=st.sampled_from([None, "4"])
+)
+def test_any_likely_text_is_read_or_refused_by_name(
+    tmp_path_factory: pytest.TempPathFactory, content: str, by: str | None
+) -> None:
+    path = tmp_path_factory.mktemp("t") / "p.txt"
+    path.write_text(content)
+    groups = read_or_refused(path, by)
+    if groups is not None:
+        assert groups.offsets[-1] == len(groups.points)
+        assert len(groups.offsets) == len(groups.ids) + 1
+
+
+@pytest.mark.parametrize(
+    ("name", "same"),
+    [
+        ("Dip direction (deg)", "dipdirection"),
+        ("DIP_DIRECTION_DEG", "dipdirection"),
+        ("Dip-Dir [°]", "dipdir"),
+        ("x_m", "x"),
+        ("dip, degrees", "dip"),
+        ("m", "m"),
+    ],
+)
+def test_case_separators_and_units_of_names_are_forgiven(name: str, same: str) -> None:
+    assert plain(name) == same
+
+
+def test_a_million_points_are_read_in_a_few_seconds(tmp_path: Path) -> None:
+    path = tmp_path / "cloud.csv"
+    row = "576665.7212,5188117.0631,156.2053\n"
+    path.write_text("x,y,z\n" + row * 1_000_000)
+    start = time.perf_counter()
+    groups = read_points(path)
+    assert groups.points.shape == (1_000_000, 3)
+    assert time.perf_counter() - start < 10.0
+
+
+def test_labels_in_scientific_notation_are_the_whole_numbers_they_stand_for(table) -> None:
+    rows = np.column_stack([np.vstack([TRIANGLE, TRIANGLE + 1]), [1, 1, 1, 20, 20, 20]])
+    path = table("")
+    np.savetxt(path, rows)
+    assert read_points(path, "4").ids == ("1", "20")
+    names = "\n".join(f"{x},{y},{z},12E4" for x, y, z in TRIANGLE)
+    assert read_points(table(f"x,y,z,sample\n{names}"), "sample").ids == ("12E4",)

@@ -1,0 +1,328 @@
+"""Cameras and points of made photos, whose truth is known."""
+
+from __future__ import annotations
+
+import sqlite3
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.photogrammetry.made_photos import LENS, Finder, Made, abreast, around, face, make
+from vomstudio.errors import Cancelled, InputError
+from vomstudio.geometry.cameras import Intrinsics
+from vomstudio.photogrammetry.align.alignment import Alignment, Options, align
+from vomstudio.photogrammetry.align.mapping import residuals
+from vomstudio.photogrammetry.align.matching import matches_of_pair
+from vomstudio.progress import Silent
+from vomstudio.registration.similarity import fit_similarity
+
+ONE = Options(threads=1)
+
+
+def aligned(made: Made, work: Path, options: Options = ONE) -> Alignment:
+    return align(made.photos, work, options, Finder([made]), Silent())
+
+
+def camera_errors(alignment: Alignment, made: Made, part: int = 0) -> np.ndarray:
+    """(n,) distances of the camera centres from the truth, after a similarity."""
+    truth = {view.name: view.centre for view in made.views}
+    scene = alignment.parts[part]
+    wanted = np.array([truth[view.name] for view in scene.views])
+    fit = fit_similarity(scene.centres, wanted)
+    return np.linalg.norm(fit(scene.centres) - wanted, axis=1)
+
+
+@pytest.fixture(scope="module")
+def arc(tmp_path_factory: pytest.TempPathFactory) -> tuple[Made, Alignment, Path]:
+    folder = tmp_path_factory.mktemp("arc")
+    made = make(folder / "photos", around(), face())
+    return made, aligned(made, folder / "work"), folder / "work"
+
+
+def test_cameras_and_points_are_where_they_were(arc: tuple[Made, Alignment, Path]) -> None:
+    made, alignment, _ = arc
+    assert alignment.registered == len(made.views)
+    assert not alignment.unregistered
+    # A third of a pixel is 2.4 mm at 12 m.
+    assert np.median(camera_errors(alignment, made)) < 0.004
+    scene = alignment.parts[0]
+    truth = np.array([view.centre for view in made.views])
+    fit = fit_similarity(scene.centres, truth)
+    from scipy.spatial import cKDTree
+
+    distances, _ = cKDTree(made.points).query(fit(scene.points))
+    assert np.median(distances) < 0.004
+
+
+def test_observations_belong_to_their_photos(arc: tuple[Made, Alignment, Path]) -> None:
+    made, alignment, _ = arc
+    scene = alignment.parts[0]
+    misses = np.linalg.norm(residuals(scene), axis=1)
+    assert np.nanmean(misses) == pytest.approx(alignment.reprojection_error_px)
+    # The mean length of a Gaussian in the plane, 0.3 px in each direction, less what the fit takes.
+    assert 0.25 < alignment.reprojection_error_px < 0.3 * np.sqrt(np.pi / 2)
+    for row, name in enumerate(view.name for view in scene.views):
+        found = made.features[[p.name for p in made.photos].index(name)].keypoints[:, :2]
+        mine = scene.track_pixels[scene.track_views == row]
+        assert set(map(tuple, mine.tolist())) <= set(map(tuple, found.tolist()))
+    assert (scene.colors == [200, 150, 100]).all()
+    assert alignment.tie_points == (scene.track_lengths >= 3).sum() > 500
+
+
+def test_convergent_photos_correct_a_wrong_focal_length(tmp_path: Path) -> None:
+    made = make(tmp_path / "photos", around(12), face(), focal_px=1450.0)
+    alignment = aligned(made, tmp_path / "work")
+    camera = alignment.cameras[0]
+    assert camera.focal == "freed"
+    f, k1 = camera.values[0], camera.values[3]
+    assert abs(f - 1500) < 3 * camera.sigma[0]
+    assert camera.sigma[0] < 8
+    assert k1 == pytest.approx(-0.05, abs=0.01)
+    assert camera.strongest is not None
+
+
+def test_convergent_photos_tell_the_whole_lens(tmp_path: Path) -> None:
+    lens = Intrinsics("OPENCV", 1600, 1200, (1500, 1500, 810, 594, -0.1, 0.1, 0, 0))
+    made = make(tmp_path / "photos", around(12, lens), face(), noise_px=0.1, focal_px=1450.0)
+    alignment = aligned(made, tmp_path / "work")
+    camera = alignment.cameras[0]
+    true = {"f": 1500.0, "cx": 810.0, "cy": 594.0, "k1": -0.1, "k2": 0.1}
+    assert camera.model == "RADIAL"
+    for name, value, sigma in zip(camera.names, camera.values, camera.sigma, strict=True):
+        assert abs(value - true[name]) < 3 * sigma
+    assert np.isfinite(camera.correlation).all()
+    assert "principal point (+" in camera.reason
+    assert np.median(camera_errors(alignment, made)) < 0.004
+
+
+def test_photos_that_look_one_way_leave_the_principal_point_in_the_middle(tmp_path: Path) -> None:
+    lens = Intrinsics("OPENCV", 1600, 1200, (1500, 1500, 810, 594, -0.06, 0.03, 0, 0))
+    made = make(tmp_path / "photos", abreast(8, lens), face(relief=0.2))
+    camera = aligned(made, tmp_path / "work").cameras[0]
+    assert camera.focal == "held"
+    assert camera.values[1:3] == (800.0, 600.0)
+
+
+def test_photos_that_look_one_way_tell_how_the_lens_bends(tmp_path: Path) -> None:
+    lens = Intrinsics("RADIAL", 1600, 1200, (1500, 800, 600, -0.06, 0.08))
+    made = make(tmp_path / "photos", abreast(8, lens), face())
+    camera = aligned(made, tmp_path / "work").cameras[0]
+    assert camera.focal == "held"
+    assert camera.values[3] == pytest.approx(-0.06, abs=3 * camera.sigma[3])
+    assert camera.values[4] == pytest.approx(0.08, abs=3 * camera.sigma[4])
+    # Whatever error is stated: they are found.
+    assert camera.values[3:5] == pytest.approx((-0.06, 0.08), abs=0.005)
+    assert "k2 freed" in camera.reason
+
+
+def test_photos_that_look_one_way_leave_the_focal_the_focal_length_as_exif_has_it(
+    tmp_path: Path,
+) -> None:
+    made = make(tmp_path / "photos", abreast(), face(relief=0.2), focal_px=1450.0)
+    camera = aligned(made, tmp_path / "work").cameras[0]
+    assert camera.focal == "held"
+    assert camera.values[0] == 1450.0
+    assert camera.sigma[0] == 0
+    assert "spread by 0.0°" in camera.reason
+
+
+def test_an_unknown_focal_length_is_estimated_and_said_to_be(tmp_path: Path) -> None:
+    made = make(tmp_path / "photos", around(10), face(), focal_px=None)
+    alignment = aligned(made, tmp_path / "work")
+    camera = alignment.cameras[0]
+    assert camera.focal == "freed"
+    assert camera.values[0] == pytest.approx(1500, rel=0.01)
+    assert "for want of EXIF" in camera.reason
+    assert any("for want of EXIF" in note for note in alignment.notes)
+
+
+def test_two_cameras_with_photos_of_two_sizes_are_told_apart(tmp_path: Path) -> None:
+    small = Intrinsics("SIMPLE_RADIAL", 1200, 1600, (1500.0, 600.0, 800.0, -0.05))
+    views = around(10)
+    views = [replace(view, intrinsics=small) if i % 2 else view for i, view in enumerate(views)]
+    made = make(tmp_path / "photos", views, face())
+    alignment = aligned(made, tmp_path / "work")
+    assert alignment.registered == 10
+    assert sorted((len(c.photos), c.values[1]) for c in alignment.cameras) == [
+        (5, 600.0),
+        (5, 800.0),
+    ]
+    assert np.median(camera_errors(alignment, made)) < 0.01
+
+
+def test_parts_without_connection_are_all_kept_the_larger_first(tmp_path: Path) -> None:
+    one = make(tmp_path / "photos", around(5), face())
+    others = [replace(view, name=f"z{view.name}") for view in around(8)]
+    two = make(tmp_path / "photos", others, face(seed=7))
+    photos = one.photos + two.photos
+    alignment = align(photos, tmp_path / "work", ONE, Finder([one, two]), Silent())
+    assert [len(part.views) for part in alignment.parts] == [8, 5]
+    assert np.median(camera_errors(alignment, two, 0)) < 0.01
+    assert np.median(camera_errors(alignment, one, 1)) < 0.01
+    assert any("2 parts of 8 and 5" in note for note in alignment.notes)
+
+
+def test_photos_that_cannot_be_used_are_named_with_a_reason(tmp_path: Path) -> None:
+    made = make(tmp_path / "photos", around(), face())
+    elsewhere = [replace(around()[0], name="elsewhere.jpg"), replace(around()[1], name="torn.jpg")]
+    other = make(tmp_path / "photos", elsewhere, face(seed=9))
+    photos = made.photos[:4] + other.photos + made.photos[4:]
+    gone = replace(made.photos[0], path=tmp_path / "gone.jpg", name="gone.jpg")
+    finder = Finder([made, other], problems={"torn.jpg": "cannot be read (torn)"})
+    alignment = align([*photos, gone], tmp_path / "work", ONE, finder, Silent())
+    assert alignment.registered == 8
+    reasons = dict(alignment.unregistered)
+    assert set(reasons) == {"elsewhere.jpg", "torn.jpg", "gone.jpg"}
+    assert reasons["torn.jpg"] == "cannot be read (torn)"
+    assert "nothing that another photo shows" in reasons["elsewhere.jpg"]
+    assert "No such file" in reasons["gone.jpg"]
+
+
+@pytest.mark.parametrize("count", [0, 1])
+def test_fewer_than_two_photos_are_refused(tmp_path: Path, count: int) -> None:
+    made = make(tmp_path / "photos", around()[:count], face())
+    with pytest.raises(InputError, match="at least two"):
+        aligned(made, tmp_path / "work")
+
+
+def test_two_photos_make_a_model(tmp_path: Path) -> None:
+    made = make(tmp_path / "photos", around(8)[3:5], face())
+    assert aligned(made, tmp_path / "work").registered == 2
+
+
+def test_photos_without_overlap_are_refused_with_the_reason(tmp_path: Path) -> None:
+    one = make(tmp_path / "photos", around()[:1], face())
+    two = make(tmp_path / "photos", around()[1:2], face(seed=5))
+    photos = one.photos + two.photos
+    with pytest.raises(InputError, match="no two photos show the same rock"):
+        align(photos, tmp_path / "work", ONE, Finder([one, two]), Silent())
+
+
+def test_photos_of_one_spot_have_no_depth_and_are_refused(tmp_path: Path) -> None:
+    view = around()[0]
+    same = [replace(view, name=f"{i}.jpg") for i in range(3)]
+    made = make(tmp_path / "photos", same, face())
+    with pytest.raises(InputError, match="step aside"):
+        aligned(made, tmp_path / "work")
+
+
+def test_one_thread_and_one_seed_give_the_same_bits(
+    arc: tuple[Made, Alignment, Path], tmp_path: Path
+) -> None:
+    made, first, _ = arc
+    again = aligned(made, tmp_path / "work")
+    one, two = first.parts[0], again.parts[0]
+    assert np.array_equal(one.points, two.points)
+    assert np.array_equal(one.centres, two.centres)
+    assert np.array_equal(one.track_pixels, two.track_pixels)
+    assert first.cameras[0].values == again.cameras[0].values
+
+
+def test_a_finished_alignment_is_read_back(arc: tuple[Made, Alignment, Path]) -> None:
+    _, alignment, work = arc
+    again = Alignment.load(work)
+    assert np.array_equal(again.parts[0].points, alignment.parts[0].points)
+    assert again.notes == alignment.notes
+    assert again.cameras[0].values == alignment.cameras[0].values
+    with pytest.raises(InputError, match="align the photos again"):
+        Alignment.load(work / "features")
+
+
+def test_matches_of_a_pair_can_be_shown(arc: tuple[Made, Alignment, Path]) -> None:
+    made, _, work = arc
+    left, right, _, rows = matches_of_pair(work / "database.db", 2, 3)
+    left, right = left[rows[:, 0]], right[rows[:, 1]]
+    assert len(rows) > 300
+    back, _, _, other = matches_of_pair(work / "database.db", 3, 2)
+    assert np.array_equal(back[other[:, 0]], right)
+    # The same point of the rock: triangulated rays meet.
+    a, b = made.views[2], made.views[3]
+    gap = np.cross(a.rays(left), b.rays(right)) @ (b.centre - a.centre)
+    assert np.median(np.abs(gap)) < 0.01
+
+
+class Stop(Silent):
+    """Raises Cancelled at a step of a stage."""
+
+    def __init__(self, stage: str, at: int) -> None:
+        super().__init__()
+        self.wanted, self.at, self.here, self.seen = stage, at, "", []
+
+    def stage(self, name: str, total: int | None = None) -> None:
+        self.here = name
+        self.seen.append((name, total))
+        self.step(0)
+
+    def step(self, done: int) -> None:
+        if self.here == self.wanted and done >= self.at:
+            raise Cancelled()
+
+
+@pytest.mark.parametrize(
+    ("stage", "at"), [("Finding features", 4), ("Matching", 8), ("Placing photos", 3)]
+)
+def test_a_stopped_run_goes_on_where_it_was(
+    arc: tuple[Made, Alignment, Path], tmp_path: Path, stage: str, at: int
+) -> None:
+    made, whole, _ = arc
+    finder, work = Finder([made]), tmp_path / "work"
+    with pytest.raises(Cancelled):
+        align(made.photos, work, ONE, finder, Stop(stage, at))
+    before = _finished(work)
+    alignment = align(made.photos, work, ONE, finder, Silent())
+    assert sorted(finder.asked) == sorted(p.name for p in made.photos)
+    if stage == "Matching":
+        assert at <= before < 28
+    assert np.array_equal(alignment.parts[0].points, whole.parts[0].points)
+
+
+def _finished(work: Path) -> int:
+    if not (work / "database.db").exists():
+        return 0
+    connection = sqlite3.connect(work / "database.db")
+    try:
+        return int(connection.execute("SELECT count(*) FROM two_view_geometries").fetchone()[0])
+    finally:
+        connection.close()
+
+
+def test_a_damaged_database_is_made_anew(arc: tuple[Made, Alignment, Path], tmp_path: Path) -> None:
+    made, whole, _ = arc
+    work = tmp_path / "work"
+    aligned(made, work)
+    data = bytearray((work / "database.db").read_bytes())
+    data[4096:40960] = bytes(36864)
+    (work / "database.db").write_bytes(data)
+    again = aligned(made, work)
+    assert np.array_equal(again.parts[0].points, whole.parts[0].points)
+
+
+def test_stages_are_told_with_real_counts(
+    arc: tuple[Made, Alignment, Path], tmp_path: Path
+) -> None:
+    made, _, _ = arc
+    told = Stop("", 0)
+    align(made.photos, tmp_path / "work", ONE, Finder([made]), told)
+    assert told.seen[:3] == [("Finding features", 8), ("Matching", 28), ("Placing photos", 8)]
+
+
+def test_another_photo_in_the_set_starts_the_matching_anew(
+    arc: tuple[Made, Alignment, Path], tmp_path: Path
+) -> None:
+    made, _, _ = arc
+    finder, work = Finder([made]), tmp_path / "work"
+    assert align(made.photos[:5], work, ONE, finder, Silent()).registered == 5
+    assert align(made.photos, work, ONE, finder, Silent()).registered == 8
+    assert len(finder.asked) == 8
+
+
+@pytest.mark.slow
+def test_many_photos_are_matched_by_likeness_and_placed_at_once(tmp_path: Path) -> None:
+    made = make(tmp_path / "photos", around(70, LENS), face(500))
+    options = replace(ONE, mapper="global")
+    alignment = aligned(made, tmp_path / "work", options)
+    assert alignment.registered == 70
+    assert "most similar" in alignment.notes[0]
+    assert np.median(camera_errors(alignment, made)) < 0.01

@@ -1,0 +1,165 @@
+"""Features of one photo: COLMAP's own, at the right place, and none where there is a mask."""
+
+from __future__ import annotations
+
+import io
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from scipy.spatial import cKDTree
+
+from vomstudio.photogrammetry.align.features import (
+    ExtractTask,
+    FeatureOptions,
+    Features,
+    extract,
+    extraction_memory,
+    grey,
+)
+from vomstudio.photogrammetry.base.engine import colmap
+
+
+def rock(width: int = 400, height: int = 300, seed: int = 0) -> np.ndarray:
+    """(h, w, 3) noise with detail of all sizes."""
+    import cv2
+
+    rng = np.random.default_rng(seed)
+    total = np.zeros((height, width), np.float32)
+    for size in (4, 8, 16, 32, 64):
+        small = rng.normal(0, 1, (height // size + 2, width // size + 2)).astype(np.float32)
+        total += cv2.resize(small, (width, height), interpolation=cv2.INTER_CUBIC)
+    total = 255 * (total - total.min()) / np.ptp(total)
+    return np.repeat(total.astype(np.uint8)[..., None], 3, axis=2)
+
+
+def encoded(pixels: np.ndarray, kind: str = "PNG", **options: object) -> bytes:
+    buffer = io.BytesIO()
+    Image.fromarray(pixels).save(buffer, kind, **options)  # type: ignore[arg-type]
+    return buffer.getvalue()
+
+
+def test_features_are_those_that_colmap_itself_finds(tmp_path: Path) -> None:
+    pycolmap = colmap()
+    pixels = rock()
+    (tmp_path / "rock.png").write_bytes(encoded(pixels))
+    pycolmap.extract_features(
+        tmp_path / "db", tmp_path, image_names=["rock.png"], device=pycolmap.Device.cpu
+    )
+    database = pycolmap.Database.open(tmp_path / "db")
+    keypoints = database.read_keypoints(1)
+    descriptors = database.read_descriptors(1).data
+    database.close()
+    found = extract(ExtractTask((tmp_path / "rock.png").read_bytes()))
+    assert len(found.keypoints) == len(keypoints) > 200
+    assert np.array_equal(found.keypoints, keypoints)
+    assert np.array_equal(found.descriptors, descriptors)
+
+
+def test_places_are_pixels_of_the_photo_as_stored_however_small_it_was_made() -> None:
+    pixels = rock(800, 600)
+    large = extract(ExtractTask(encoded(pixels)))
+    small = extract(ExtractTask(encoded(pixels), options=FeatureOptions(max_size=400)))
+    assert (small.width, small.height) == (800, 600)
+    # Coarse features of the large photo are found in the small one, without a shift.
+    distance, nearest = cKDTree(large.keypoints[:, :2]).query(small.keypoints[:, :2])
+    near = distance < 2
+    assert near.sum() > 100
+    shift = small.keypoints[near, :2] - large.keypoints[nearest[near], :2]
+    assert np.abs(np.median(shift, axis=0)).max() < 0.1
+    assert small.keypoints[:, 0].max() > 700
+
+
+def test_an_orientation_tag_does_not_turn_the_pixels() -> None:
+    pixels = rock()
+    exif = Image.Exif()
+    exif[0x0112] = 6
+    plain = extract(ExtractTask(encoded(pixels, "JPEG", quality=95)))
+    tagged = extract(ExtractTask(encoded(pixels, "JPEG", quality=95, exif=exif)))
+    assert (tagged.width, tagged.height) == (400, 300)
+    assert np.array_equal(plain.keypoints, tagged.keypoints)
+
+
+def test_a_mask_hides_features() -> None:
+    pixels = rock()
+    mask = np.zeros((300, 400), np.uint8)
+    mask[:, :200] = 255
+    free = extract(ExtractTask(encoded(pixels)))
+    found = extract(ExtractTask(encoded(pixels), encoded(mask)))
+    assert found.keypoints[:, 0].max() < 200
+    assert len(found.keypoints) == (free.keypoints[:, 0] < 200).sum()
+    hidden = extract(ExtractTask(encoded(pixels), encoded(mask * 0)))
+    assert hidden.problem == "is hidden by its mask altogether"
+
+
+def test_features_carry_the_colour_of_their_place() -> None:
+    pixels = rock()
+    pixels[:, 200:, 2] = 0
+    found = extract(ExtractTask(encoded(pixels)))
+    left = found.keypoints[:, 0] < 180
+    assert (found.colors[~left & (found.keypoints[:, 0] > 220), 2] == 0).all()
+    assert (found.colors[left, 2] > 0).mean() > 0.9
+
+
+@pytest.mark.parametrize(
+    ("data", "problem"),
+    [
+        (b"", "cannot be read"),
+        (b"no picture", "cannot be read"),
+        (encoded(rock(), "JPEG")[:5000], "cannot be read"),
+        (encoded(np.zeros((200, 300, 3), np.uint8)), "nothing that could be recognised"),
+        (encoded(np.zeros((1, 1, 3), np.uint8)), "nothing that could be recognised"),
+    ],
+)
+def test_a_photo_without_use_is_a_sentence_and_no_error(data: bytes, problem: str) -> None:
+    found = extract(ExtractTask(data))
+    assert problem in (found.problem or "")
+    assert len(found.keypoints) == 0
+
+
+@pytest.mark.parametrize("mode", ["L", "RGBA", "I;16", "P", "CMYK"])
+def test_pictures_of_any_kind_are_read(mode: str) -> None:
+    picture = Image.fromarray(rock()).convert("L")
+    if mode == "I;16":
+        picture = Image.fromarray(np.asarray(picture).astype(np.uint16) * 257)
+    else:
+        picture = picture.convert(mode)
+    buffer = io.BytesIO()
+    picture.save(buffer, "TIFF")
+    assert len(extract(ExtractTask(buffer.getvalue())).keypoints) > 200
+
+
+def test_the_key_tells_photos_masks_and_settings_apart() -> None:
+    tasks = [
+        ExtractTask(b"a"),
+        ExtractTask(b"b"),
+        ExtractTask(b"a", b"mask"),
+        ExtractTask(b"a", options=FeatureOptions(max_size=100)),
+    ]
+    assert len({task.key for task in tasks}) == 4
+    assert ExtractTask(b"a", name="other").key == tasks[0].key
+
+
+def test_features_survive_files_and_processes(tmp_path: Path) -> None:
+    found = extract(ExtractTask(encoded(rock())))
+    found.save(tmp_path / "f.npz")
+    for again in (Features.load(tmp_path / "f.npz"), pickle.loads(pickle.dumps(found))):
+        assert again is not None
+        assert np.array_equal(again.descriptors, found.descriptors)
+        assert (again.width, again.problem) == (400, None)
+    (tmp_path / "f.npz").write_bytes((tmp_path / "f.npz").read_bytes()[:999])
+    assert Features.load(tmp_path / "f.npz") is None
+    assert Features.load(tmp_path / "none.npz") is None
+
+
+def test_memory_grows_with_what_is_searched_not_with_the_photo() -> None:
+    small = extraction_memory(4000, 3000, FeatureOptions(max_size=1600))
+    assert 300e6 < small < 1.5e9
+    assert extraction_memory(16000, 12000, FeatureOptions(max_size=1600)) < 1.2 * small
+
+
+def test_grey_of_a_grey_photo_is_itself() -> None:
+    pixels = rock()
+    assert np.array_equal(grey(pixels), pixels[..., 0])

@@ -1,0 +1,74 @@
+"""What is finished stays finished."""
+
+import errno
+
+import pytest
+
+from vomstudio.errors import TargetError
+from vomstudio.photogrammetry.base.checkpoints import Checkpoints, file_name, key_of, write_whole
+
+
+def test_a_stage_has_its_name_only_once_it_is_whole(tmp_path):
+    stage = Checkpoints(tmp_path).stage("depths", "inputs", 1)
+    (stage.folder / "a.npz").write_bytes(b"half of the photos")
+    assert not stage.done
+    again = Checkpoints(tmp_path).stage("depths", "inputs", 1)
+    assert (again.folder / "a.npz").exists(), "what an earlier run finished is found again"
+    again.finish(photos=2)
+    assert Checkpoints(tmp_path).stage("depths", "inputs", 1).done
+    assert Checkpoints(tmp_path).stage("depths", "inputs", 1).facts["photos"] == 2
+
+
+def test_other_inputs_are_another_stage(tmp_path):
+    Checkpoints(tmp_path).stage("depths", "inputs", 1).finish()
+    assert not Checkpoints(tmp_path).stage("depths", "inputs", 2).done
+    assert not Checkpoints(tmp_path).stage("depths", "others", 1).done
+
+
+def test_the_time_of_an_unfinished_run_counts(tmp_path):
+    first = Checkpoints(tmp_path).stage("depths")
+    first._begun -= 10
+    first.pause()
+    second = Checkpoints(tmp_path).stage("depths")
+    second._begun -= 5
+    second.finish()
+    assert Checkpoints(tmp_path).stage("depths").seconds == pytest.approx(15, abs=0.5)
+
+
+def test_stages_of_other_settings_are_swept_away(tmp_path):
+    Checkpoints(tmp_path).stage("depths", 1).finish()
+    now = Checkpoints(tmp_path)
+    now.stage("depths", 2).finish()
+    now.sweep()
+    assert [p.name for p in tmp_path.iterdir()] == [f"depths-{key_of('depths', 2)}"]
+
+
+def test_halves_of_files_and_of_stages_that_a_killed_run_left_are_removed(tmp_path):
+    old = Checkpoints(tmp_path).stage("depths", "other settings")
+    stage = Checkpoints(tmp_path).stage("depths")
+    (stage.folder / ".a.npz.part").write_bytes(b"half")
+    (stage.folder / "b.npz").write_bytes(b"whole")
+    now = Checkpoints(tmp_path)
+    now.tidy()
+    assert [p.name for p in stage.folder.iterdir()] == ["b.npz"]
+    assert old.folder.exists(), "other settings may be gone on with"
+    now.stage("depths").finish()
+    now.sweep()
+    assert not old.folder.exists()
+    assert now.size() == sum(p.stat().st_size for p in tmp_path.glob("*/*"))
+
+
+def test_a_file_that_cannot_be_written_whole_is_not_there(tmp_path):
+    def full(path):
+        path.write_bytes(b"half")
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with pytest.raises(TargetError, match="make room"):
+        write_whole(tmp_path / "a.npz", full)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_photos_of_the_same_name_in_two_folders_have_files_of_their_own():
+    assert file_name("a/1.jpg") != file_name("b/1.jpg")
+    assert file_name("a/1.jpg") == file_name("a/1.jpg")
+    assert "/" not in file_name("ä b/../ü?.jpg")

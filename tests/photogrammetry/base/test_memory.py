@@ -1,0 +1,90 @@
+"""Sizes and numbers are lowered rather than the machine brought down."""
+
+import threading
+import time
+
+import pytest
+
+from vomstudio.jobs.executors import Threads
+from vomstudio.photogrammetry.base import checkpoints, memory
+from vomstudio.photogrammetry.base.checkpoints import Checkpoints
+from vomstudio.photogrammetry.dense import depthmaps, fusion, undistortion
+from vomstudio.photogrammetry.surface import meshing
+from vomstudio.progress import Silent
+
+GB = 10**9
+
+
+@pytest.fixture
+def free(monkeypatch):
+    def of(gigabytes):
+        monkeypatch.setattr(memory, "available_bytes", lambda: round(gigabytes * GB))
+
+    return of
+
+
+def test_only_as_many_photos_are_worked_on_at_once_as_the_memory_holds(free):
+    free(4)
+    running, most = 0, 0
+    lock = threading.Lock()
+
+    def work(item):
+        nonlocal running, most
+        with lock:
+            running += 1
+            most = max(most, running)
+        time.sleep(0.02)
+        with lock:
+            running -= 1
+        return item
+
+    assert len(list(Threads(8).map(work, range(16), Silent(), GB))) == 16
+    assert most == 2
+
+
+def test_one_photo_is_always_worked_on(free):
+    free(0.1)
+    assert memory.at_once(GB, 8) == 1
+    free(1000)
+    assert memory.at_once(GB, 8) == 8
+
+
+def test_depths_of_photos_that_fit_are_sought_at_the_wanted_size(free):
+    free(16)
+    assert depthmaps.fitting_size(3200, [(6000, 4000)] * 12) == 3200
+
+
+def test_with_little_memory_or_very_many_photos_depths_are_sought_in_smaller_photos(free):
+    free(3)
+    small = depthmaps.fitting_size(3200, [(6000, 4000)] * 12)
+    assert small < 3200
+    pixels = round(small * small / 1.5)
+    assert depthmaps.memory_needed(small, round(small / 1.5)) < 0.7 * 3 * GB
+    assert fusion.memory_needed(12 * pixels, pixels) < 1.01 * 0.7 * 3 * GB
+    free(16)
+    assert depthmaps.fitting_size(3200, [(6000, 4000)] * 1000) < 1600
+
+
+def test_a_surface_of_little_memory_has_fewer_points(free):
+    free(2)
+    assert meshing.fitting_points() * meshing._BYTES_PER_POINT <= 0.7 * 2 * GB
+    free(100)
+    assert meshing.fitting_points() == meshing.SurfaceOptions.max_points
+
+
+def test_a_photo_of_100_megapixels_takes_as_much_as_was_measured_to_be_straightened():
+    """`tests/benchmarks/bench_memory`: 648 MB to 3200 pixels, 2110 MB to its own size."""
+    assert 648e6 < undistortion.memory_needed(12000, 9000, 3200) < 1300e6
+    assert 2110e6 < undistortion.memory_needed(12000, 9000, None) < 4200e6
+
+
+def test_the_peak_of_a_run_that_was_stopped_counts(tmp_path, monkeypatch):
+    monkeypatch.setattr(checkpoints, "peak_bytes", lambda: 5 * GB)
+    Checkpoints(tmp_path).stage("straight").finish()
+    Checkpoints(tmp_path).stage("depths").pause()
+    monkeypatch.setattr(checkpoints, "peak_bytes", lambda: GB)
+    now = Checkpoints(tmp_path)
+    assert now.stage("straight").peak_bytes == 5 * GB
+    now.stage("depths").finish()
+    assert Checkpoints(tmp_path).stage("depths").peak_bytes == 5 * GB
+    assert Checkpoints(tmp_path).stage("cloud").peak_bytes == GB

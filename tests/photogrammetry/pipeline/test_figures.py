@@ -1,0 +1,63 @@
+"""What the report says of cameras, after the model was placed."""
+
+import numpy as np
+import pytest
+
+from vomstudio.geometry.cameras import Intrinsics, View
+from vomstudio.photogrammetry.align.priors import Calibration
+from vomstudio.photogrammetry.align.scene_check import check_scene
+from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.photogrammetry.pipeline.report_data import as_placed, calibration
+
+NAMES = ("f", "cx", "cy", "k")
+UNKNOWN = np.full((4, 4), np.nan)
+UNKNOWN[3, 3] = 1.0
+HELD = Calibration(
+    "SIMPLE_RADIAL", NAMES, (1300.0, 800.0, 600.0, 0.01), (0.0, 0.0, 0.0, 0.002),
+    tuple(map(tuple, UNKNOWN)), ("a.jpg", "b.jpg", "c.jpg"), "held", "is assumed", None, 20.0,
+)  # fmt: skip
+LENS = {"photos": list(HELD.photos), "freed": True, "sigma_px": 6.0, "reason": "freed by ground"}
+FREED = {"lenses": [LENS]}
+
+
+def scene(focal: float) -> SparseScene:
+    """Three cameras side by side before 60 points on a wall 10 m away."""
+    lens = Intrinsics("SIMPLE_RADIAL", 1600, 1200, (focal, 800.0, 600.0, 0.01))
+    views = tuple(
+        View(name, lens, np.eye(3), np.array([-x, 0.0, 0.0]))
+        for name, x in zip(HELD.photos, (-2.0, 0.0, 2.0), strict=True)
+    )
+    rng = np.random.default_rng(1)
+    points = np.column_stack([rng.uniform(-2, 2, (60, 2)), rng.uniform(9, 11, 60)])
+    pixels = np.stack([view.project(points) for view in views], axis=1).reshape(-1, 2)
+    return SparseScene(
+        views, points, np.zeros((60, 3), np.uint8), np.zeros(60, np.float32),
+        np.arange(0, 181, 3), np.tile(np.arange(3, dtype=np.int32), 60), pixels.astype(np.float32),
+    )  # fmt: skip
+
+
+def test_a_focal_length_that_the_ground_has_told_is_no_guess_any_more() -> None:
+    guessed = check_scene(scene(1300.0), cameras=[HELD])
+    assert any(finding.code == "focal-vague" for finding in guessed.findings)
+    (camera,) = as_placed([HELD], scene(1500.0), FREED)
+    assert camera.values[0] == 1500.0
+    assert (camera.focal, camera.sigma[0]) == ("freed", 6.0)
+    assert "freed by ground" in camera.reason
+    told = check_scene(scene(1500.0), cameras=[camera])
+    assert not any(finding.code == "focal-vague" for finding in told.findings)
+
+
+def test_cameras_that_nothing_changed_stay_as_they_are() -> None:
+    (camera,) = as_placed([HELD], scene(1300.0), {})
+    assert camera.values == HELD.values
+    assert (camera.focal, camera.reason) == (HELD.focal, HELD.reason)
+
+
+def test_what_the_ground_freed_has_an_error_and_no_correlations() -> None:
+    class Seen:
+        name, camera, width, height = "a.jpg", "Acme", 1600, 1200
+
+    (row,) = calibration(as_placed([HELD], scene(1500.0), FREED), [Seen()])  # type: ignore[list-item]
+    assert row["sigma"] == [6.0, 0.0, 0.0, pytest.approx(0.002)]
+    assert row["free"] == ["k"]
+    assert row["correlation"] == [[1.0]]

@@ -1,0 +1,244 @@
+"""Scenes placed and adjusted by ground control."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.photogrammetry.made_photos import LENS, ORIGIN, abreast, around, face
+from tests.photogrammetry.place.test_georeference import scene_of
+from tests.photogrammetry.place.test_gps_priors import block
+from vomstudio.errors import GeometryError, UsageError
+from vomstudio.geometry.cameras import View
+from vomstudio.io.control.tables import ControlPoint, Mark
+from vomstudio.photogrammetry.align.mapping import residuals
+from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.photogrammetry.place.control import place_by_control
+from vomstudio.photogrammetry.place.georeference import by_control
+from vomstudio.photogrammetry.place.ground_adjustment import triangulate
+
+PLACES = np.array(
+    [[-5, 0.2, 0], [5, 0.1, 0.2], [0, -0.5, 2], [-5, 0.3, 4], [5, 0, 4.2], [1, 0.5, 0]]
+)
+
+
+def marked(
+    views: list[View], noise_px: float = 0.3, sigma: float = 0.005
+) -> tuple[list[ControlPoint], list[Mark]]:
+    rng = np.random.default_rng(3)
+    control, marks = [], []
+    for label, place in zip("ABCDEF", PLACES, strict=True):
+        x, y, z = place + ORIGIN + rng.normal(0, sigma, 3)
+        control.append(ControlPoint(label, (x, y, z), sigma, check=label == "F"))
+        for view in views:
+            pixel = view.project(place)[0] + rng.normal(0, noise_px, 2)
+            if view.contains(pixel)[0]:
+                marks.append(Mark(label, view.name, float(pixel[0]), float(pixel[1])))
+    return control, marks
+
+
+@pytest.fixture(scope="module")
+def wall() -> tuple[list[View], np.ndarray, SparseScene]:
+    views, points = around(), face(200)
+    scene = scene_of(views, points)
+    noise = np.random.default_rng(0).normal(0, 0.3, scene.track_pixels.shape)
+    return views, points, replace(scene, track_pixels=(scene.track_pixels + noise).astype("f4"))
+
+
+def test_control_points_place_the_model_and_a_check_point_agrees(
+    wall: tuple[list[View], np.ndarray, SparseScene],
+) -> None:
+    views, points, scene = wall
+    control, marks = marked(views)
+    placed, report = place_by_control(scene, control, marks, "EPSG:32632")
+    assert np.median(np.abs(placed.points + placed.origin - points - ORIGIN)) < 0.004
+    assert placed.crs == "EPSG:32632"
+    assert placed.scaled
+    assert report.adjusted
+    assert [p.role for p in report.points] == ["control"] * 5 + ["check"]
+    assert report.control_rms_m is not None
+    assert 0 < report.control_rms_m < 0.015
+    assert report.check_rms_m is not None
+    assert report.check_rms_m < 0.025
+    assert all(0 < (p.residual_px or 0) < 3 for p in report.points)
+    assert report.tilt_error_deg < 0.2
+
+
+def test_the_adjustment_mends_a_bent_scene(
+    wall: tuple[list[View], np.ndarray, SparseScene],
+) -> None:
+    views, _, scene = wall
+    control, marks = marked(views, 0.1, 0.001)
+    # Cameras pushed about by some centimetres, as a weak alignment leaves them.
+    rng = np.random.default_rng(5)
+    pushed = []
+    for view in scene.views:
+        centre = view.centre + rng.normal(0, 0.004, 3)
+        pushed.append(replace(view, translation=-view.rotation @ centre))
+    bent = replace(scene, views=tuple(pushed))
+    loose, _ = place_by_control(bent, control, marks, adjust=False)
+    tied, report = place_by_control(bent, control, marks)
+    truth = np.array([view.centre for view in views]) + ORIGIN
+
+    def error(s: SparseScene) -> float:
+        return float(np.median(np.linalg.norm(s.centres + s.origin - truth, axis=1)))
+
+    assert report.adjusted
+    assert error(loose) > 0.02
+    assert error(tied) < 0.004
+    assert np.nanmean(np.linalg.norm(residuals(tied), axis=1)) < 0.45
+
+
+def test_a_point_with_a_slip_of_the_pen_is_left_out_and_named(
+    wall: tuple[list[View], np.ndarray, SparseScene],
+) -> None:
+    views, points, scene = wall
+    control, marks = marked(views)
+    control = [replace(p, check=False) for p in control]
+    x, y, z = control[2].position
+    control[2] = replace(control[2], position=(x, y + 1.0, z))
+    placed, report = place_by_control(scene, control, marks)
+    assert [p.label for p in report.points if p.role == "left out"] == ["C"]
+    assert any("contradict the others were left out: C" in w for w in report.warnings)
+    assert np.median(np.abs(placed.points + placed.origin - points - ORIGIN)) < 0.006
+
+
+def test_marks_of_nothing_are_told_and_do_no_harm(
+    wall: tuple[list[View], np.ndarray, SparseScene],
+) -> None:
+    views, _, scene = wall
+    control, marks = marked(views)
+    marks += [Mark("Z", views[0].name, 1, 2), Mark("A", "unknown.jpg", 1, 2)]
+    control.append(ControlPoint("G", (0.0, 0.0, 0.0)))
+    _, report = place_by_control(scene, control, marks, adjust=False)
+    assert report.points[-1].role == "unseen"
+    said = " ".join(report.warnings)
+    assert "unknown.jpg" in said
+    assert "no such point in the table" in said
+    assert "tell nothing: G" in said
+
+
+def surveyed(
+    views: list[View], depth: float, sigma: float
+) -> tuple[list[ControlPoint], list[Mark]]:
+    """Twelve points, every other one so far before the wall."""
+    rng = np.random.default_rng(3)
+    places = np.vstack([PLACES, PLACES + [0.7, 0.2, 0.4]])
+    places[1::2, 1] -= depth
+    control, marks = [], []
+    for number, place in enumerate(places):
+        x, y, z = place + ORIGIN + rng.normal(0, sigma, 3)
+        control.append(ControlPoint(str(number), (x, y, z), sigma))
+        for view in views:
+            pixel = view.project(place)[0] + rng.normal(0, 0.4, 2)
+            if view.contains(pixel)[0]:
+                marks.append(Mark(str(number), view.name, float(pixel[0]), float(pixel[1])))
+    return control, marks
+
+
+@pytest.fixture(scope="module")
+def short() -> tuple[list[View], SparseScene]:
+    """Photos that all look the same way, aligned with a focal length 5 % too short."""
+    views = abreast(8)
+    return views, block(views, face(500), (1425.0, 800.0, 600.0, -0.05))
+
+
+def centre_error(scene: SparseScene, views: list[View]) -> float:
+    truth = np.array([view.centre for view in views]) + ORIGIN
+    return float(np.median(np.linalg.norm(scene.centres + scene.origin - truth, axis=1)))
+
+
+def test_good_control_of_some_depth_frees_the_focal_length(
+    short: tuple[list[View], SparseScene],
+) -> None:
+    views, scene = short
+    placed, report = place_by_control(scene, *surveyed(views, 3.0, 0.005), threads=1)
+    assert placed.views[0].intrinsics.focal[0] == pytest.approx(1500, rel=0.01)
+    # 5 % of 12 m are 0.6 m.
+    assert centre_error(placed, views) < 0.08
+    assert "estimated with what is known of the ground" in report.decisions[0]
+    # A wrong lens makes good points contradict each other; none is left out for that.
+    assert {p.role for p in report.points} == {"control"}
+
+
+@pytest.mark.parametrize(("depth", "sigma"), [(0.0, 0.05), (1.5, 0.1)])
+def test_weak_control_does_not_free_the_focal_length(
+    short: tuple[list[View], SparseScene], depth: float, sigma: float
+) -> None:
+    views, scene = short
+    placed, report = place_by_control(scene, *surveyed(views, depth, sigma), threads=1)
+    assert placed.views[0].intrinsics.focal[0] == 1425.0
+    assert "held at 1425 px" in report.decisions[0]
+    assert "1.5 % wanted" in report.decisions[0]
+
+
+def test_markers_without_coordinates_take_part(
+    wall: tuple[list[View], np.ndarray, SparseScene],
+) -> None:
+    views, _, scene = wall
+    control, marks = marked(views)
+    four = {point.label for point in control[:4]}
+    placed, report = place_by_control(scene, control[:4], marks, threads=1)
+    without, _ = place_by_control(
+        scene, control[:4], [mark for mark in marks if mark.label in four], threads=1
+    )
+    assert np.abs(placed.centres - without.centres).max() > 1e-6
+    assert "2 markers without coordinates took part in the adjustment" in report.decisions
+    assert not any("not used" in warning for warning in report.warnings)
+
+
+def test_photos_may_be_named_without_their_folder(
+    wall: tuple[list[View], np.ndarray, SparseScene],
+) -> None:
+    views, _, scene = wall
+    named = tuple(replace(v, name=f"images/{v.name}") for v in scene.views)
+    control, marks = marked(views)
+    _, report = place_by_control(replace(scene, views=named), control, marks, adjust=False)
+    assert report.control_rms_m is not None
+
+
+def test_too_few_points_and_points_on_a_line_are_refused(
+    wall: tuple[list[View], np.ndarray, SparseScene],
+) -> None:
+    views, _, scene = wall
+    control, marks = marked(views)
+    with pytest.raises(GeometryError, match="2 of the 2 control points"):
+        place_by_control(scene, control[:2], marks)
+    with pytest.raises(GeometryError, match="none of the 5"):
+        place_by_control(scene, control, marks[:1])
+    line, seen = [], []
+    for i, x in enumerate((-4.0, 0.0, 2.0, 4.0)):
+        place = np.array([x, 0.0, 2.0])
+        line.append(ControlPoint(str(i), tuple(place + ORIGIN)))
+        seen += [Mark(str(i), v.name, *map(float, v.project(place)[0])) for v in views]
+    with pytest.raises(GeometryError, match="on one line"):
+        place_by_control(scene, line, seen)
+
+
+def test_a_point_is_triangulated_where_it_is() -> None:
+    views = around()
+    place = np.array([0.5, 0.2, 2.0])
+    pixels = [view.project(place)[0] for view in views]
+    assert triangulate(views, pixels) == pytest.approx(place, abs=1e-9)
+    assert np.isnan(triangulate(views[:1], pixels[:1])).all()
+    assert np.isnan(triangulate([views[0]] * 2, [pixels[0]] * 2)).all()
+    assert LENS.distorts
+
+
+def test_tables_are_read_and_marks_are_asked_for(
+    tmp_path: Path, wall: tuple[list[View], np.ndarray, SparseScene]
+) -> None:
+    views, _, scene = wall
+    control, marks = marked(views)
+    points_file, marks_file = tmp_path / "control.csv", tmp_path / "marks.csv"
+    rows = [f"{p.label},{p.position[0]},{p.position[1]},{p.position[2]}" for p in control]
+    points_file.write_text("\n".join(["label,x,y,z", *rows]))
+    rows = [f"{m.label},{m.photo},{m.x},{m.y}" for m in marks]
+    marks_file.write_text("\n".join(["label,photo,x,y", *rows]))
+    placed, report = by_control(scene, points_file, marks_file, "25832")
+    assert placed.crs == report.crs == "EPSG:25832"
+    with pytest.raises(UsageError, match="marks"):
+        by_control(scene, points_file, None)

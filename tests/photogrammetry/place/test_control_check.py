@@ -1,0 +1,122 @@
+"""What control can do is said before hours are spent."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pytest
+
+from vomstudio.errors import GeometryError
+from vomstudio.io.control.tables import ControlPoint, Mark, read_control, read_marks
+from vomstudio.photogrammetry.place.control_check import check_control
+
+
+@dataclass(frozen=True)
+class Seen:
+    name: str
+    latitude_deg: float | None = None
+    longitude_deg: float | None = None
+    altitude_m: float | None = None
+    gps_accuracy_m: float | None = None
+
+
+PLACES = {"A": (0, 0, 0), "B": (10, 0, 0), "C": (0, 0, 5), "D": (10, 0, 5)}
+POINTS = [ControlPoint(k, (float(x), float(y), float(z))) for k, (x, y, z) in PLACES.items()]
+PHOTOS = [Seen(f"{n}.jpg") for n in range(5)]
+
+
+def marks(*labels: str, photos: int = 4) -> list[Mark]:
+    return [Mark(label, f"{n}.jpg", 1.0, 1.0) for label in labels for n in range(photos)]
+
+
+def test_enough_points_are_counted_and_nothing_is_complained_of() -> None:
+    points = [*POINTS, ControlPoint("E", (5.0, 1.0, 2.0), None, True)]
+    found = check_control(points, marks(*"ABCDE"), PHOTOS)
+    assert found.problem is None
+    assert found.summary == "4 control points and 1 check point can be used, each in 4 photos"
+    assert found.warnings == ()
+    assert found.crs is None
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (marks("A", "B"), "there are 2"),
+        (marks("A"), "there is 1"),
+        ([], "there are none"),
+        ([*marks("A", "B"), *marks("C", photos=1)], "there are 2"),
+        (marks("A", "B", "E"), "marks name points that the control does not have: E"),
+        ([Mark(k, "x.jpg", 1, 1) for k in "ABC"], "not in the folder: x.jpg"),
+    ],
+)
+def test_too_few_points_are_counted_with_the_reason(given: list[Mark], said: str) -> None:
+    found = check_control(POINTS, given, PHOTOS)
+    assert found.problem is not None
+    assert "3 control points, each marked in 2 or more of the photos, are needed" in found.problem
+    assert said in found.problem
+
+
+def test_check_points_do_not_count_as_control() -> None:
+    points = [replace(p, check=p.label in "BC") for p in POINTS]
+    assert "there are 2" in str(check_control(points, marks(*"ABCD"), PHOTOS).problem)
+
+
+def test_points_in_one_line_are_refused() -> None:
+    points = [ControlPoint(k, (float(n), 2.0 * n, 3.0 * n)) for n, k in enumerate("ABC")]
+    assert "one line" in str(check_control(points, marks(*"ABC"), PHOTOS).problem)
+
+
+def test_what_is_weak_is_said() -> None:
+    found = check_control(POINTS, [*marks("A", "B", "C", photos=2), *marks("D", photos=1)], PHOTOS)
+    assert found.problem is None
+    said = "; ".join(found.warnings)
+    assert "3 control points leave nothing over" in said
+    assert "no check points" in said
+    assert "fewer than 2 photos, so of no use: D" in said
+    assert "fewer than 4 photos: A, B, C" in said
+
+
+def test_the_zone_of_the_gps_is_proposed_where_the_points_lie_in_it() -> None:
+    # On the central meridian of zone 33 at 45 degrees: 500 000, 4 982 950 (0.9996 of the meridian
+    # arc of 4 984 944 m).
+    photos = [replace(p, latitude_deg=45.0, longitude_deg=15.0, altitude_m=9.0) for p in PHOTOS]
+    near = [replace(p, position=(p.position[0] + 5e5, p.position[1] + 4982950.0, 9.0 + i * i))
+            for i, p in enumerate(POINTS)]  # fmt: skip
+    found = check_control(near, marks(*"ABCD"), photos)
+    assert found.crs == "EPSG:32633"
+    assert "m from the photos' GPS" in found.crs_reason
+    local = check_control(POINTS, marks(*"ABCD"), photos)
+    assert local.crs is None
+    assert "local frame" in local.crs_reason
+    wrong = check_control(near, marks(*"ABCD"), photos, "EPSG:32632")
+    assert wrong.crs == "EPSG:32632"
+    # Six degrees of longitude at 45 degrees are some 472 km.
+    assert any("47" in text and "km from the photos' GPS" in text for text in wrong.warnings)
+
+
+def test_saint_martin_has_six_points_of_which_one_mark_has_no_point(data_dir: Path) -> None:
+    folder = data_dir / "saint_martin"
+    photos = [Seen(path.name) for path in folder.glob("*.JPG")]
+    found = check_control(
+        read_control(folder / "Ground-Pts3D.xml"), read_marks(folder / "GroundMeasure.xml"), photos
+    )
+    assert found.problem is None
+    assert sum(p.usable for p in found.points) == 6
+    assert any("u-of-You" in text for text in found.warnings)
+
+
+def test_a_place_outside_the_crs_does_not_stop_the_check() -> None:
+    photos = [replace(p, latitude_deg=95.0, longitude_deg=15.0, altitude_m=9.0) for p in PHOTOS]
+    try:
+        found = check_control(POINTS, marks(*"ABCD"), photos, "EPSG:32633")
+    except GeometryError:
+        pytest.fail("a check does not raise")
+    assert found.problem is None
+
+
+def test_marks_without_coordinates_are_tie_markers_where_two_photos_have_them() -> None:
+    given = [*marks(*"ABCD"), *marks("T", photos=2), *marks("U", photos=1)]
+    said = " ".join(check_control(POINTS, given, PHOTOS).warnings)
+    assert "tie photos together only: T" in said
+    assert "of no use: U" in said

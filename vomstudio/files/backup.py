@@ -1,0 +1,32 @@
+"""What a user has made is put aside before something else takes its name."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+from pathlib import Path
+
+from vomstudio.errors import TargetError
+from vomstudio.files.atomic import write_bytes
+
+
+def set_aside(path: Path) -> Path:
+    """Copy a file to NAME.bak beside it, or NAME.bak2 and so on where that is taken; where.
+
+    A copy with the same content is not made twice. Raises TargetError.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise TargetError(
+            f"it cannot be put aside before it is replaced ({error.strerror})", file=path
+        ) from error
+    for number in itertools.count(1):
+        kept = path.with_name(f"{path.name}.bak{'' if number == 1 else number}")
+        with contextlib.suppress(OSError):
+            if kept.read_bytes() == data:
+                return kept
+        if not kept.exists():
+            write_bytes(kept, data)
+            return kept
+    raise AssertionError("numbers do not end")

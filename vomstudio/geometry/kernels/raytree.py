@@ -1,0 +1,156 @@
+"""Compiled walks down the tree of boxes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vomstudio.geometry.kernels.jit import kernel, part
+
+LEAF = 4
+INSIDE = -1e-12
+
+
+@part
+def _enters(low, high, node, start, way, last):  # type: ignore[no-untyped-def]
+    """Where along a ray it enters a box; infinite if it does not before `last`."""
+    near, far = 0.0, last
+    for axis in range(3):
+        a, b = low[node, axis], high[node, axis]
+        if a > b:
+            return np.inf
+        w = way[axis]
+        if w == 0.0:
+            if start[axis] < a or start[axis] > b:
+                return np.inf
+        else:
+            t0, t1 = (a - start[axis]) / w, (b - start[axis]) / w
+            if t0 > t1:
+                t0, t1 = t1, t0
+            slack = 1e-12 * (abs(t0) + abs(t1))
+            near, far = max(near, t0 - slack), min(far, t1 + slack)
+            if near > far:
+                return np.inf
+    return near
+
+
+@part
+def _descend(low, high, node, start, way, last, stack, entry, top):  # type: ignore[no-untyped-def]
+    """Put the children of a node that a ray enters on the stack, the nearer one on top."""
+    a, b = 2 * node + 1, 2 * node + 2
+    ta, tb = _enters(low, high, a, start, way, last), _enters(low, high, b, start, way, last)
+    if ta > tb:
+        a, b, ta, tb = b, a, tb, ta
+    if tb < np.inf:
+        top += 1
+        stack[top], entry[top] = b, tb
+    if ta < np.inf:
+        top += 1
+        stack[top], entry[top] = a, ta
+    return top
+
+
+@kernel(
+    "void(f8[:,::1], i4[:,::1], i8[::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[::1],"
+    "i8[::1], f8[::1], f8[:,::1])"
+)
+def first_faces(points, faces, order, low, high, starts, ways, ends, index, distance, weights):  # type: ignore[no-untyped-def]
+    leaves = (len(low) + 1) // 2
+    stack, entry = np.empty(128, np.int64), np.empty(128, np.float64)
+    for ray in range(len(ways)):
+        s, w = starts[ray], ways[ray]
+        best = ends[ray]
+        if not (np.isfinite(s).all() and np.isfinite(w).all()):
+            continue
+        top = 0
+        stack[0], entry[0] = 0, _enters(low, high, 0, s, w, best)
+        while top >= 0:
+            node, at = stack[top], entry[top]
+            top -= 1
+            if at == np.inf or at > best:
+                continue
+            if node < leaves - 1:
+                top = _descend(low, high, node, s, w, best, stack, entry, top)
+                continue
+            first = (node - (leaves - 1)) * LEAF
+            for k in range(first, min(first + LEAF, len(order))):
+                f = order[k]
+                i, j, m = faces[f, 0], faces[f, 1], faces[f, 2]
+                ex = points[j, 0] - points[i, 0]
+                ey = points[j, 1] - points[i, 1]
+                ez = points[j, 2] - points[i, 2]
+                fx = points[m, 0] - points[i, 0]
+                fy = points[m, 1] - points[i, 1]
+                fz = points[m, 2] - points[i, 2]
+                px, py, pz = w[1] * fz - w[2] * fy, w[2] * fx - w[0] * fz, w[0] * fy - w[1] * fx
+                det = ex * px + ey * py + ez * pz
+                if det == 0.0:
+                    continue
+                gx, gy, gz = s[0] - points[i, 0], s[1] - points[i, 1], s[2] - points[i, 2]
+                u = (gx * px + gy * py + gz * pz) / det
+                if u < INSIDE or u > 1.0 - INSIDE:
+                    continue
+                qx, qy, qz = gy * ez - gz * ey, gz * ex - gx * ez, gx * ey - gy * ex
+                v = (w[0] * qx + w[1] * qy + w[2] * qz) / det
+                if v < INSIDE or u + v > 1.0 - INSIDE:
+                    continue
+                t = (fx * qx + fy * qy + fz * qz) / det
+                if 0.0 < t < best:
+                    best = t
+                    index[ray] = f
+                    distance[ray] = t
+                    weights[ray, 0] = 1.0 - u - v
+                    weights[ray, 1] = u
+                    weights[ray, 2] = v
+
+
+@kernel(
+    "void(f8[:,::1], i8[::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[::1], f8, f8,"
+    "i8[::1], f8[::1])"
+)
+def first_points(points, order, low, high, starts, ways, ends, reach, thick, index, distance):  # type: ignore[no-untyped-def]
+    leaves = (len(low) + 1) // 2
+    stack, entry = np.empty(128, np.int64), np.empty(128, np.float64)
+    for ray in range(len(ways)):
+        s, w = starts[ray], ways[ray]
+        if not (np.isfinite(s).all() and np.isfinite(w).all()):
+            continue
+        length = np.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
+        if length == 0.0:
+            continue
+        # The first walk finds how far the first surface is, the second its best point.
+        front, closest = ends[ray], np.inf
+        for turn in range(2):
+            limit = front if turn == 0 else min(front + thick / length, ends[ray])
+            top = 0
+            stack[0], entry[0] = 0, _enters(low, high, 0, s, w, limit)
+            met = False
+            while top >= 0:
+                node, at = stack[top], entry[top]
+                top -= 1
+                if at == np.inf or at > limit:
+                    continue
+                if node < leaves - 1:
+                    top = _descend(low, high, node, s, w, limit, stack, entry, top)
+                    continue
+                first = (node - (leaves - 1)) * LEAF
+                for k in range(first, min(first + LEAF, len(order))):
+                    p = order[k]
+                    gx, gy, gz = points[p, 0] - s[0], points[p, 1] - s[1], points[p, 2] - s[2]
+                    t = (gx * w[0] + gy * w[1] + gz * w[2]) / (length * length)
+                    if t <= 0.0 or t > limit:
+                        continue
+                    dx, dy, dz = gx - t * w[0], gy - t * w[1], gz - t * w[2]
+                    off = np.sqrt(dx * dx + dy * dy + dz * dz)
+                    if off > reach:
+                        continue
+                    if turn == 0:
+                        met = True
+                        limit = t
+                    elif off < closest:
+                        closest = off
+                        index[ray] = p
+                        distance[ray] = t
+            if turn == 0:
+                if not met:
+                    break
+                front = limit

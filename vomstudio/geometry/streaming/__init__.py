@@ -1,0 +1,1 @@
+"""Clouds too large for memory, read node by node."""

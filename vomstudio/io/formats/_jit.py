@@ -1,5 +1,0 @@
-"""Compiled kernels that are kept between runs where the disk allows it."""
-
-from vomstudio.geometry.jit import kernel, part
-
-__all__ = ["kernel", "part"]

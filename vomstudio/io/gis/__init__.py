@@ -1,0 +1,1 @@
+"""Coordinate systems and the file formats of GIS and CAD."""

@@ -1,0 +1,1 @@
+"""Meshes and clouds: readers, writers, cache, copies."""

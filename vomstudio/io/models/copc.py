@@ -1,0 +1,363 @@
+"""Cloud optimised point clouds: the octree of a `.copc.laz`, read node by node.
+
+COPC 1.0 (https://copc.io). A node of the octree is a cube that holds a thin, even sample of the
+points within it; its eight children fill in what is between. So the nodes of the first levels are a
+picture of the whole, and nodes near the viewer, down to any level, the picture in full.
+The same file read whole, as a LAZ file, goes through `vomstudio.io.models.formats.las`.
+"""
+
+from __future__ import annotations
+
+import struct
+import threading
+import weakref
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any, BinaryIO
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.streaming.octree import (
+    FETCHED_AT_ONCE,
+    NodeStore,
+    StreamedCloud,
+    parents_of,
+    parts_of,
+)
+from vomstudio.io.gis.crs import parse_crs, sidecar_crs
+from vomstudio.io.models.formats._las_records import Choice, Layout, choose, cloud_of, layout_of
+from vomstudio.io.models.formats._las_top import (
+    MAX_CHUNK_POINTS,
+    Top,
+    is_sound_chunk,
+    read_top,
+    unpack,
+)
+
+Array = npt.NDArray[Any]
+Key = tuple[int, int, int, int]
+
+_ENTRY = np.dtype([("key", "<i4", 4), ("offset", "<u8"), ("bytes", "<i4"), ("points", "<i4")])
+_DEEPEST = 30
+_INFO_BYTES = 160
+_FEWEST_BYTES = 34
+"""Of a chunk: one whole point, and its number of points."""
+
+
+@dataclass(frozen=True, eq=False)
+class Nodes:
+    """Nodes of the octree that hold points, coarse levels first.
+
+    keys : (n, 4) int32, level and the number of the cube along x, y and z
+    bounds : (n, 2, 3) float64, the cubes in the file's frame
+    points : (n,) int64, how many each holds
+    spacing : (n,) float64, about the distance of neighbouring points of the node
+    """
+
+    keys: npt.NDArray[np.int32]
+    bounds: npt.NDArray[np.float64]
+    points: npt.NDArray[np.int64]
+    spacing: npt.NDArray[np.float64]
+    offsets: npt.NDArray[np.int64]
+    sizes: npt.NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.keys)
+
+    def take(self, rows: Array) -> Nodes:
+        """Those of a mask, or of row numbers."""
+        return Nodes(
+            self.keys[rows], self.bounds[rows], self.points[rows],
+            self.spacing[rows], self.offsets[rows], self.sizes[rows],
+        )  # fmt: skip
+
+
+def is_copc(path: str | Path) -> bool:
+    """Whether the first record of a LAZ file is the one of COPC."""
+    try:
+        with open(path, "rb") as file:
+            head = file.read(393)
+    except OSError:
+        return False
+    return head[:4] == b"LASF" and head[377:381] == b"copc"
+
+
+class CopcFile:
+    """An open COPC file. Pages of its table of nodes are read once, when they are first needed."""
+
+    def __init__(self, path: str | Path) -> None:
+        """Raises InputError where it is no COPC file, or a damaged one."""
+        self.path = Path(path)
+        if not is_copc(path):
+            raise InputError(
+                "This is no COPC file: it has no octree; read it as a LAZ file.", file=path
+            )
+        self.top: Top = read_top(self.path)
+        info = self.top.records.get(("copc", 1), b"")
+        if len(info) < _INFO_BYTES or self.top.layers == 0:
+            raise self._damaged("its first record is cut short")
+        x, y, z, half, spacing, at, size = struct.unpack_from("<5d2Q", info)
+        if not np.isfinite([x, y, z, half, spacing]).all() or half <= 0 or spacing <= 0:
+            raise self._damaged("its cube is no cube")
+        self._low = np.array([x, y, z]) - half
+        self._side, self._spacing = 2.0 * half, spacing
+        self._layout: Layout = layout_of(self.top, self.path)
+        self._choice: Choice | None = None
+        self._pages: list[tuple[int, int, Key]] = [(at, size, (0, 0, 0, 0))]
+        self._seen: set[int] = set()
+        self._entries: dict[Key, tuple[int, int, int]] = {}
+        self._file: BinaryIO = open(self.path, "rb")  # noqa: SIM115  closed by close()
+        try:
+            self._load_pages(range(1), None)
+        except BaseException:
+            self._file.close()
+            raise
+
+    def __enter__(self) -> CopcFile:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        self._file.close()
+
+    @property
+    def points(self) -> int:
+        """How many the whole file promises."""
+        return self.top.points
+
+    @property
+    def bounds(self) -> npt.NDArray[np.float64]:
+        """(2, 3) of all points, as the header says."""
+        return self.top.bounds
+
+    @property
+    def crs(self) -> str | None:
+        """As LoadedModel's; None where the file names no projected one."""
+        text = (
+            self.top.records.get(("LASF_Projection", 2112), b"")
+            .rstrip(b"\0")
+            .decode("utf-8", "replace")
+        )
+        try:
+            return parse_crs(text)[0] if text.strip() else None
+        except InputError:
+            return None
+
+    def nodes(self, levels: range | None = None, bounds: Array | None = None) -> Nodes:
+        """The nodes of `levels` whose cubes touch `bounds` (2, 3); all of them without. Raises
+        InputError where the table of nodes is damaged."""
+        self._load_pages(levels, bounds)
+        keys = np.array(list(self._entries), np.int32).reshape(-1, 4)
+        rest = np.array(list(self._entries.values()), np.int64).reshape(-1, 3)
+        order = np.lexsort((rest[:, 0], keys[:, 0]))
+        keys, rest = keys[order], rest[order]
+        keep = rest[:, 2] > 0
+        if levels is not None:
+            keep &= (keys[:, 0] >= levels.start) & (keys[:, 0] < levels.stop)
+        cubes = self._cubes(keys)
+        if bounds is not None:
+            keep &= _touches(cubes, bounds)
+        spacing = self._spacing / 2.0 ** keys[:, 0]
+        return Nodes(keys, cubes, rest[:, 2], spacing, rest[:, 0], rest[:, 1]).take(keep)
+
+    def overview(self, count: int) -> Nodes:
+        """The first levels: as many as hold about `count` points together, at least one."""
+        chosen = self.nodes(range(1))
+        for level in range(1, _DEEPEST):
+            more = self.nodes(range(level + 1))
+            if len(more) == len(chosen) or more.points.sum() > 1.5 * count:
+                break
+            chosen = more
+        return chosen
+
+    def read(self, nodes: Nodes) -> PointCloud:
+        """Their points, one node after the other in the order of `nodes`. Colours and fields are
+        those of the root node, so that pieces can be joined. Raises InputError where a node is
+        damaged."""
+        if self._choice is None:
+            root = self.nodes(range(1))
+            first = root if len(root) else self.nodes().take(np.arange(1))
+            self._choice = choose(self._records(first), self._layout)
+        return cloud_of(self._records(nodes), self._layout, self.top, self._choice)
+
+    def _records(self, nodes: Nodes) -> Array:
+        total = int(nodes.points.sum())
+        if total > self.top.points:
+            raise self._damaged("its nodes hold more points than the whole file")
+        chunks: list[bytes] = []
+        for at, size, points in zip(nodes.offsets, nodes.sizes, nodes.points, strict=True):
+            try:
+                self._file.seek(int(at))
+                chunk = self._file.read(int(size))
+            except OSError as error:
+                raise InputError(
+                    f"The file cannot be read any more ({error.strerror}).", file=self.path
+                ) from error
+            if len(chunk) != size or not is_sound_chunk(chunk, int(points), self.top):
+                raise self._damaged("a node of it is not what its table says")
+            chunks.append(chunk)
+        found = unpack(chunks, nodes.points.tolist(), self.top, FETCHED_AT_ONCE)
+        if found is None:
+            raise self._damaged("a node of it cannot be unpacked")
+        return found.reshape(-1).view(self._layout.kind)
+
+    def _load_pages(self, levels: range | None, bounds: Array | None) -> None:
+        """Read what pages are still unread and may name nodes of these levels and bounds."""
+        while True:
+            wanted = [page for page in self._pages if self._is_wanted(page[2], levels, bounds)]
+            if not wanted:
+                return
+            self._pages = [page for page in self._pages if page not in wanted]
+            for at, size, _ in wanted:
+                self._load_page(at, size)
+
+    def _load_page(self, at: int, size: int) -> None:
+        if at in self._seen or at + size > self.top.size or size % _ENTRY.itemsize:
+            raise self._damaged("its table of nodes is cut short or goes in circles")
+        self._seen.add(at)
+        self._file.seek(at)
+        page = np.frombuffer(self._file.read(size), _ENTRY)
+        level = page["key"][:, 0]
+        if len(page) * _ENTRY.itemsize != size or not ((level >= 0) & (level <= _DEEPEST)).all():
+            raise self._damaged("its table of nodes makes no sense")
+        if (page["key"][:, 1:] < 0).any() or (page["key"][:, 1:] >> level[:, None]).any():
+            raise self._damaged("its table of nodes has nodes outside of their cube")
+        held = page["points"] > 0
+        end = page["offset"].astype(np.float64) + page["bytes"]
+        if (
+            (page["bytes"][held] < _FEWEST_BYTES).any()
+            or (end[held] > self.top.size).any()
+            or (page["points"][held] > MAX_CHUNK_POINTS).any()
+        ):
+            raise self._damaged("its table of nodes points outside of the file")
+        for key, offset, length, points in page.tolist():
+            place = (int(key[0]), int(key[1]), int(key[2]), int(key[3]))
+            if points == -1:
+                self._pages.append((offset, max(length, 0), place))
+            else:
+                self._entries[place] = (offset if points > 0 else 0, length, max(points, 0))
+
+    def _is_wanted(self, key: Key, levels: range | None, bounds: Array | None) -> bool:
+        if levels is not None and key[0] >= levels.stop:
+            return False
+        return bounds is None or bool(
+            _touches(self._cubes(np.array([key], np.int32)), bounds).all()
+        )
+
+    def _cubes(self, keys: Array) -> Array:
+        side = self._side / 2.0 ** keys[:, :1]
+        low = self._low + keys[:, 1:] * side
+        return np.stack([low, low + side], axis=1)
+
+    def _damaged(self, why: str) -> InputError:
+        return InputError(
+            f"The COPC file is damaged ({why}); copy or export it again.", file=self.path
+        )
+
+
+def nodes(path: str | Path, levels: range | None = None, bounds: Array | None = None) -> Nodes:
+    """The nodes of a file; see `CopcFile.nodes`."""
+    with CopcFile(path) as file:
+        return file.nodes(levels, bounds)
+
+
+def read_nodes(path: str | Path, keys: Iterable[Sequence[int]]) -> PointCloud:
+    """The points of the nodes with these keys (level, x, y, z). Raises InputError where there is
+    no such node."""
+    wanted = [tuple(int(number) for number in key) for key in keys]
+    with CopcFile(path) as file:
+        deepest = max((key[0] for key in wanted), default=0)
+        found = file.nodes(range(deepest + 1))
+        rows = {tuple(key): row for row, key in enumerate(found.keys.tolist())}
+        missing = [key for key in wanted if key not in rows]
+        if missing:
+            raise InputError(f"The file has no node {missing[0]} with points.", file=path)
+        return file.read(found.take(np.array([rows[key] for key in wanted], np.int64)))
+
+
+def crs_of(path: str | Path) -> tuple[str | None, str | None]:
+    """The reference system of a COPC file, or of `NAME.prj` beside it, and what is wrong there."""
+    with CopcFile(path) as file:
+        found = file.crs
+    return (found, None) if found else sidecar_crs(Path(path))
+
+
+OVERVIEW_POINTS = 200_000
+
+
+def points_in(path: str | Path) -> int:
+    """How many points a COPC file promises; 0 where it is none."""
+    if not is_copc(path):
+        return 0
+    try:
+        return read_top(Path(path)).points
+    except InputError:
+        return 0
+
+
+def stream(path: str | Path, budget: int) -> StreamedCloud:
+    """A COPC file of which at most `budget` points are to be held, with its first levels read.
+
+    The file stays open as long as the cloud is there. Raises InputError.
+    """
+    file = CopcFile(path)
+    try:
+        found = file.nodes()
+        if not len(found) or not np.isfinite(file.bounds).all():
+            raise InputError("The file holds no points that can be read.", file=path)
+        order = np.argsort(found.offsets)
+        starts = np.empty(len(found), np.int64)
+        starts[order] = np.concatenate([[0], np.cumsum(found.points[order])[:-1]])
+        rows = _first(found, OVERVIEW_POINTS)
+        overview = file.read(found.take(np.array(rows)))
+    except BaseException:
+        file.close()
+        raise
+    lock = threading.Lock()
+
+    def read(rows: Sequence[int]) -> PointCloud:
+        # One thread at a time: they share the place in the file.
+        with lock:
+            return file.read(found.take(np.array(rows)))
+
+    store = NodeStore(
+        found.bounds, found.spacing, found.points, starts, parents_of(found.keys), read, budget,
+        rows,
+    )  # fmt: skip
+    weakref.finalize(store, file.close)
+    for row, part in zip(rows, parts_of(overview, found.points[list(rows)].tolist()), strict=True):
+        store.put(row, part)
+    return StreamedCloud(
+        overview.points, overview.colors, None, overview.fields,
+        store=store, box=file.bounds,
+    )  # fmt: skip
+
+
+def _first(found: Nodes, count: int) -> tuple[int, ...]:
+    """Rows of the first levels, as many as hold about `count` points together, at least one."""
+    levels = found.keys[:, 0]
+    chosen = levels == levels.min()
+    for level in range(int(levels.min()) + 1, int(levels.max()) + 1):
+        more = levels <= level
+        if found.points[more].sum() > 1.5 * count:
+            break
+        chosen = more
+    return tuple(np.flatnonzero(chosen).tolist())
+
+
+def _touches(cubes: Array, bounds: Array) -> Array:
+    low, high = np.asarray(bounds, np.float64)
+    touches: Array = ((cubes[:, 0] <= high) & (cubes[:, 1] >= low)).all(axis=1)
+    return touches

@@ -1,0 +1,154 @@
+"""Decimal text to float64, correctly rounded, in compiled code.
+
+Two exact shortcuts, else the token is left to Python's float():
+- Clinger 1990 (*PLDI*, "How to read floating point numbers accurately"): a mantissa of at most
+  2**53 and a power of ten of at most 22 are both exact doubles, so one multiplication or division
+  rounds once;
+- mantissas of up to 18 digits divided by at most 10**22: the quotient in double-double (Dekker
+  1971, *Numerische Mathematik* 18, 224), taken only when every value within its error bound rounds
+  to the same double.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vomstudio.io.models.formats._jit import part
+
+EXACT = 1 << 53
+MAX_DIGITS = 18
+POWERS = 10.0 ** np.arange(23)
+
+READY, LEFT_OVER, NO_NUMBER = 0, 1, 2
+
+
+@part
+def is_space(c):  # type: ignore[no-untyped-def]
+    """Blanks inside a line; the line end itself (10) is not one."""
+    return c == 32 or c == 9 or c == 13 or c == 11 or c == 12
+
+
+@part
+def _quotient(mantissa, power):  # type: ignore[no-untyped-def]
+    """mantissa / 10**power, correctly rounded, or NaN where that is not certain."""
+    p = POWERS[power]
+    high = float(mantissa)
+    low = float(mantissa - np.int64(high))
+    q = high / p
+    # q * p exactly, as product + tail: Dekker's product of two doubles.
+    split = 134217729.0
+    t = split * q
+    q1 = t - (t - q)
+    q2 = q - q1
+    t = split * p
+    p1 = t - (t - p)
+    p2 = p - p1
+    product = q * p
+    tail = ((q1 * p1 - product) + q1 * p2 + q2 * p1) + q2 * p2
+    correction = (((high - product) - tail) + low) / p
+    rounded = q + correction
+    rest = correction - (rounded - q)
+    slack = abs(rounded) * 2.0**-98
+    if rounded + (rest + slack) == rounded and rounded + (rest - slack) == rounded:
+        return rounded
+    return np.nan
+
+
+@part
+def number(data, start, end):  # type: ignore[no-untyped-def]
+    """The token from `start` to a blank or `end`: its value, its state, and its end.
+
+    State READY, LEFT_OVER: for Python (long, extreme, nan, inf, or no number), or NO_NUMBER.
+    """
+    i = start
+    negative = False
+    if i < end and (data[i] == 45 or data[i] == 43):
+        negative = data[i] == 45
+        i += 1
+    mantissa = np.int64(0)
+    digits = 0
+    exponent = np.int64(0)
+    sound = False
+    long = False
+    while i < end:
+        d = np.int64(data[i]) - 48
+        if d < 0 or d > 9:
+            break
+        sound = True
+        if digits < MAX_DIGITS:
+            mantissa = mantissa * 10 + d
+            if mantissa != 0:
+                digits += 1
+        else:
+            long = True
+        i += 1
+    if i < end and data[i] == 46:
+        i += 1
+        while i < end:
+            d = np.int64(data[i]) - 48
+            if d < 0 or d > 9:
+                break
+            sound = True
+            if digits < MAX_DIGITS:
+                mantissa = mantissa * 10 + d
+                exponent -= 1
+                if mantissa != 0:
+                    digits += 1
+            elif d != 0:
+                long = True
+            i += 1
+    if sound and i < end and (data[i] == 101 or data[i] == 69):
+        i += 1
+        minus = False
+        if i < end and (data[i] == 45 or data[i] == 43):
+            minus = data[i] == 45
+            i += 1
+        power = np.int64(0)
+        sound = False
+        while i < end:
+            d = np.int64(data[i]) - 48
+            if d < 0 or d > 9:
+                break
+            sound = True
+            if power < 100000:
+                power = power * 10 + d
+            i += 1
+        exponent += -power if minus else power
+    if i < end and not is_space(data[i]):
+        sound = False
+    if not sound or long:
+        while i < end and not is_space(data[i]):
+            i += 1
+        c = data[start] | 32
+        # A word that cannot be nan or inf, with whatever sign, is not worth Python's time.
+        if 97 <= c <= 122 and c != 110 and c != 105:
+            return 0.0, NO_NUMBER, i
+        return 0.0, LEFT_OVER, i
+    value = 0.0
+    if mantissa != 0:
+        if mantissa <= EXACT and -22 <= exponent <= 22:
+            value = float(mantissa)
+            if exponent < 0:
+                value /= POWERS[-exponent]
+            elif exponent > 0:
+                value *= POWERS[exponent]
+        elif -22 <= exponent < 0:
+            value = _quotient(mantissa, -exponent)
+            if np.isnan(value):
+                return 0.0, LEFT_OVER, i
+        else:
+            return 0.0, LEFT_OVER, i
+    return -value if negative else value, READY, i
+
+
+def python_number(token: bytes) -> float | None:
+    """What compiled code left over. None where it is no number (NaN by any spelling is one)."""
+    try:
+        text = token.decode("ascii").lower()
+        return None if "_" in text else float(text)
+    except ValueError:
+        bare = token.lower().lstrip(b"+-")
+        # Microsoft's C library writes 1.#IND, 1.#QNAN, 1.#INF, and nan(ind).
+        if bare.startswith((b"1.#", b"nan", b"inf")):
+            return float("nan")
+        return None

@@ -1,0 +1,300 @@
+"""What lies under a glTF scene: its JSON, its buffers and their typed views.
+
+Every index, offset and length in such a file is somebody else's word and is checked against what
+is there before it is used.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import contextlib
+import hashlib
+import json
+import struct
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote_to_bytes
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError
+from vomstudio.io.models.formats._clean import read_whole
+from vomstudio.io.models.mtl import find_beside
+from vomstudio.progress import Progress, Silent
+
+Array = npt.NDArray[Any]
+
+MAGIC = b"glTF"
+JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
+MAX_JSON_BYTES = 1 << 28
+# Of accessors that are not backed by bytes of the file, which could promise anything.
+MAX_UNBACKED = 50_000_000
+COMPONENTS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+COMPRESSED = {
+    "KHR_draco_mesh_compression": "Draco",
+    "EXT_meshopt_compression": "meshopt",
+    "KHR_meshopt_compression": "meshopt",
+}
+UNDERSTOOD = (
+    "KHR_materials_",
+    "KHR_texture_transform",
+    "KHR_mesh_quantization",
+    "KHR_lights_punctual",
+    "EXT_texture_webp",
+)
+
+
+def files_beside(path: Path) -> list[Path]:
+    """The buffers and images that a .gltf or .glb names beside itself, as far as they are there.
+    Raises InputError where it is no glTF."""
+    document = Document(path, Silent())
+    found: list[Path] = []
+    for kind in ("buffers", "images"):
+        for index in range(document.count(kind)):
+            uri = document.item(kind, index).get("uri")
+            if isinstance(uri, str) and not uri.startswith("data:"):
+                with contextlib.suppress(InputError):
+                    source = document.uri_bytes(uri, f"{kind}[{index}]")
+                    assert isinstance(source, Path)
+                    found.append(source)
+    return found
+
+
+class Document:
+    """One .gltf or .glb file.
+
+    content_hash : of the file and the buffer files that belong to it; empty where there are none
+    """
+
+    def __init__(self, path: Path, progress: Progress) -> None:
+        self.path = path
+        self.progress = progress
+        data = read_whole(path, progress)
+        self._binary: Array | None = None
+        packed = data[:4].tobytes() == MAGIC
+        text = self._split(data) if packed else data.tobytes()
+        self.json = self._parsed(text)
+        self._buffers: dict[int, Array] = {}
+        self._hasher = hashlib.sha256(data.data)
+        self._has_files = False
+        self._check_version()
+
+    @property
+    def content_hash(self) -> str:
+        return self._hasher.hexdigest() if self._has_files else ""
+
+    def wrong(self, sentence: str, field: str | None = None) -> InputError:
+        return InputError(f"{sentence}; export the file again.", file=self.path, field=field)
+
+    def _split(self, data: Array) -> bytes:
+        if len(data) < 20:
+            raise self.wrong("The file ends within its header")
+        version, length = struct.unpack_from("<II", data.data, 4)
+        if version != 2:
+            raise self.wrong(f"This is glTF version {version}, and version 2 is read here")
+        if length > len(data):
+            raise InputError(
+                f"The file is cut short: {len(data):,} of {length:,} bytes are there; copy it"
+                " again.",
+                file=self.path,
+            )
+        at, text = 12, b""
+        while at + 8 <= length:
+            size, kind = struct.unpack_from("<II", data.data, at)
+            at += 8
+            if size > length - at:
+                raise self.wrong("A part of the file is longer than the file", f"byte {at - 8}")
+            if kind == JSON_CHUNK and not text:
+                text = data[at : at + size].tobytes()
+            elif kind == BINARY_CHUNK and self._binary is None:
+                self._binary = data[at : at + size]
+            at += size
+        return text
+
+    def _parsed(self, text: bytes) -> dict[str, Any]:
+        if len(text) > MAX_JSON_BYTES:
+            raise self.wrong("Its JSON is larger than any scene's")
+        try:
+            found = json.loads(text.decode("utf-8-sig"))
+        except UnicodeDecodeError:
+            raise self.wrong("Its JSON is not UTF-8") from None
+        except (ValueError, RecursionError) as error:
+            said = str(error).split(": line")[0][:80]
+            raise InputError(
+                f"Its JSON cannot be understood ({said}); export the file again.",
+                file=self.path,
+                line=getattr(error, "lineno", None),
+            ) from None
+        if not isinstance(found, dict):
+            raise self.wrong("Its JSON is no scene")
+        return found
+
+    def _check_version(self) -> None:
+        version = self.section("asset").get("version")
+        if not isinstance(version, str) or not version.startswith("2"):
+            raise self.wrong("It does not say that it is glTF version 2", "asset.version")
+        required = self.json.get("extensionsRequired")
+        for name in required if isinstance(required, list) else ():
+            if name in COMPRESSED:
+                raise InputError(
+                    f"Its geometry is compressed with {COMPRESSED[name]}, which is not read here;"
+                    " export it without compression.",
+                    file=self.path,
+                    field="extensionsRequired",
+                )
+
+    def unknown_extensions(self) -> list[str]:
+        """What the file says one must understand and is not understood here."""
+        required = self.json.get("extensionsRequired")
+        names = [n for n in required if isinstance(n, str)] if isinstance(required, list) else []
+        return [n for n in names if not n.startswith(UNDERSTOOD)]
+
+    def section(self, name: str, of: dict[str, Any] | None = None) -> dict[str, Any]:
+        """The object `name`; empty where there is none or it is something else."""
+        found = (self.json if of is None else of).get(name)
+        return found if isinstance(found, dict) else {}
+
+    def count(self, kind: str) -> int:
+        found = self.json.get(kind)
+        return len(found) if isinstance(found, list) else 0
+
+    def item(self, kind: str, index: object) -> dict[str, Any]:
+        """Entry `index` of the list `kind`. Raises InputError."""
+        if isinstance(index, bool) or not isinstance(index, int):
+            raise self.wrong(f"'{index}' is no index", kind)
+        if not 0 <= index < self.count(kind):
+            raise self.wrong(f"There is no entry {index} in it", kind)
+        found = self.json[kind][index]
+        if not isinstance(found, dict):
+            raise self.wrong("It is not what it should be", f"{kind}[{index}]")
+        return found
+
+    def whole(self, of: dict[str, Any], key: str, default: int, field: str) -> int:
+        """A count or offset. Raises InputError where it is no whole number from 0."""
+        value = of.get(key, default)
+        if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**62:
+            raise self.wrong(f"'{key}' is no whole number", field)
+        return value
+
+    def uri_bytes(self, uri: object, field: str) -> bytes | Path:
+        """The bytes of a data URI, or the path of the file beside that it names."""
+        if not isinstance(uri, str):
+            raise self.wrong("'uri' is no text", field)
+        if uri.startswith("data:"):
+            head, _, body = uri.partition(",")
+            try:
+                if head.endswith(";base64"):
+                    return base64.b64decode(unquote_to_bytes(body), validate=True)
+                return unquote_to_bytes(body)
+            except (binascii.Error, ValueError):
+                raise self.wrong("Its embedded data is damaged", field) from None
+        name = unquote_to_bytes(uri).decode("utf-8", "replace")
+        found, problem = find_beside(self.path.parent, name)
+        if found is None:
+            raise InputError(f"{problem}; put it beside the model.", file=self.path, field=field)
+        return found
+
+    def _buffer(self, index: object) -> Array:
+        buffer = self.item("buffers", index)
+        assert isinstance(index, int)
+        if index in self._buffers:
+            return self._buffers[index]
+        field = f"buffers[{index}]"
+        if "uri" in buffer:
+            source = self.uri_bytes(buffer["uri"], field)
+            if isinstance(source, bytes):
+                data: Array = np.frombuffer(source, np.uint8)
+            else:
+                data = read_whole(source, self.progress)
+                self._hasher.update(data.data)
+                self._has_files = True
+        elif index == 0 and self._binary is not None:
+            data = self._binary
+        else:
+            raise self.wrong("Its data is not there", field)
+        length = self.whole(buffer, "byteLength", len(data), field)
+        if length > len(data):
+            raise InputError(
+                f"Its data is cut short: {len(data):,} of {length:,} bytes are there; copy it"
+                " again.",
+                file=self.path,
+                field=field,
+            )
+        self._buffers[index] = data
+        return data
+
+    def view(self, index: object) -> tuple[Array, int]:
+        """The bytes of a buffer view, and its stride (0: none said)."""
+        view = self.item("bufferViews", index)
+        field = f"bufferViews[{index}]"
+        if any(name in self.section("extensions", view) for name in COMPRESSED):
+            raise self.wrong("Its data is compressed", field)
+        data = self._buffer(view.get("buffer"))
+        start = self.whole(view, "byteOffset", 0, field)
+        length = self.whole(view, "byteLength", 0, field)
+        if start + length > len(data):
+            raise self.wrong("It reaches beyond its buffer", field)
+        return data[start : start + length], self.whole(view, "byteStride", 0, field)
+
+    def accessor(self, index: object, *widths: int) -> Array:
+        """(n, width) values as they are stored, normalised ones as floats. Raises InputError where
+        they do not lie in the file, or have a width that is not in `widths`."""
+        accessor = self.item("accessors", index)
+        field = f"accessors[{index}]"
+        kind = accessor.get("componentType")
+        width = WIDTHS.get(str(accessor.get("type")))
+        if not isinstance(kind, int) or kind not in COMPONENTS or width is None:
+            raise self.wrong("Its type is unknown", field)
+        if width not in widths:
+            raise self.wrong(f"It has {width} values a row where others are wanted", field)
+        dtype = np.dtype(COMPONENTS[kind])
+        count = self.whole(accessor, "count", 0, field)
+        sparse = accessor.get("sparse")
+        if "bufferView" in accessor:
+            values = self._typed(accessor, accessor["bufferView"], dtype, count, width, field)
+        elif isinstance(sparse, dict) and count <= MAX_UNBACKED:
+            values = np.zeros((count, width), dtype)
+        else:
+            raise self.wrong("It has no data", field)
+        if isinstance(sparse, dict):
+            values = self._with_sparse(values, sparse, field)
+        if accessor.get("normalized") is True and dtype.kind in "iu":
+            top = np.float32(np.iinfo(dtype).max)
+            return np.maximum(values.astype(np.float32) / top, np.float32(-1.0))
+        return values
+
+    def _typed(
+        self,
+        owner: dict[str, Any],
+        view: object,
+        dtype: np.dtype[Any],
+        count: int,
+        width: int,
+        field: str,
+    ) -> Array:
+        data, stride = self.view(view)
+        start = self.whole(owner, "byteOffset", 0, field)
+        row = dtype.itemsize * width
+        stride = stride or row
+        if stride < row or (count and start + stride * (count - 1) + row > len(data)):
+            raise self.wrong("It reaches beyond its data", field)
+        if count == 0:
+            return np.empty((0, width), dtype)
+        return np.ndarray((count, width), dtype, data, start, (stride, dtype.itemsize))
+
+    def _with_sparse(self, values: Array, sparse: dict[str, Any], field: str) -> Array:
+        count = self.whole(sparse, "count", 0, f"{field}.sparse")
+        where, what = self.section("indices", sparse), self.section("values", sparse)
+        kind = COMPONENTS.get(where.get("componentType", 0), "")
+        if "u" not in kind:
+            raise self.wrong("Its indices have an unknown type", f"{field}.sparse")
+        rows = self._typed(where, where.get("bufferView"), np.dtype(kind), count, 1, field)[:, 0]
+        new = self._typed(what, what.get("bufferView"), values.dtype, count, values.shape[1], field)
+        if len(rows) and int(rows.max()) >= len(values):
+            raise self.wrong("It names rows that are not there", f"{field}.sparse")
+        values = values.copy()
+        values[rows] = new
+        return values

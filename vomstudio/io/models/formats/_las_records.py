@@ -1,0 +1,145 @@
+"""The bytes of single LAS points, by the tables of the LAS 1.4 specification (R15)."""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.io.models.formats._clean import scale_colors
+from vomstudio.io.models.formats._las_top import Top
+
+Array = npt.NDArray[Any]
+
+_XYZ = [("X", "<i4"), ("Y", "<i4"), ("Z", "<i4"), ("intensity", "<u2"), ("returns", "u1")]
+_OLD = [*_XYZ, ("class", "u1"), ("angle", "i1"), ("user", "u1"), ("source", "<u2")]
+_NEW = [*_XYZ, ("flags", "u1"), ("class", "u1"), ("user", "u1"), ("angle", "<i2"),
+        ("source", "<u2"), ("gps_time", "<f8")]  # fmt: skip
+_TIME = [("gps_time", "<f8")]
+_RGB = [("red", "<u2"), ("green", "<u2"), ("blue", "<u2")]
+_NIR = [("nir", "<u2")]
+_WAVE = [("wave", "V29")]
+_FORMATS: dict[int, list[Any]] = {
+    0: _OLD, 1: _OLD + _TIME, 2: _OLD + _RGB, 3: _OLD + _TIME + _RGB, 4: _OLD + _TIME + _WAVE,
+    5: _OLD + _TIME + _RGB + _WAVE, 6: _NEW, 7: _NEW + _RGB, 8: _NEW + _RGB + _NIR,
+    9: _NEW + _WAVE, 10: _NEW + _RGB + _NIR + _WAVE,
+}  # fmt: skip
+_EXTRA = ["u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f4", "<f8"]
+_EXTRA_BYTES = 192
+# Kept where they say something, that is, are not 0 everywhere.
+STANDARD_FIELDS = ("intensity", "classification", "return_number", "gps_time")
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """How the records of one file are read.
+
+    extra : name, and (scale, offset) where the values are stored as integers of a scale
+    """
+
+    kind: np.dtype[Any]
+    new: bool
+    extra: dict[str, tuple[float, float] | None]
+
+
+def layout_of(top: Top, path: Path) -> Layout:
+    """Raises InputError for a format that is not known."""
+    known = _FORMATS.get(top.point_format)
+    if known is None or np.dtype(known).itemsize > top.record_bytes:
+        raise InputError(
+            f"Its points are of format {top.point_format}, which is not known; export it again as "
+            "LAS 1.4.",
+            file=path,
+            field="LAS header",
+        )
+    columns = list(known)
+    extra: dict[str, tuple[float, float] | None] = {}
+    left = top.record_bytes - np.dtype(known).itemsize
+    record = top.records.get(("LASF_Spec", 4), b"")
+    for at in range(0, len(record) - _EXTRA_BYTES + 1, _EXTRA_BYTES):
+        number, options = record[at + 2], record[at + 3]
+        name = record[at + 4 : at + 36].split(b"\0")[0].decode("utf-8", "replace")
+        taken = {column[0] for column in columns} | set(STANDARD_FIELDS)
+        if not 1 <= number <= len(_EXTRA) or not name or name in taken:
+            break
+        kind = _EXTRA[number - 1]
+        width = np.dtype(kind).itemsize
+        if width > left:
+            break
+        left -= width
+        columns.append((name, kind))
+        (scale,) = struct.unpack_from("<d", record, at + 112)
+        (offset,) = struct.unpack_from("<d", record, at + 136)
+        scaled = options & 0b11000
+        extra[name] = (
+            (scale if options & 0b1000 else 1.0, offset if options & 0b10000 else 0.0)
+            if scaled
+            else None
+        )
+    if left:
+        columns.append((" rest", f"V{left}"))
+    return Layout(np.dtype(columns), top.point_format >= 6, extra)
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What of the records is shown; the same for all pieces of a file, so that they can be joined.
+
+    wide_colors : whether they use all of their 16 bits
+    """
+
+    colors: bool
+    wide_colors: bool
+    fields: tuple[str, ...]
+
+
+def choose(records: Array, layout: Layout) -> Choice:
+    """From a sample: colours where there are any, standard fields that are not 0 everywhere, and
+    all extra ones."""
+    names = layout.kind.names or ()
+    top = max((int(records[c].max(initial=0)) for c in ("red", "green", "blue") if c in names),
+              default=0)  # fmt: skip
+    fields = []
+    for name in STANDARD_FIELDS:
+        values = _field(records, layout, name)
+        idle = values is None or not values.any() or (name == "return_number" and values.max() == 1)
+        if not idle:
+            fields.append(name)
+    return Choice(top > 0, top > 255, (*fields, *layout.extra))
+
+
+def cloud_of(records: Array, layout: Layout, top: Top, choice: Choice) -> PointCloud:
+    points = np.empty((len(records), 3))
+    for j, axis in enumerate("XYZ"):
+        np.multiply(records[axis], top.scales[j], out=points[:, j])
+        points[:, j] += top.offsets[j]
+    colors = None
+    if choice.colors:
+        colors = np.empty((len(records), 3), np.uint8)
+        for j, channel in enumerate(("red", "green", "blue")):
+            wide = records[channel]
+            colors[:, j] = wide >> 8 if choice.wide_colors else scale_colors(wide)
+    fields = {}
+    for name in choice.fields:
+        values = _field(records, layout, name)
+        if values is not None:
+            fields[name] = values
+    return PointCloud(points, colors, None, fields)
+
+
+def _field(records: Array, layout: Layout, name: str) -> Array | None:
+    if name == "classification":
+        return records["class"] & (0xFF if layout.new else 0x1F)
+    if name == "return_number":
+        return records["returns"] & (0x0F if layout.new else 0x07)
+    if name not in (layout.kind.names or ()):
+        return None
+    values: Array = np.ascontiguousarray(records[name])
+    scaling = layout.extra.get(name)
+    return values if scaling is None else values * scaling[0] + scaling[1]

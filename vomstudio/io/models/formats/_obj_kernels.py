@@ -1,0 +1,357 @@
+"""The compiled passes over the bytes of an OBJ file.
+
+`count` says how much a block of lines holds, so that `parse` can write straight into the final
+arrays, several blocks at once. Both must agree on what a line is.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.io.models.formats._decimals import LEFT_OVER, READY, is_space, number
+from vomstudio.io.models.formats._jit import kernel, part
+
+# What `count` returns, by row.
+N_VERTICES, N_UVS, N_TRIANGLES, N_WORDS, N_POLYGONS, N_ODD, N_SHORT_FACES, N_COLORED = range(8)
+N_LINE_ELEMENTS = 8
+COUNTS = 9
+
+# What `parse` reports, by row.
+R_LEFT_OVER, R_BAD_CORNERS, R_FIRST_BAD_CORNER, R_BAD_UVS, R_FIRST_BAD_UV = range(5)
+R_NO_NUMBERS, R_FIRST_NO_NUMBER = range(5, 7)
+REPORTS = 7
+
+# Where a left-over number belongs.
+TO_VERTEX, TO_UV, TO_COLOR = range(3)
+
+# Kinds of line.
+_NONE, _VERTEX, _UV, _FACE, _WORD, _IGNORED, _ODD, _LINE_ELEMENT = range(8)
+
+
+@part
+def _classify(data, i, end):  # type: ignore[no-untyped-def]
+    """Kind of the line that starts at i, and where its values start. data[end - 1] is a newline."""
+    while is_space(data[i]):
+        i += 1
+    c = data[i]
+    if c == 10 or c == 35:
+        return _NONE, i
+    d = data[i + 1] if i + 1 < end else np.uint8(10)
+    alone = is_space(d) or d == 10
+    if c == 118:  # v
+        if alone:
+            return _VERTEX, i + 1
+        e = data[i + 2] if i + 2 < end else np.uint8(10)
+        if d == 116 and (is_space(e) or e == 10):
+            return _UV, i + 2
+        if d == 110 or d == 112:  # vn, vp
+            return _IGNORED, i
+        return _ODD, i
+    if c == 102 and alone:  # f
+        return _FACE, i + 1
+    if c == 117 or c == 109:  # usemtl, mtllib, mg ...
+        return _WORD, i
+    if (c == 103 or c == 111 or c == 115) and alone:  # g, o, s
+        return _IGNORED, i
+    if (c == 108 or c == 112) and alone:  # l, p
+        return _LINE_ELEMENT, i
+    return _ODD, i
+
+
+@kernel("void(uint8[::1], int64, int64, int64[::1])")
+def count(data, start, end, counts):  # type: ignore[no-untyped-def]
+    """Counts of what lies in data[start:end], which starts at a line and ends with a newline."""
+    i = start
+    while i < end:
+        kind, i = _classify(data, i, end)
+        if kind == _VERTEX:
+            if counts[N_VERTICES] == 0 and counts[N_COLORED] == 0:
+                # Colours are looked for on the first vertex of each block only; `parse` takes them
+                # wherever they stand once any block has them.
+                values = 0
+                inside = False
+                while data[i] != 10 and data[i] != 35:
+                    blank = is_space(data[i])
+                    if not blank and not inside:
+                        values += 1
+                    inside = not blank
+                    i += 1
+                if values >= 6:
+                    counts[N_COLORED] += 1
+            counts[N_VERTICES] += 1
+        elif kind == _UV:
+            counts[N_UVS] += 1
+        elif kind == _FACE:
+            corners = 0
+            inside = False
+            while data[i] != 10:
+                blank = is_space(data[i])
+                if not blank and not inside:
+                    if data[i] == 35:
+                        break
+                    corners += 1
+                inside = not blank
+                i += 1
+            if corners >= 3:
+                counts[N_TRIANGLES] += corners - 2
+                if corners > 3:
+                    counts[N_POLYGONS] += 1
+            else:
+                counts[N_SHORT_FACES] += 1
+        elif kind == _WORD:
+            counts[N_WORDS] += 1
+        elif kind == _ODD:
+            counts[N_ODD] += 1
+        elif kind == _LINE_ELEMENT:
+            counts[N_LINE_ELEMENTS] += 1
+        while data[i] != 10:
+            i += 1
+        i += 1
+
+
+@part
+def _integer(data, i):  # type: ignore[no-untyped-def]
+    negative = False
+    if data[i] == 45:
+        negative = True
+        i += 1
+    elif data[i] == 43:
+        i += 1
+    value = np.int64(0)
+    first = i
+    while 48 <= data[i] <= 57:
+        if value < 100000000000:
+            value = value * 10 + (np.int64(data[i]) - 48)
+        i += 1
+    return (-value if negative else value), i > first, i
+
+
+@kernel(
+    "void(uint8[::1], int64, int64, int64[::1], int64, int64, float64[:,::1], float64[:,::1],"
+    " float32[:,::1], int32[:,::1], int32[:,::1], int64[:,::1], int64[:,::1], int64[:,::1],"
+    " int64[::1])"
+)
+def parse(  # type: ignore[no-untyped-def]
+    data,
+    start,
+    end,
+    base,
+    n_vertices,
+    n_uvs,
+    vertices,
+    uvs,
+    colors,
+    corners,
+    uv_corners,
+    words,
+    polygons,
+    left_over,
+    report,
+):
+    """One block into the final arrays, from the rows `base` (as `count` has them) onwards.
+
+    corners, uv_corners (m, 3): rows of vertices and uvs, -1 where unsound or absent; uv_corners and
+    colors may have no rows, then they are not wanted. words (k, 3): start, end, triangle before
+    which the line stands. polygons (p, 2): first triangle of the fan, corners. left_over (any, 4):
+    target, flat position, start, end; counted on beyond its rows.
+    """
+    v = base[N_VERTICES]
+    u = base[N_UVS]
+    t = base[N_TRIANGLES]
+    w = base[N_WORDS]
+    p = base[N_POLYGONS]
+    want_uv = uv_corners.shape[0] > 0
+    want_colors = colors.shape[0] > 0
+    room = left_over.shape[0]
+    value = np.empty(8)
+    token = np.empty((8, 2), np.int64)
+    state = np.empty(8, np.int64)
+    i = start
+    while i < end:
+        kind, i = _classify(data, i, end)
+        if kind in (_VERTEX, _UV):
+            most = 8 if kind == _VERTEX else 2
+            n = 0
+            while n < most:
+                while is_space(data[i]):
+                    i += 1
+                if data[i] == 10 or data[i] == 35:
+                    break
+                stop = i
+                while data[stop] != 10 and not is_space(data[stop]):
+                    stop += 1
+                token[n, 0] = i
+                value[n], state[n], i = number(data, i, stop)
+                if state[n] != READY:
+                    value[n] = np.nan
+                    if state[n] != LEFT_OVER:
+                        if report[R_NO_NUMBERS] == 0:
+                            report[R_FIRST_NO_NUMBER] = token[n, 0]
+                        report[R_NO_NUMBERS] += 1
+                token[n, 1] = i
+                n += 1
+            wanted = 3 if kind == _VERTEX else 2
+            for k in range(wanted):
+                x = np.nan
+                if k < n:
+                    x = value[k]
+                    if state[k] == LEFT_OVER:
+                        r = report[R_LEFT_OVER]
+                        if r < room:
+                            left_over[r, 0] = TO_VERTEX if kind == _VERTEX else TO_UV
+                            left_over[r, 1] = v * 3 + k if kind == _VERTEX else u * 2 + k
+                            left_over[r, 2] = token[k, 0]
+                            left_over[r, 3] = token[k, 1]
+                        report[R_LEFT_OVER] += 1
+                elif kind == _UV and k == 1 and n == 1:
+                    x = 0.0  # a one-dimensional texture
+                if kind == _VERTEX:
+                    vertices[v, k] = x
+                else:
+                    uvs[u, k] = x
+            if kind == _VERTEX:
+                if want_colors:
+                    if n >= 6:
+                        for k in range(3):
+                            colors[v, k] = value[3 + k]
+                            if state[3 + k] == LEFT_OVER:
+                                r = report[R_LEFT_OVER]
+                                if r < room:
+                                    left_over[r, 0] = TO_COLOR
+                                    left_over[r, 1] = v * 3 + k
+                                    left_over[r, 2] = token[3 + k, 0]
+                                    left_over[r, 3] = token[3 + k, 1]
+                                report[R_LEFT_OVER] += 1
+                    else:
+                        for k in range(3):
+                            colors[v, k] = np.nan
+                v += 1
+            else:
+                u += 1
+        elif kind == _FACE:
+            line = i
+            n = 0
+            bad = False
+            first_v = first_u = last_v = last_u = np.int64(-1)
+            t0 = t
+            while True:
+                while is_space(data[i]):
+                    i += 1
+                if data[i] == 10 or data[i] == 35:
+                    break
+                a, sound, i = _integer(data, i)
+                b = np.int64(0)
+                has_b = False
+                if sound and data[i] == 47:
+                    b, has_b, i = _integer(data, i + 1)
+                    if data[i] == 47:
+                        _, _, i = _integer(data, i + 1)
+                if data[i] != 10 and not is_space(data[i]):
+                    sound = False
+                    while data[i] != 10 and not is_space(data[i]):
+                        i += 1
+                # 1 is the first row, -1 the last one so far, 0 nothing.
+                row = np.int64(a - 1 if a > 0 else (a + v if a < 0 else -1))
+                if not sound or row < 0 or row >= n_vertices:
+                    row = np.int64(-1)
+                    bad = True
+                uv_row = np.int64((b - 1 if b > 0 else (b + u if b < 0 else -1)) if has_b else -1)
+                if uv_row < 0 or uv_row >= n_uvs:
+                    uv_row = np.int64(-1)
+                    if has_b:
+                        if report[R_BAD_UVS] == 0:
+                            report[R_FIRST_BAD_UV] = line
+                        report[R_BAD_UVS] += 1
+                if n == 0:
+                    first_v = row
+                    first_u = uv_row
+                elif n >= 2:
+                    corners[t, 0] = first_v
+                    corners[t, 1] = last_v
+                    corners[t, 2] = row
+                    if want_uv:
+                        uv_corners[t, 0] = first_u
+                        uv_corners[t, 1] = last_u
+                        uv_corners[t, 2] = uv_row
+                    t += 1
+                last_v = row
+                last_u = uv_row
+                n += 1
+            if n > 3:
+                polygons[p, 0] = t0
+                polygons[p, 1] = n
+                p += 1
+            if bad and n >= 3:
+                for k in range(t0, t):
+                    corners[k, 0] = -1
+                if report[R_BAD_CORNERS] == 0:
+                    report[R_FIRST_BAD_CORNER] = line
+                report[R_BAD_CORNERS] += 1
+        elif kind == _WORD:
+            words[w, 0] = i
+            stop = i
+            while data[stop] != 10:
+                stop += 1
+            words[w, 1] = stop
+            words[w, 2] = t
+            w += 1
+        while data[i] != 10:
+            i += 1
+        i += 1
+
+
+@kernel(
+    "int64(int32[:,::1], int32[:,::1], int64, int32[::1], int32[::1], int32[::1], int32[:,::1])"
+)
+def split_rows(corners, uv_corners, n, source, texture, following, out):  # type: ignore[no-untyped-def]
+    """`split_vertices` on arrays that have room; `following` chains the rows of one position."""
+    for i in range(n):
+        source[i] = i
+        texture[i] = -2
+        following[i] = -1
+    for i in range(corners.shape[0]):
+        for k in range(3):
+            v = corners[i, k]
+            u = uv_corners[i, k]
+            if texture[v] == -2:
+                texture[v] = u
+                out[i, k] = v
+                continue
+            row = np.int64(v)
+            while texture[row] != u and following[row] >= 0:
+                row = np.int64(following[row])
+            if texture[row] != u:
+                source[n] = v
+                texture[n] = u
+                following[n] = -1
+                following[row] = n
+                row = np.int64(n)
+                n += 1
+            out[i, k] = row
+    return n
+
+
+def split_vertices(
+    corners: npt.NDArray[np.int32], uv_corners: npt.NDArray[np.int32], n_vertices: int
+) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int32], npt.NDArray[np.int32]]:
+    """One vertex for each pair of position and texture coordinate that a corner (m, 3) names.
+
+    A position keeps its row for its first texture coordinate; further ones get new rows at the end.
+    Returns the corners in new rows, and the position and the texture coordinate (-1 none) of each
+    row.
+    """
+    # As many as there could be; memory that is not written to is not taken.
+    room = n_vertices + corners.size
+    source, texture, following = (np.empty(room, np.int32) for _ in range(3))
+    out = np.empty(corners.shape, np.int32)
+    n = split_rows(
+        np.ascontiguousarray(corners),
+        np.ascontiguousarray(uv_corners),
+        n_vertices,
+        source,
+        texture,
+        following,
+        out,
+    )
+    return out, source[:n], np.where(texture[:n] < 0, np.int32(-1), texture[:n])

@@ -1,0 +1,192 @@
+"""Compiled walks over PLY records whose lists differ in length, and over rows of text."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vomstudio.io.models.formats._decimals import READY, is_space, number
+from vomstudio.io.models.formats._jit import kernel, part
+
+
+@part
+def _count_at(data, at, size, signed, little):  # type: ignore[no-untyped-def]
+    value = np.int64(0)
+    for k in range(size):
+        byte = data[at + (size - 1 - k if little else k)]
+        value = value * 256 + np.int64(byte)
+    if signed and value >= np.int64(1) << (8 * size - 1):
+        value -= np.int64(1) << (8 * size)
+    return value
+
+
+@kernel(
+    "int64(uint8[::1], int64, int64[::1], int64[::1], boolean[::1], boolean, int64[:,::1],"
+    " int64[:,::1])"
+)
+def walk(data, at, sizes, count_sizes, count_signed, little, places, counts):  # type: ignore[no-untyped-def]
+    """Where each value of each record starts: rows of `places` and `counts` (n, k).
+
+    sizes (k,): bytes of a value or of a list's items; count_sizes (k,): bytes of a list's length, 0
+    for a plain value. Returns how many records are complete.
+    """
+    end = data.shape[0]
+    for i in range(places.shape[0]):
+        for j in range(sizes.shape[0]):
+            n = np.int64(1)
+            if count_sizes[j] > 0:
+                if at + count_sizes[j] > end:
+                    return i
+                n = _count_at(data, at, count_sizes[j], count_signed[j], little)
+                at += count_sizes[j]
+            if n < 0 or n > (end - at) // sizes[j]:
+                return i
+            places[i, j] = at
+            counts[i, j] = n
+            at += n * sizes[j]
+    return places.shape[0]
+
+
+@kernel("void(uint8[::1], int64[:], int64[:], int64, uint8[::1])")
+def gather(data, places, counts, size, out):  # type: ignore[no-untyped-def]
+    """The bytes of lists of `size`-byte items, one after the other."""
+    at = 0
+    for i in range(places.shape[0]):
+        n = counts[i] * size
+        for k in range(n):
+            out[at + k] = data[places[i] + k]
+        at += n
+
+
+@kernel(
+    "Tuple((int64, int64, int64))(uint8[::1], int64, int64, int64[::1], float64[::1],"
+    " int64[:,::1], int64, int64)"
+)
+def rows(data, at, wanted, starts, values, left_over, row, filled):  # type: ignore[no-untyped-def]
+    """Numbers of text lines, until `wanted` rows are full or `values` could overflow.
+
+    Goes on at byte `at` with `row` rows and `filled` values; starts (wanted + 1,) gets where each
+    row begins in `values`. left_over (any, 3): value, start, end, -1 ends the list. `data` ends
+    with a newline. Returns the next byte, rows and values.
+    """
+    end = data.shape[0]
+    n_left = 0
+    while at < end and row < wanted:
+        stop = at
+        while data[stop] != 10:
+            stop += 1
+        if filled + (stop - at) // 2 + 1 > values.shape[0]:
+            break
+        if n_left + (stop - at) // 2 + 1 > left_over.shape[0]:
+            break
+        first = filled
+        i = at
+        while True:
+            while is_space(data[i]):
+                i += 1
+            if i >= stop:
+                break
+            begin = i
+            value, state, i = number(data, i, stop)
+            if state != READY:
+                value = np.nan
+                left_over[n_left, 0] = filled
+                left_over[n_left, 1] = begin
+                left_over[n_left, 2] = i
+                n_left += 1
+            values[filled] = value
+            filled += 1
+        at = stop + 1
+        if filled > first:
+            starts[row] = first
+            row += 1
+            starts[row] = filled
+    if n_left < left_over.shape[0]:
+        left_over[n_left, 0] = -1
+    return at, row, filled
+
+
+@kernel("void(float64[::1], int64[::1], boolean[::1], int64[:,::1], int64[:,::1])")
+def walk_rows(values, starts, is_list, places, counts):  # type: ignore[no-untyped-def]
+    """As `walk`, over rows of numbers. Rows that are too short get counts of 0."""
+    for i in range(places.shape[0]):
+        at = starts[i]
+        end = starts[i + 1]
+        sound = True
+        for j in range(is_list.shape[0]):
+            n = np.int64(1)
+            if is_list[j]:
+                if at >= end or not 0 <= values[at] <= end - at - 1:
+                    sound = False
+                    break
+                n = np.int64(values[at])
+                at += 1
+            if n > end - at:
+                sound = False
+                break
+            places[i, j] = at
+            counts[i, j] = n
+            at += n
+        if not sound:
+            for j in range(is_list.shape[0]):
+                places[i, j] = 0
+                counts[i, j] = 0
+
+
+@kernel("void(float64[::1], int64[:], int64[:], float64[::1])")
+def gather_values(values, places, counts, out):  # type: ignore[no-untyped-def]
+    at = 0
+    for i in range(places.shape[0]):
+        for k in range(counts[i]):
+            out[at] = values[places[i] + k]
+            at += 1
+
+
+@kernel(
+    "Tuple((int64, int64, int64, int64))(int64[::1], int64[::1], int64, int64[::1], int32[:,::1],"
+    " int32[:,::1], int32[::1], int64[:,::1])"
+)
+def fan(counts, indices, n_vertices, uv_counts, corners, uv_corners, face_of, polygons):  # type: ignore[no-untyped-def]
+    """Polygons as fans of triangles; those with a corner beyond the vertices are left out.
+
+    counts (n,), indices (sum of counts,); uv_counts (n,): numbers in each face's own list of
+    texture coordinates, or no rows. corners, uv_corners, face_of have room for every triangle, the
+    second possibly none. Returns triangles, polygons of more than 3 corners, faces out of range,
+    faces with fewer than 3 corners.
+    """
+    t = 0
+    p = 0
+    out_of_range = 0
+    short = 0
+    at = 0
+    uv_at = 0
+    want_uv = uv_corners.shape[0] > 0
+    for i in range(counts.shape[0]):
+        n = counts[i]
+        has_uv = want_uv and uv_counts[i] == 2 * n
+        bad = False
+        for k in range(n):
+            if indices[at + k] < 0 or indices[at + k] >= n_vertices:
+                bad = True
+        if n < 3:
+            short += 1
+        elif bad:
+            out_of_range += 1
+        else:
+            if n > 3:
+                polygons[p, 0] = t
+                polygons[p, 1] = n
+                p += 1
+            for k in range(1, n - 1):
+                corners[t, 0] = indices[at]
+                corners[t, 1] = indices[at + k]
+                corners[t, 2] = indices[at + k + 1]
+                if want_uv:
+                    uv_corners[t, 0] = uv_at // 2 if has_uv else -1
+                    uv_corners[t, 1] = uv_at // 2 + k if has_uv else -1
+                    uv_corners[t, 2] = uv_at // 2 + k + 1 if has_uv else -1
+                face_of[t] = i
+                t += 1
+        at += n
+        if want_uv:
+            uv_at += uv_counts[i]
+    return t, p, out_of_range, short

@@ -1,0 +1,145 @@
+"""Polygons that came as fans of triangles, cut again where the fan would leave the polygon."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.io.models.formats._jit import kernel, part
+
+# Ear clipping is cubic at worst; longer polygons keep their fan.
+MAX_RING = 256
+
+
+@part
+def _turn(points, a, b, c, nx, ny, nz):  # type: ignore[no-untyped-def]
+    """Twice the area of triangle abc as seen against the normal: negative where it is clockwise."""
+    ux = points[b, 0] - points[a, 0]
+    uy = points[b, 1] - points[a, 1]
+    uz = points[b, 2] - points[a, 2]
+    vx = points[c, 0] - points[a, 0]
+    vy = points[c, 1] - points[a, 1]
+    vz = points[c, 2] - points[a, 2]
+    return (uy * vz - uz * vy) * nx + (uz * vx - ux * vz) * ny + (ux * vy - uy * vx) * nz
+
+
+def cut_concave(
+    vertices: npt.NDArray[np.float64],
+    corners: npt.NDArray[np.int32],
+    uv_corners: npt.NDArray[np.int32],
+    polygons: npt.NDArray[np.int64],
+) -> int:
+    """Ear clipping (Meisters 1975, *Am. Math. Monthly* 82, 648) of the concave polygons, in place.
+
+    vertices (n, 3); corners, uv_corners (m, 3), the second possibly without rows; polygons (p, 2):
+    first triangle of the fan, number of corners. Polygons with an unsound corner (-1) are left, so
+    are those that no ear can be found in (crossing themselves). Returns how many were cut again.
+    """
+    return int(
+        _cut(
+            vertices,
+            corners,
+            uv_corners,
+            polygons,
+            np.empty((MAX_RING, 3)),
+            np.empty((3, MAX_RING), np.int64),
+            np.empty((MAX_RING, 3), np.int64),
+        )
+    )
+
+
+@kernel(
+    "int64(float64[:,::1], int32[:,::1], int32[:,::1], int64[:,::1], float64[:,::1],"
+    " int64[:,::1], int64[:,::1])"
+)
+def _cut(vertices, corners, uv_corners, polygons, points, rings, ears):  # type: ignore[no-untyped-def]
+    """`cut_concave`, with working space for one polygon."""
+    ring = rings[0]
+    uv_ring = rings[1]
+    index = rings[2]
+    want_uv = uv_corners.shape[0] > 0
+    changed = 0
+    for q in range(polygons.shape[0]):
+        t0 = polygons[q, 0]
+        n = polygons[q, 1]
+        if n > MAX_RING:
+            continue
+        ring[0] = corners[t0, 0]
+        ring[1] = corners[t0, 1]
+        for k in range(n - 2):
+            ring[k + 2] = corners[t0 + k, 2]
+        if want_uv:
+            uv_ring[0] = uv_corners[t0, 0]
+            uv_ring[1] = uv_corners[t0, 1]
+            for k in range(n - 2):
+                uv_ring[k + 2] = uv_corners[t0 + k, 2]
+        sound = True
+        for k in range(n):
+            if ring[k] < 0:
+                sound = False
+        if not sound:
+            continue
+        for k in range(n):
+            for c in range(3):
+                points[k, c] = vertices[ring[k], c] - vertices[ring[0], c]
+        # Newell's normal, which concave and slightly warped polygons have too.
+        nx = ny = nz = 0.0
+        for k in range(n):
+            m = (k + 1) % n
+            nx += (points[k, 1] - points[m, 1]) * (points[k, 2] + points[m, 2])
+            ny += (points[k, 2] - points[m, 2]) * (points[k, 0] + points[m, 0])
+            nz += (points[k, 0] - points[m, 0]) * (points[k, 1] + points[m, 1])
+        fan_is_sound = True
+        for k in range(1, n - 1):
+            if _turn(points, 0, k, k + 1, nx, ny, nz) < 0:
+                fan_is_sound = False
+        if fan_is_sound:
+            continue
+        for k in range(n):
+            index[k] = k
+        left = n
+        made = 0
+        k = 0
+        tried = 0
+        while left > 3 and tried < left:
+            a = index[(k + left - 1) % left]
+            b = index[k % left]
+            c = index[(k + 1) % left]
+            ear = _turn(points, a, b, c, nx, ny, nz) > 0
+            if ear:
+                for j in range(left):
+                    o = index[j]
+                    if o in (a, b, c):
+                        continue
+                    if (
+                        _turn(points, a, b, o, nx, ny, nz) >= 0
+                        and _turn(points, b, c, o, nx, ny, nz) >= 0
+                        and _turn(points, c, a, o, nx, ny, nz) >= 0
+                    ):
+                        ear = False
+                        break
+            if ear:
+                ears[made, 0] = a
+                ears[made, 1] = b
+                ears[made, 2] = c
+                made += 1
+                for j in range(k % left, left - 1):
+                    index[j] = index[j + 1]
+                left -= 1
+                tried = 0
+                k = k % left
+            else:
+                k = (k + 1) % left
+                tried += 1
+        if left > 3:
+            continue
+        ears[made, 0] = index[0]
+        ears[made, 1] = index[1]
+        ears[made, 2] = index[2]
+        for k in range(n - 2):
+            for c in range(3):
+                corners[t0 + k, c] = ring[ears[k, c]]
+                if want_uv:
+                    uv_corners[t0 + k, c] = uv_ring[ears[k, c]]
+        changed += 1
+    return changed

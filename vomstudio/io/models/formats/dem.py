@@ -1,0 +1,249 @@
+"""Digital elevation models in GeoTIFF, as surfaces."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.gis.crs import parse_crs
+from vomstudio.io.gis.raster import libtiff_silent
+from vomstudio.io.models.formats._clean import drop_unsound, some
+from vomstudio.io.models.registry import LoadedModel, Reader
+from vomstudio.progress import Progress
+
+Array = npt.NDArray[Any]
+
+MOST_VERTICES = 4_000_000
+"""Of one surface: eight million triangles. Larger grids are thinned, which is said."""
+PIXELS_PER_STEP = 4_000_000
+MOST_PIXELS = 2**36
+BELIEVED_PIXELS = 100_000_000
+PIXELS_PER_BYTE = 4000
+"""More than that no compression of a grid with heights in it comes to."""
+HIGHEST_M = 1e5
+# What programs write for "nothing" without saying so in the file.
+UNDECLARED = (-9999.0, -32768.0, -32767.0, -99999.0)
+UNITS = {
+    "m": 1.0, "metre": 1.0, "meter": 1.0, "metres": 1.0, "meters": 1.0, "cm": 0.01, "mm": 0.001,
+    "ft": 0.3048, "foot": 0.3048, "feet": 0.3048, "us survey foot": 1200 / 3937,
+    "us-ft": 1200 / 3937, "ftus": 1200 / 3937,
+}  # fmt: skip
+
+
+def matches(path: Path, head: bytes) -> bool:
+    return head[:4] in (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
+
+
+def read(path: Path, progress: Progress) -> LoadedModel:
+    """The grid as triangles between the centres of its pixels, float64, looking up.
+
+    Pixels without a value are holes. The place comes from the file's own transform, rotated or not;
+    the reference system is the file's. Raises InputError for a picture, for a raster without a
+    place or in degrees, and for a damaged file.
+    """
+    import rasterio
+    from rasterio.errors import RasterioError
+
+    progress.stage("Reading the heights")
+    said: list[str] = []
+    try:
+        with libtiff_silent(), rasterio.Env(), _opened(path) as dataset:
+            _check_is_dem(dataset, path, said)
+            crs, metres = _crs_of(dataset, path, said)
+            step = _step_of(dataset, said)
+            heights = _heights(dataset, step, metres, progress, said)
+            transform = dataset.transform
+    except (RasterioError, OSError, ValueError, MemoryError) as error:
+        raise InputError(
+            "The GeoTIFF is damaged or cut short and cannot be read; copy or export it again.",
+            file=path,
+        ) from error
+    if not np.isfinite(heights).any():
+        raise InputError("No pixel of it has a height; export it again.", file=path)
+    mesh = _surface(heights, transform, step)
+    del heights
+    model = drop_unsound(mesh, said, path)
+    kind: Literal["mesh", "cloud"] = "mesh" if isinstance(model, Mesh) else "cloud"
+    return LoadedModel(model, kind, crs, tuple(said), path)
+
+
+def _opened(path: Path) -> Any:
+    import rasterio
+    from rasterio.errors import NotGeoreferencedWarning
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", NotGeoreferencedWarning)
+        return rasterio.open(path, driver="GTiff")
+
+
+def _check_is_dem(dataset: Any, path: Path, said: list[str]) -> None:
+    kind = np.dtype(dataset.dtypes[0])
+    colors = {"red", "green", "blue", "palette", "cyan"}
+    first = dataset.colorinterp[0].name
+    if kind == np.uint8 or first in colors or (dataset.count >= 3 and kind == np.uint16):
+        bands = "1 band" if dataset.count == 1 else f"{dataset.count} bands"
+        raise InputError(
+            f"This is a picture ({bands} of {kind.name}), not a height model; open the model that "
+            "it shows.",
+            file=path,
+        )
+    if kind.kind not in "iuf":
+        raise InputError(
+            f"Its values are {kind.name}, which are no heights; export it as Float32.", file=path
+        )
+    if dataset.width < 2 or dataset.height < 2:
+        raise InputError("One row of pixels is no surface; export a larger part.", file=path)
+    pixels = dataset.width * dataset.height
+    believed = max(BELIEVED_PIXELS, PIXELS_PER_BYTE * path.stat().st_size)
+    if pixels > min(MOST_PIXELS, believed):
+        raise InputError(
+            f"Its header promises {dataset.width:,} x {dataset.height:,} pixels, which the file "
+            "cannot hold; export it again, or a part of it.",
+            file=path,
+        )
+    coefficients = np.array(dataset.transform[:6])
+    if dataset.transform.is_identity or not np.isfinite(coefficients).all():
+        points = " (only control points or camera figures)" if dataset.gcps[0] else ""
+        raise InputError(
+            f"It has no place and no pixel size{points}; export it as a GeoTIFF with both.",
+            file=path,
+        )
+    if dataset.transform.determinant == 0:
+        raise InputError("Its pixels have no area; export it again.", file=path)
+    if dataset.count > 1:
+        said.append(f"Only the first of its {dataset.count} bands is taken for heights.")
+
+
+def _crs_of(dataset: Any, path: Path, said: list[str]) -> tuple[str | None, float]:
+    """The name of the CRS, and metres in its unit. A local one has no name."""
+    if dataset.crs is None:
+        return None, 1.0
+    text = dataset.crs.to_wkt()
+    if "VOM Studio view plane" in text:
+        raise InputError(
+            "These are depths behind an oblique picture, not heights; open the model that it "
+            "shows.",
+            file=path,
+        )
+    if dataset.crs.is_geographic:
+        raise InputError(
+            "Its pixels are in degrees, and so without a true scale; reproject it first into a "
+            "projected CRS, such as a UTM zone (gdalwarp -t_srs EPSG:326xx).",
+            file=path,
+            field="CRS",
+        )
+    try:
+        return parse_crs(text)
+    except InputError:
+        said.append("Its reference system is no projected one that is known; declare it yourself.")
+        return None, 1.0
+
+
+def _step_of(dataset: Any, said: list[str]) -> int:
+    width, height, step = dataset.width, dataset.height, 1
+    while -(-width // step) * -(-height // step) > MOST_VERTICES:
+        step += 1
+    if step > 1:
+        size = f"{width:,} x {height:,} pixels"
+        nth = {2: "second", 3: "third"}.get(step, f"{step}th")
+        said.append(
+            f"Its {size} are thinned to every {nth} in both directions "
+            f"({-(-width // step):,} x {-(-height // step):,}); cut out a part for all of them."
+        )
+    return step
+
+
+def _heights(
+    dataset: Any, step: int, metres: float, progress: Progress, said: list[str]
+) -> npt.NDArray[np.float64]:
+    """Every step-th height in the unit of the CRS, NaN where there is none."""
+    from rasterio.windows import Window
+
+    width, height = dataset.width, dataset.height
+    rows_at_once = max(1, PIXELS_PER_STEP // width // step) * step
+    heights = np.empty((-(-height // step), -(-width // step)))
+    progress.stage("Reading the heights", height)
+    for start in range(0, height, rows_at_once):
+        rows = min(rows_at_once, height - start)
+        window = Window(0, start, width, rows)  # type: ignore[call-arg, unused-ignore]
+        values = dataset.read(1, window=window)[::step, ::step].astype(np.float64)
+        # Nodata, a mask, or an opacity band, whichever the file has.
+        mask = dataset.read_masks(1, window=window)[::step, ::step]
+        values[mask == 0] = np.nan
+        first = start // step
+        heights[first : first + len(values)] = values
+        progress.step(start + rows)
+    if dataset.nodata is None:
+        for value in UNDECLARED:
+            empty = heights == value
+            n = int(np.count_nonzero(empty))
+            if n:
+                heights[empty] = np.nan
+                said.append(f"{some(n, 'pixel')} of {value:g} taken for holes.")
+    unit = (dataset.units[0] or "").strip()
+    factor = UNITS.get(unit.lower(), None if unit else metres)
+    if factor is None:
+        said.append(f"The unit of its heights ({unit}) is not known; taken as that of the CRS.")
+        factor = metres
+    heights *= dataset.scales[0] * factor / metres
+    heights += dataset.offsets[0] * factor / metres
+    if factor != metres:
+        said.append(f"Its heights were in {unit}; they are now in the unit of x and y.")
+    wild = np.abs(heights) > HIGHEST_M
+    n = int(np.count_nonzero(wild))
+    if n:
+        heights[wild] = np.nan
+        said.append(f"{some(n, 'pixel')} left out that cannot be heights (beyond 100 km).")
+    return heights
+
+
+def _surface(heights: Array, transform: Any, step: int) -> Mesh:
+    there = np.isfinite(heights)
+    rows, columns = np.nonzero(there)
+    z = heights[there]
+    column, row = columns * float(step) + 0.5, rows * float(step) + 0.5
+    a, b, c, d, e, f = transform[:6]
+    vertices = np.column_stack([a * column + b * row + c, d * column + e * row + f, z])
+    number = np.full(heights.shape, -1, np.int32)
+    number[there] = np.arange(len(z), dtype=np.int32)
+    faces = _triangles(number, heights)
+    if transform.determinant > 0:
+        faces = faces[:, ::-1]
+    return Mesh(vertices, np.ascontiguousarray(faces))
+
+
+def _triangles(number: Array, heights: Array) -> Array:
+    """Two triangles between four pixels, along the diagonal with the smaller step in height; one
+    between three. Counterclockwise from above where rows run south."""
+    corners = [number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]]
+    nw, ne, sw, se = (corner.ravel() for corner in corners)
+    full = (nw >= 0) & (ne >= 0) & (sw >= 0) & (se >= 0)
+    falling = np.abs(heights[:-1, :-1] - heights[1:, 1:])
+    rising = np.abs(heights[:-1, 1:] - heights[1:, :-1])
+    with np.errstate(invalid="ignore"):
+        along = (falling <= rising).ravel()
+    triangles = np.full((len(nw), 2, 3), -1, np.int32)
+    halves = [
+        (full & along, 0, (nw, sw, se)),
+        (full & along, 1, (nw, se, ne)),
+        (full & ~along, 0, (nw, sw, ne)),
+        (full & ~along, 1, (ne, sw, se)),
+        ((nw < 0) & (ne >= 0) & (sw >= 0) & (se >= 0), 0, (ne, sw, se)),
+        ((ne < 0) & (nw >= 0) & (sw >= 0) & (se >= 0), 0, (nw, sw, se)),
+        ((sw < 0) & (nw >= 0) & (ne >= 0) & (se >= 0), 0, (nw, se, ne)),
+        ((se < 0) & (nw >= 0) & (ne >= 0) & (sw >= 0), 0, (nw, sw, ne)),
+    ]
+    for which, half, corners_of in halves:
+        for k, corner in enumerate(corners_of):
+            np.copyto(triangles[:, half, k], corner, where=which)
+    faces = triangles.reshape(-1, 3)
+    return faces[faces[:, 0] >= 0]
+
+
+READER = Reader("GeoTIFF height model", (".tif", ".tiff"), matches, read)

@@ -1,0 +1,220 @@
+"""E57 scans (ASTM E2807), through pye57 where that is installed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.io.gis.crs import parse_crs
+from vomstudio.io.models.formats._clean import Columns, drop_unsound_points, some
+from vomstudio.io.models.registry import LoadedModel, Reader
+from vomstudio.progress import Progress
+
+Array = npt.NDArray[Any]
+
+POINTS_PER_STEP = 500_000
+CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
+SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
+COLORS = ("colorRed", "colorGreen", "colorBlue")
+INVALID = ("cartesianInvalidState", "sphericalInvalidState")
+NOT_INSTALLED = (
+    "E57 files need the package pye57, which is not installed; install it with "
+    "pip install 'vomstudio[e57]', or convert the file to LAZ."
+)
+
+
+def matches(path: Path, head: bytes) -> bool:
+    return head.startswith(b"ASTM-E57")
+
+
+def read(path: Path, progress: Progress) -> LoadedModel:
+    """All scans of a file, each put in its place by its pose, as one cloud.
+
+    Cartesian or spherical coordinates become float64 x, y, z; colours 8 bit by the limits that the
+    file states; fields are `intensity`, and `scan` (0, 1, ...) where there are several. Points that
+    the file marks as invalid are left out. Raises InputError for a damaged file, and where pye57 is
+    not installed.
+    """
+    with open(path, "rb") as file:
+        if not file.read(8) == b"ASTM-E57":
+            raise InputError(
+                "This is not an E57 file: it does not begin with 'ASTM-E57'.", file=path
+            )
+    try:
+        from pye57 import libe57
+    except ImportError as error:
+        raise InputError(NOT_INSTALLED, file=path) from error
+    said: list[str] = []
+    try:
+        image = libe57.ImageFile(str(path), "r")
+        try:
+            cloud = _read_scans(libe57, image, path, progress, said)
+            crs = _crs(image, said)
+        finally:
+            image.close()
+    except (
+        libe57.E57Exception,
+        RuntimeError,
+        ValueError,
+        TypeError,
+        KeyError,
+        MemoryError,
+    ) as error:
+        raise InputError(
+            "The E57 file is damaged or cut short and cannot be read; copy or export it again.",
+            file=path,
+        ) from error
+    return LoadedModel(drop_unsound_points(cloud, said, path), "cloud", crs, tuple(said), path)
+
+
+def _read_scans(
+    e57: Any, image: Any, path: Path, progress: Progress, said: list[str]
+) -> PointCloud:
+    scans = list(image.root()["data3D"]) if image.root().isDefined("data3D") else []
+    total = sum(int(scan["points"].childCount()) for scan in scans)
+    progress.stage("Reading the points", total)
+    columns = Columns()
+    done = n_invalid = 0
+    names = [_names(e57, scan) for scan in scans]
+    colored = all(set(COLORS) <= known for known in names)
+    bright = all("intensity" in known for known in names)
+    unread = set()
+    for number, (scan, known) in enumerate(zip(scans, names, strict=True)):
+        place = next((axes for axes in (CARTESIAN, SPHERICAL) if set(axes) <= known), None)
+        if place is None:
+            said.append(f"Scan {number + 1} has no coordinates and is left out.")
+            continue
+        wanted = [*place, *(c for c in COLORS if colored), *(["intensity"] if bright else [])]
+        flags = [name for name in INVALID if name in known and name[:4] == place[0][:4]]
+        unread |= known - set(wanted) - set(flags) - {"rowIndex", "columnIndex", "intensity"}
+        rotation, shift = _pose(scan)
+        limits = _color_limits(scan)
+        for part in _blocks(e57, image, scan, [*wanted, *flags]):
+            got = len(part[place[0]])
+            xyz = np.column_stack([part[name] for name in place])
+            if place is SPHERICAL:
+                xyz = _cartesian(xyz)
+            xyz = xyz @ rotation.T + shift
+            keep = np.ones(got, bool)
+            for name in flags:
+                keep &= part[name] == 0
+            n_invalid += got - int(np.count_nonzero(keep))
+            columns.add("points", xyz[keep], total)
+            if colored:
+                rgb = np.column_stack([part[name] for name in COLORS])[keep]
+                columns.add("colors", _bytes(rgb, limits), total)
+            if bright:
+                columns.add("intensity", part["intensity"][keep], total)
+            if len(scans) > 1:
+                columns.add("scan", np.full(int(keep.sum()), number, np.int32), total)
+            done += got
+            progress.step(min(done, total))
+    n = done - n_invalid
+    if n == 0:
+        raise InputError("There are no valid points in it; export it again.", file=path)
+    if n_invalid:
+        said.append(f"{some(n_invalid, 'point')} left out that the file marks as invalid.")
+    if done < total:
+        said.append(f"The file is cut short: {done:,} of {total:,} promised points are there.")
+    if unread:
+        said.append(f"Not read: {', '.join(sorted(unread))}.")
+    points = columns.take("points", n)
+    assert points is not None
+    fields: dict[str, Array] = {}
+    for name in ("intensity", "scan"):
+        values = columns.take(name, n)
+        if values is not None and (values.any() or name == "scan"):
+            fields[name] = values
+    return PointCloud(points, columns.take("colors", n), None, fields)
+
+
+def _names(e57: Any, scan: Any) -> set[str]:
+    prototype = e57.StructureNode(scan["points"].prototype())
+    return {prototype.get(i).elementName() for i in range(prototype.childCount())}
+
+
+def _blocks(e57: Any, image: Any, scan: Any, names: list[str]) -> Any:
+    """Arrays by name, block after block, in memory that is used again. What a file promises does
+    not decide how much is asked for."""
+    arrays: dict[str, Array] = {}
+    buffers = e57.VectorSourceDestBuffer()
+    for name in names:
+        kind = "f" if name in COLORS or name == "intensity" else "b" if name in INVALID else "d"
+        arrays[name] = np.empty(POINTS_PER_STEP, kind)
+        buffers.append(e57.SourceDestBuffer(image, name, arrays[name], POINTS_PER_STEP, True, True))
+    reader = scan["points"].reader(buffers)
+    try:
+        while n := int(reader.read()):
+            yield {name: values[:n] for name, values in arrays.items()}
+    finally:
+        reader.close()
+
+
+def _pose(scan: Any) -> tuple[Array, Array]:
+    """Rotation (3, 3) and translation of a scan: global = rotation @ local + translation."""
+    rotation, shift = np.eye(3), np.zeros(3)
+    if not scan.isDefined("pose"):
+        return rotation, shift
+    pose = scan["pose"]
+    if pose.isDefined("translation"):
+        shift = np.array([pose["translation"][axis].value() for axis in "xyz"], float)
+    if pose.isDefined("rotation"):
+        q = np.array([pose["rotation"][part].value() for part in "wxyz"], float)
+        length = float(np.linalg.norm(q))
+        if np.isfinite(length) and length > 0:
+            w, x, y, z = q / length
+            rotation = np.array([
+                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+            ])  # fmt: skip
+    return rotation, shift
+
+
+def _cartesian(rae: Array) -> Array:
+    """From range, azimuth from x towards y, and elevation above x-y, in radians (E57 8.4.4.1)."""
+    distance, azimuth, elevation = rae.T
+    flat = distance * np.cos(elevation)
+    return np.column_stack(
+        [flat * np.cos(azimuth), flat * np.sin(azimuth), distance * np.sin(elevation)]
+    )
+
+
+def _color_limits(scan: Any) -> tuple[Array, Array]:
+    """Lowest and highest value of red, green and blue; 0 and 255 where the file states none."""
+    low, high = np.zeros(3), np.full(3, 255.0)
+    if scan.isDefined("colorLimits"):
+        limits = scan["colorLimits"]
+        for j, color in enumerate(COLORS):
+            if limits.isDefined(f"{color}Minimum") and limits.isDefined(f"{color}Maximum"):
+                low[j] = limits[f"{color}Minimum"].value()
+                high[j] = limits[f"{color}Maximum"].value()
+    bad = ~(np.isfinite(low) & np.isfinite(high) & (high > low))
+    low[bad], high[bad] = 0.0, 255.0
+    return low, high
+
+
+def _bytes(rgb: Array, limits: tuple[Array, Array]) -> npt.NDArray[np.uint8]:
+    low, high = limits
+    values = np.nan_to_num((rgb - low) / (high - low) * 255.0)
+    return np.clip(np.rint(values), 0, 255).astype(np.uint8)
+
+
+def _crs(image: Any, said: list[str]) -> str | None:
+    root = image.root()
+    text = root["coordinateMetadata"].value() if root.isDefined("coordinateMetadata") else ""
+    if not text.strip():
+        return None
+    try:
+        return parse_crs(text)[0]
+    except InputError:
+        said.append("Its reference system is no projected one that is known; declare it yourself.")
+        return None
+
+
+READER = Reader("E57 scan", (".e57",), matches, read)

@@ -1,0 +1,197 @@
+"""LAS and LAZ point clouds, through laspy and lazrs."""
+
+from __future__ import annotations
+
+import logging
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import Cancelled, InputError
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.io.models.formats._clean import Columns, drop_unsound_points, scale_colors
+from vomstudio.io.models.formats._las_records import STANDARD_FIELDS
+from vomstudio.io.models.formats._las_top import check_header, mended
+from vomstudio.io.models.registry import LoadedModel, Reader
+from vomstudio.progress import Progress
+
+Array = npt.NDArray[np.generic]
+
+POINTS_PER_STEP = 500_000
+ROWS_AT_MOST = 50_000_000
+POINTS_PER_CAREFUL_STEP = 200
+
+# laspy logs what it raises as well; without any handler Python would print it.
+logging.getLogger("laspy").addHandler(logging.NullHandler())
+
+
+def matches(path: Path, head: bytes) -> bool:
+    return head.startswith(b"LASF")
+
+
+def read(path: Path, progress: Progress) -> LoadedModel:
+    """The points of a LAS or LAZ file: float64 from the file's integers, scale and offset.
+
+    Colours are 8 bit; fields are the standard ones that are not 0 everywhere, and all extra ones.
+    The reference system is the file's own. A file that is cut short gives the points it has, with a
+    warning. Raises InputError where there are none.
+    """
+    import laspy
+    import lazrs
+
+    said: list[str] = []
+    size = check_header(path)
+    try:
+        cloud, crs = _read(path, size, progress, said)
+    except (Cancelled, InputError):
+        raise
+    except (
+        laspy.errors.LaspyException,
+        lazrs.LazrsError,
+        OSError,
+        ValueError,
+        struct.error,
+        IndexError,
+        KeyError,
+        TypeError,
+        AttributeError,
+        OverflowError,
+        MemoryError,
+        RuntimeError,
+        NotImplementedError,
+        UnicodeError,
+    ) as error:
+        raise _damaged(path, error) from error
+    except BaseException as error:
+        # Rust's panics arrive outside of Exception.
+        if type(error).__name__ != "PanicException":
+            raise
+        raise _damaged(path, error) from error
+    return LoadedModel(drop_unsound_points(cloud, said, path), "cloud", crs, tuple(said), path)
+
+
+def _damaged(path: Path, error: BaseException) -> InputError:
+    return InputError(
+        f"The LAS/LAZ file is damaged and cannot be read ({_short(error)}); copy or export it"
+        " again.",
+        file=path,
+    )
+
+
+def _short(error: BaseException) -> str:
+    text = " ".join(str(error).split())
+    return text[:160] or type(error).__name__
+
+
+def _read(
+    path: Path, size: int, progress: Progress, said: list[str]
+) -> tuple[PointCloud, str | None]:
+    import laspy
+
+    stream = mended(path, size)
+    if stream is None:
+        with laspy.open(path, laz_backend=laspy.LazBackend.LazrsParallel, read_evlrs=False) as r:
+            return _read_points(r, path, size, POINTS_PER_STEP, progress, said)
+    with laspy.open(stream, laz_backend=laspy.LazBackend.Lazrs, read_evlrs=False) as reader:
+        return _read_points(reader, path, size, POINTS_PER_CAREFUL_STEP, progress, said)
+
+
+def _read_points(
+    reader: Any, path: Path, size: int, at_once: int, progress: Progress, said: list[str]
+) -> tuple[PointCloud, str | None]:
+    header = reader.header
+    promised = int(header.point_count)
+    record = int(header.point_format.size)
+    limit = promised
+    if not header.are_points_compressed:
+        limit = min(promised, max(0, size - int(header.offset_to_point_data)) // record)
+    scales, offsets = np.asarray(header.scales, float), np.asarray(header.offsets, float)
+    if not (np.isfinite(scales).all() and np.isfinite(offsets).all() and (scales != 0).all()):
+        raise InputError(
+            "The scale or offset of its coordinates is no number; export it again.",
+            file=path,
+            field="LAS header",
+        )
+    names = set(header.point_format.dimension_names)
+    extra = list(header.point_format.extra_dimension_names)
+    wanted = [n for n in STANDARD_FIELDS if n in names] + [n for n in extra]
+    colored = {"red", "green", "blue"} <= names
+    # Hardly any file has more points than bytes, and room that is not used costs nothing.
+    columns = Columns(min(size, ROWS_AT_MOST))
+    done = 0
+    progress.stage("Reading the points", limit)
+    while done < limit:
+        n = min(at_once, limit - done)
+        try:
+            chunk = reader.read_points(n)
+        except Exception:
+            # The last points before the end may have been decoded from bytes that are not theirs.
+            done -= min(done, at_once)
+            if done == 0:
+                raise
+            break
+        got = len(chunk)
+        if got == 0:
+            break
+        xyz = np.empty((got, 3))
+        for j, axis in enumerate("XYZ"):
+            np.multiply(np.asarray(chunk[axis]), scales[j], out=xyz[:, j])
+            xyz[:, j] += offsets[j]
+        columns.add("points", xyz, limit)
+        if colored:
+            rgb = np.empty((got, 3), np.uint16)
+            for j, channel in enumerate(("red", "green", "blue")):
+                rgb[:, j] = chunk[channel]
+            columns.add("colors", rgb, limit)
+        for name in wanted:
+            columns.add(f"field {name}", np.asarray(chunk[name]), limit)
+        done += got
+        if done == limit or done % POINTS_PER_STEP < got:
+            progress.step(done)
+    if done == 0:
+        raise InputError(
+            "The file holds no points that can be read; copy or export it again.", file=path
+        )
+    if done < promised:
+        said.append(f"The file is cut short: {done:,} of {promised:,} promised points are there.")
+    rgb16 = columns.take("colors", done)
+    colors = None
+    if rgb16 is not None:
+        if rgb16.any():
+            colors = scale_colors(rgb16)
+        else:
+            said.append("Its colours are all black and are not used.")
+    fields: dict[str, Array] = {}
+    for name in wanted:
+        values = columns.take(f"field {name}", done)
+        assert values is not None
+        # First returns only is what every cloud from photographs says, and says nothing.
+        if name == "return_number" and (values == 1).all():
+            continue
+        if name in extra or values.any():
+            for j in range(values.shape[1] if values.ndim == 2 else 0):
+                fields[f"{name} {j + 1}"] = np.ascontiguousarray(values[:, j])
+            if values.ndim == 1:
+                fields[name] = values
+    points = columns.take("points", done)
+    assert points is not None
+    return PointCloud(points, colors, None, fields), _crs(header, said)
+
+
+def _crs(header: Any, said: list[str]) -> str | None:
+    """EPSG:n where it can be told, else WKT, else None."""
+    try:
+        found = header.parse_crs()
+        if found is None:
+            return None
+        code = found.to_epsg()
+        return f"EPSG:{code}" if code else str(found.to_wkt())
+    except Exception as error:  # noqa: BLE001  whatever pyproj dislikes, the points are sound
+        said.append(f"Its coordinate reference system cannot be understood ({_short(error)}).")
+        return None
+
+
+READER = Reader("LAS/LAZ point cloud", (".las", ".laz"), matches, read)

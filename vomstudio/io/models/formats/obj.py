@@ -1,0 +1,395 @@
+"""Wavefront OBJ with MTL files, any number of materials and textures."""
+
+from __future__ import annotations
+
+import bisect
+import itertools
+import os
+import re
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Material, Mesh
+from vomstudio.io.models.formats._clean import drop_unsound, read_whole, scale_colors, some
+from vomstudio.io.models.mtl import decode, find_beside, read_library, unquote
+from vomstudio.io.models.registry import LoadedModel, Reader
+from vomstudio.progress import Progress
+
+BLOCK_BYTES = 8 * 1024 * 1024
+MAX_THREADS = 8
+MAX_ROWS = 2**31 - 1
+LISTED = 5
+HEAD = 65536
+BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+
+
+def matches(path: Path, head: bytes) -> bool:
+    """OBJ has no magic word: a text whose first lines are statements of the format."""
+    if b"\0" in head:
+        return False
+    known = 0
+    head = head.removeprefix(BYTE_ORDER_MARK)
+    lines = head.replace(b"\r", b"\n").split(b"\n")[:-1] or [head]
+    for line in lines:
+        words = line.split()
+        if not words or words[0].startswith(b"#"):
+            continue
+        if words[0] not in (
+            b"v",
+            b"vt",
+            b"vn",
+            b"vp",
+            b"f",
+            b"o",
+            b"g",
+            b"s",
+            b"mtllib",
+            b"usemtl",
+        ):
+            return False
+        known += words[0] in (b"v", b"f", b"mtllib", b"usemtl", b"vt", b"vn")
+    return known > 0
+
+
+def warm_up() -> None:
+    """Compile what reading needs and leave it in numba's cache, so that no user waits for it."""
+    # Importing compiles.
+    from vomstudio.io.models.formats import _obj_kernels, _ply_kernels, _polygons  # noqa: F401
+
+
+def read(path: Path, progress: Progress) -> LoadedModel:
+    """The mesh of an OBJ file, or its points where it has no faces.
+
+    Unsound vertices, faces and texture coordinates are left out and counted in the warnings.
+    Raises InputError where nothing sound is found.
+    """
+    return _Reading(path, read_whole(path, progress, b"\n"), progress).model()
+
+
+@dataclass
+class _Reading:
+    """One file on its way in."""
+
+    path: Path
+    data: npt.NDArray[np.uint8]  # ends with a line end that is not in the file
+    progress: Progress
+    said: list[str] = field(default_factory=list)
+    joined: list[int] = field(default_factory=list)
+
+    def model(self) -> LoadedModel:
+        self._settle_line_ends()
+        self._parse()
+        if len(self.vertices) == 0:
+            raise InputError(self._why_nothing(), file=self.path)
+        self._fill_left_over()
+        mesh = self._mesh()
+        warnings = tuple(self.said)
+        if isinstance(mesh, PointCloud):
+            return LoadedModel(mesh, "cloud", None, warnings, self.path)
+        return LoadedModel(mesh, "mesh", None, warnings, self.path)
+
+    def _why_nothing(self) -> str:
+        if self.n_odd == 0:
+            return "The file holds no vertices ('v x y z'); export the model again."
+        return "This is not a Wavefront OBJ text: no vertices ('v x y z') were found in it."
+
+    def _line(self, offset: int) -> int:
+        """The 1-based line of a byte, in the file as it stands on the disk."""
+        ends = int(np.count_nonzero(self.data[:offset] == 10))
+        return 1 + ends + bisect.bisect(self.joined, offset)
+
+    def _settle_line_ends(self) -> None:
+        """Old line ends become new ones, continued lines become one line, all in place."""
+        data = self.data
+        size = len(data) - 1
+        if data[:3].tobytes() == BYTE_ORDER_MARK:
+            data[:3] = 32
+        if np.any(data[:HEAD] == 0):
+            raise InputError(
+                "This is a binary file, not a Wavefront OBJ text; check what it really is.",
+                file=self.path,
+            )
+        if not np.any(data[: min(size, HEAD)] == 10) and np.any(data[:HEAD] == 13):
+            data[data == 13] = 10
+        if size and data[size - 1] != 10:
+            self.said.append(
+                "The last line has no line end, so the file may have been cut short: compare its"
+                " number of faces with the program that wrote it."
+            )
+        for found in re.finditer(rb"\\\r?\n", data.data[:size]):
+            data[found.start() : found.end()] = 32
+            self.joined.append(found.end() - 1)
+
+    def _blocks(self) -> list[tuple[int, int]]:
+        size = len(self.data)
+        edges = [0]
+        while edges[-1] < size:
+            stop = edges[-1] + BLOCK_BYTES
+            if stop >= size:
+                edges.append(size)
+                break
+            while True:
+                window = np.flatnonzero(self.data[stop : stop + 65536] == 10)
+                if len(window):
+                    stop += int(window[0]) + 1
+                    break
+                stop += 65536
+            edges.append(min(stop, size))
+        return list(itertools.pairwise(edges))
+
+    def _parse(self) -> None:
+        from vomstudio.io.models.formats import _obj_kernels as k
+
+        data = self.data
+        blocks = self._blocks()
+        counts = np.zeros((len(blocks), k.COUNTS), np.int64)
+        threads = max(1, min(os.cpu_count() or 1, MAX_THREADS, len(blocks)))
+        self.progress.stage("Reading the model", 2 * len(blocks))
+        with ThreadPoolExecutor(threads) as pool:
+            jobs = [pool.submit(k.count, data, a, b, counts[i]) for i, (a, b) in enumerate(blocks)]
+            self._wait(jobs, 0)
+            base = np.zeros_like(counts)
+            base[1:] = np.cumsum(counts[:-1], axis=0)
+            total = counts.sum(axis=0)
+            self.n_odd = int(total[k.N_ODD])
+            n_v, n_u, n_t = (int(total[j]) for j in (k.N_VERTICES, k.N_UVS, k.N_TRIANGLES))
+            if max(n_v, n_u, n_t) > MAX_ROWS:
+                raise InputError(
+                    "The model has more than 2147483647 vertices or faces; divide it into tiles.",
+                    file=self.path,
+                )
+            self.vertices = np.empty((n_v, 3))
+            self.uvs = np.empty((n_u, 2))
+            self.colors = np.empty((n_v if total[k.N_COLORED] else 0, 3), np.float32)
+            self.corners = np.empty((n_t, 3), np.int32)
+            self.uv_corners = np.empty((n_t if n_u else 0, 3), np.int32)
+            self.words = np.empty((int(total[k.N_WORDS]), 3), np.int64)
+            self.polygons = np.empty((int(total[k.N_POLYGONS]), 2), np.int64)
+            self.reports = np.zeros((len(blocks), k.REPORTS), np.int64)
+            self.left_over: list[npt.NDArray[np.int64]] = [np.empty((0, 4), np.int64)] * len(blocks)
+
+            def parse(i: int) -> None:
+                start, end = blocks[i]
+                room = 1024
+                while True:
+                    self.left_over[i] = np.empty((room, 4), np.int64)
+                    self.reports[i] = 0
+                    k.parse(
+                        data,
+                        start,
+                        end,
+                        base[i],
+                        n_v,
+                        n_u,
+                        self.vertices,
+                        self.uvs,
+                        self.colors,
+                        self.corners,
+                        self.uv_corners,
+                        self.words,
+                        self.polygons,
+                        self.left_over[i],
+                        self.reports[i],
+                    )
+                    room = int(self.reports[i, k.R_LEFT_OVER])
+                    if room <= len(self.left_over[i]):
+                        self.left_over[i] = self.left_over[i][:room]
+                        return
+
+            self._wait([pool.submit(parse, i) for i in range(len(blocks))], len(blocks))
+        if total[k.N_SHORT_FACES]:
+            n = int(total[k.N_SHORT_FACES])
+            self.said.append(f"{some(n, 'face')} with fewer than 3 corners left out.")
+        if total[k.N_LINE_ELEMENTS]:
+            n = int(total[k.N_LINE_ELEMENTS])
+            self.said.append(f"{some(n, 'line or point element')} ('l', 'p') not read.")
+        if self.n_odd:
+            self.said.append(f"{some(self.n_odd, 'line')} not understood and left out.")
+
+    def _wait(self, jobs: list[Future[None]], before: int) -> None:
+        try:
+            for i, job in enumerate(jobs):
+                job.result()
+                self.progress.step(before + i + 1)
+        except BaseException:
+            for job in jobs:
+                job.cancel()
+            raise
+
+    def _first(self, count_row: int, offset_row: int) -> tuple[int, int | None]:
+        """How often something was reported, and the line of its first case."""
+        hit = np.flatnonzero(self.reports[:, count_row])
+        if len(hit) == 0:
+            return 0, None
+        return int(self.reports[:, count_row].sum()), self._line(
+            int(self.reports[hit[0], offset_row])
+        )
+
+    def _fill_left_over(self) -> None:
+        """Numbers that need Python: long ones, nan, and what is no number."""
+        from vomstudio.io.models.formats import _obj_kernels as k
+        from vomstudio.io.models.formats._decimals import python_number
+
+        targets: dict[int, npt.NDArray[Any]] = {
+            k.TO_VERTEX: self.vertices.reshape(-1),
+            k.TO_UV: self.uvs.reshape(-1),
+            k.TO_COLOR: self.colors.reshape(-1),
+        }
+        wrong = int(self.reports[:, k.R_NO_NUMBERS].sum())
+        where = self.reports[self.reports[:, k.R_NO_NUMBERS] > 0, k.R_FIRST_NO_NUMBER].tolist()
+        for block in self.left_over:
+            for target, at, start, end in block.tolist():
+                value = python_number(self.data[start:end].tobytes())
+                if value is None:
+                    wrong += 1
+                    where.append(start)
+                    value = float("nan")
+                targets[target][at] = value
+        if where:
+            self.said.append(
+                f"{some(wrong, 'value')} not a number, first in line {self._line(min(where))}."
+            )
+        bad, line = self._first(k.R_BAD_CORNERS, k.R_FIRST_BAD_CORNER)
+        if bad:
+            self.said.append(
+                f"{some(bad, 'face')} left out that name vertices the file does not have, first in"
+                f" line {line}."
+            )
+        bad, line = self._first(k.R_BAD_UVS, k.R_FIRST_BAD_UV)
+        if bad:
+            self.said.append(
+                f"{some(bad, 'face corner')} without texture: they name texture coordinates the"
+                f" file does not have, first in line {line}."
+            )
+
+    def _mesh(self) -> Mesh | PointCloud:
+        from vomstudio.io.models.formats import _obj_kernels as k
+
+        if len(self.polygons):
+            from vomstudio.io.models.formats._polygons import cut_concave
+
+            cut_concave(self.vertices, self.corners, self.uv_corners, self.polygons)
+        names, starts, libraries = self._words()
+        materials = self._materials(names, libraries)
+        faces, uv_faces = self.corners, self.uv_corners
+        edges = np.array([*starts[0], len(faces)], np.int64)
+        sound = faces[:, 0] >= 0
+        if sound.all() and all(a < b for a, b in itertools.pairwise(starts[1])):
+            offsets = edges
+        else:
+            ids = np.repeat(np.array(starts[1], np.int32), np.diff(edges))
+            order = np.flatnonzero(sound)
+            order = order[np.argsort(ids[order], kind="stable")]
+            faces, ids = faces[order], ids[order]
+            uv_faces = uv_faces[order] if len(uv_faces) else uv_faces
+            offsets = np.searchsorted(ids, np.arange(len(names) + 1)).astype(np.int64)
+        vertices, colors = self.vertices, scale_colors(self.colors) if len(self.colors) else None
+        uv = None
+        if len(uv_faces) and np.any(uv_faces >= 0):
+            if len(self.uvs) == len(vertices) and np.array_equal(faces, uv_faces):
+                uv = self.uvs.astype(np.float32)
+            else:
+                faces, source, texture = k.split_vertices(faces, uv_faces, len(vertices))
+                if len(source) > len(vertices):
+                    vertices = vertices[source]
+                    colors = None if colors is None else colors[source]
+                uv = np.full((len(source), 2), np.nan, np.float32)
+                worn = texture >= 0
+                uv[worn] = self.uvs[texture[worn]]
+        if not names:
+            offsets = np.zeros(1, np.int64)
+        mesh = Mesh(vertices, faces, materials, offsets, uv, colors)
+        return drop_unsound(mesh, self.said, self.path)
+
+    def _words(self) -> tuple[list[str], tuple[list[int], list[int]], list[str]]:
+        """Names of materials in order of use, runs of triangles (start, material), libraries."""
+        names: dict[str, int] = {}
+        starts: list[int] = [0]
+        ids: list[int] = [-1]
+        libraries: dict[str, None] = {}
+        odd = 0
+        known: dict[bytes, int] = {}
+        for start, end, triangle in self.words.tolist():
+            line = self.data[start:end].tobytes()
+            id_ = known.get(line)
+            if id_ is None:
+                word, _, value = line.strip().replace(b"\t", b" ").partition(b" ")
+                if word == b"mtllib":
+                    libraries.setdefault(decode(value).strip())
+                    continue
+                if word != b"usemtl":
+                    odd += word not in (b"mg",)
+                    continue
+                name = unquote(decode(value))
+                id_ = known[line] = names.setdefault(name, len(names))
+            if starts[-1] == triangle:
+                ids[-1] = id_
+            else:
+                starts.append(triangle)
+                ids.append(id_)
+        if odd:
+            self.said.append(f"{some(odd, 'line')} not understood and left out.")
+        n = len(self.corners)
+        if starts[-1] == n and len(starts) > 1:
+            starts.pop()
+            ids.pop()
+        used = list(dict.fromkeys(ids))
+        rank = {id_: i for i, id_ in enumerate(used)}
+        every = list(names)
+        if used == [-1]:
+            return [], (starts, [0] * len(ids)), list(libraries)
+        listed = ["" if id_ < 0 else every[id_] for id_ in used]
+        return listed, (starts, [rank[id_] for id_ in ids]), list(libraries)
+
+    def _materials(self, names: list[str], libraries: list[str]) -> tuple[Material, ...]:
+        folder = self.path.parent
+        found: dict[str, Material] = {}
+        for entry in libraries:
+            for path in self._library_paths(entry):
+                materials, said = read_library(path, folder)
+                for name, material in materials.items():
+                    found.setdefault(name, material)
+                self.said.extend(said)
+        if not libraries and any(names):
+            self.said.append(
+                "The file uses materials but names no material file (mtllib): they are grey."
+            )
+        by_case = {name.casefold(): material for name, material in found.items()}
+        result = []
+        missing: list[str] = []
+        for name in names:
+            like = found.get(name) or by_case.get(name.casefold())
+            if like is None and name and libraries:
+                missing.append(name)
+            result.append(Material(name, like.texture, like.diffuse) if like else Material(name))
+        if missing:
+            listed = ", ".join(f"'{n}'" for n in missing[:LISTED])
+            more = f" and {len(missing) - LISTED} more" if len(missing) > LISTED else ""
+            self.said.append(f"Not in any material file, so grey: {listed}{more}.")
+        return tuple(result)
+
+    def _library_paths(self, entry: str) -> list[Path]:
+        """One statement may name one file with blanks in its name, or several files."""
+        found, problem = find_beside(self.path.parent, entry)
+        if found is not None:
+            if problem:
+                self.said.append(f"Material file: {problem}.")
+            return [found]
+        paths = []
+        for name in entry.split():
+            found, said = find_beside(self.path.parent, name)
+            if found is not None:
+                paths.append(found)
+            if said:
+                self.said.append(f"Material file: {said if len(entry.split()) > 1 else problem}.")
+        return paths
+
+
+READER = Reader("Wavefront OBJ", (".obj",), matches, read)

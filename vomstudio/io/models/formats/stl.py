@@ -1,0 +1,129 @@
+"""STL, as text or binary: bare triangles, which are joined where their corners are the same."""
+
+from __future__ import annotations
+
+import re
+import struct
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.models.formats._clean import drop_unsound, read_whole, some
+from vomstudio.io.models.offset_file import read_offset
+from vomstudio.io.models.registry import LoadedModel, Reader
+from vomstudio.progress import Progress
+
+HEADER_BYTES, RECORD_BYTES = 84, 50
+RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+MAX_FACES = 2**31 // 3
+_VERTEX = re.compile(rb"(?i)\bvertex[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)")
+
+
+def matches(path: Path, head: bytes) -> bool:
+    """Only the text form has a magic word, which binary files use as well."""
+    return b"\0" not in head and head.lstrip()[:5].lower() == b"solid" and b"facet" in head.lower()
+
+
+def read(path: Path, progress: Progress) -> LoadedModel:
+    """The triangles of an STL file, corners at the same place joined; the origin of
+    `NAME.offset.txt` added in float64. Raises InputError where there is no sound triangle."""
+    data = read_whole(path, progress)
+    said: list[str] = []
+    corners = _binary(data, path, said) if _is_binary(data) else _text(data, path, said)
+    if len(corners) == 0:
+        raise InputError("There are no triangles in it; export it again.", file=path)
+    vertices, faces = _joined(corners)
+    offset = read_offset(path)
+    if offset.origin is not None:
+        vertices += offset.origin
+    if offset.problem:
+        said.append(offset.problem)
+    model = drop_unsound(Mesh(vertices, faces), said, path)
+    kind: Literal["mesh", "cloud"] = "mesh" if isinstance(model, Mesh) else "cloud"
+    return LoadedModel(model, kind, offset.crs, tuple(said), path)
+
+
+def _is_binary(data: npt.NDArray[np.uint8]) -> bool:
+    """By the length that the count calls for; a damaged file, by whether it looks like text."""
+    if len(data) >= HEADER_BYTES:
+        (count,) = struct.unpack_from("<I", data.data, 80)
+        if len(data) == HEADER_BYTES + RECORD_BYTES * count:
+            return True
+    top = data[:4096].tobytes()
+    return b"\0" in top or top.lstrip()[:5].lower() != b"solid"
+
+
+def _binary(
+    data: npt.NDArray[np.uint8], path: Path, said: list[str]
+) -> npt.NDArray[np.float32 | np.float64]:
+    if len(data) < HEADER_BYTES:
+        raise InputError("This is no STL file, or it ends within its header.", file=path)
+    (promised,) = struct.unpack_from("<I", data.data, 80)
+    there = (len(data) - HEADER_BYTES) // RECORD_BYTES
+    count = min(promised, there)
+    if count > MAX_FACES:
+        raise InputError(f"More than {MAX_FACES:,} faces; divide it into tiles.", file=path)
+    if there < promised:
+        said.append(f"The file is cut short: {there:,} of {promised:,} promised faces are there.")
+    elif there > promised:
+        said.append(f"Bytes follow after its {some(promised, 'face')}; they are not read.")
+    records = data[HEADER_BYTES : HEADER_BYTES + count * RECORD_BYTES].view(RECORD)
+    if records["attribute"].any():
+        said.append("Its faces have attributes (colours in some programs), which are not used.")
+    return np.ascontiguousarray(records["corners"]).reshape(-1, 3)
+
+
+def _text(
+    data: npt.NDArray[np.uint8], path: Path, said: list[str]
+) -> npt.NDArray[np.float32 | np.float64]:
+    # The keywords part the loops: a corner too many or too few must not shift all that follow.
+    text = data.tobytes()
+    if text.startswith((b"\xff\xfe", b"\xfe\xff")):
+        text = text.decode("utf-16", "replace").encode()
+    found = _VERTEX.findall(text)
+    starts = np.array([m.start() for m in _VERTEX.finditer(text)], np.int64)
+    facets = np.array([m.start() for m in re.finditer(rb"(?i)\bouter\s+loop\b", text)], np.int64)
+    if not len(found):
+        raise InputError("There are no corners ('vertex x y z') in it.", file=path)
+    try:
+        numbers = np.array(found, dtype="S32").astype(np.float64)
+    except ValueError:
+        numbers = np.array([[_number(word) for word in row] for row in found])
+    loop = np.searchsorted(facets, starts)
+    kept, first, counts = np.unique(loop, return_index=True, return_counts=True)
+    whole = (counts == 3) & (kept > 0)
+    odd = int(len(kept) - np.count_nonzero(whole))
+    if odd:
+        said.append(f"{some(odd, 'face')} left out that do not have three corners.")
+    rows = first[whole][:, None] + np.arange(3)
+    if b"endsolid" not in text[-4096:].lower():
+        said.append("The file is cut short: it does not end with 'endsolid'.")
+    return np.ascontiguousarray(numbers[rows.reshape(-1)])
+
+
+def _number(word: bytes) -> float:
+    try:
+        return float(word)
+    except ValueError:
+        return float("nan")
+
+
+def _joined(
+    corners: npt.NDArray[np.float32 | np.float64],
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32]]:
+    """Vertices in the order in which they first occur, and faces."""
+    corners = corners + np.zeros(1, corners.dtype)  # -0 and 0 are one place
+    rows = np.ascontiguousarray(corners).view(np.dtype((np.void, corners.itemsize * 3))).reshape(-1)
+    _, first, inverse = np.unique(rows, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty(len(order), np.int64)
+    rank[order] = np.arange(len(order))
+    faces = rank[inverse.reshape(-1)].astype(np.int32).reshape(-1, 3)
+    return corners[first[order]].astype(np.float64), np.ascontiguousarray(faces)
+
+
+READER = Reader("STL mesh", (".stl",), matches, read)

@@ -1,0 +1,319 @@
+"""Points as text: XYZ, CSV and their like, with columns found by their names or their values."""
+
+from __future__ import annotations
+
+import io
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.io.models.formats._clean import drop_unsound_points, read_whole, scale_colors, some
+from vomstudio.io.models.registry import LoadedModel, Reader
+from vomstudio.io.text.rows import (
+    LARGEST_FILE,
+    LONGEST_LINE,
+    TextRows,
+    cut,
+    is_blank,
+    is_comma_number,
+    is_header,
+    parse_number,
+    refuse_binary,
+    sniff,
+)
+from vomstudio.io.text.tables import FARTHEST_M, TextTable, coordinate_columns, plain, read_points
+from vomstudio.progress import Progress
+
+Array = npt.NDArray[Any]
+
+HEAD_BYTES = 1 << 18
+SAMPLE_ROWS = 200
+COLORS = (
+    ("r", "g", "b"),
+    ("red", "green", "blue"),
+    ("diffusered", "diffusegreen", "diffuseblue"),
+)
+NORMALS = (("nx", "ny", "nz"), ("normalx", "normaly", "normalz"), ("xnormal", "ynormal", "znormal"))
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How the rows are written: the sample decides, the whole file must follow.
+
+    skip : lines before the first row of numbers
+    """
+
+    delimiter: str
+    decimal: str
+    header: list[str] | None
+    header_line: int
+    skip: int
+    width: int
+    sample: list[list[str]]
+
+
+@dataclass
+class Columns:
+    """Which column is what, counted from 0."""
+
+    xyz: list[int]
+    rgb: list[int] = field(default_factory=list)
+    normals: list[int] = field(default_factory=list)
+    others: dict[int, str] = field(default_factory=dict)
+
+
+def matches(path: Path, head: bytes) -> bool:
+    """Text has no magic word; the ending decides."""
+    return False
+
+
+def read(path: Path, progress: Progress) -> LoadedModel:
+    """The points of a text table by the rules of `text_tables`, with colours (0..1, 0..255 or 16
+    bit), normals and scalar fields. Rows without finite coordinates are left out and counted.
+
+    Raises InputError with the line where a coordinate is a word or a row is ragged.
+    """
+    data = read_whole(path, progress).tobytes()
+    if len(data) > LARGEST_FILE:
+        raise InputError("Convert so many points to LAS or PLY first.", file=path)
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        data = data.decode("utf-16", "replace").encode()
+    if b"\r" in data and b"\n" not in data:
+        data = data.replace(b"\r", b"\n")
+    refuse_binary(path, data)
+    said: list[str] = []
+    layout = _layout(data[:HEAD_BYTES], len(data) > HEAD_BYTES, path)
+    columns = _columns(layout, path, said)
+    progress.stage("Reading the numbers")
+    table = _numbers(data, layout, path)
+    del data
+    cloud = _cloud(table, columns, layout, path, said)
+    return LoadedModel(drop_unsound_points(cloud, said, path), "cloud", None, tuple(said), path)
+
+
+def _layout(head: bytes, more: bool, path: Path) -> Layout:
+    lines = head.decode("utf-8-sig", "replace").replace("\r\n", "\n").split("\n")
+    if more and len(lines) > 1:
+        lines = lines[:-1]
+    if max(map(len, lines)) > min(LONGEST_LINE, HEAD_BYTES - 1):
+        raise InputError("Its lines are too long for a table of points.", file=path)
+    rows = [(n, line) for n, line in enumerate(lines) if not is_blank(line) and line[:1] != "#"]
+    if not rows:
+        raise InputError("There are no rows of points in it.", file=path)
+    if len(rows) > 2 and re.fullmatch(r"\s*\d+\s*", rows[0][1]) and len(rows[1][1].split()) > 1:
+        rows = rows[1:]  # the number of points, as .pts files begin
+    sample = [line.replace('"', "") for _, line in rows[:SAMPLE_ROWS]]
+    delimiter = sniff(sample)
+    first = cut(sample[0], delimiter)
+    header: list[str] | None = None
+    at, header_line = 0, 0
+    if is_header(first, delimiter):
+        header = [name.lstrip("/").strip() for name in first]
+        header = [name for name in header if name] if delimiter == " " else header
+        at, header_line = 1, rows[0][0] + 1
+        if len(rows) == 1:
+            raise InputError("There is a header and nothing below it.", file=path, line=header_line)
+    cells = [cut(line, delimiter) for line in sample[at:]]
+    width = len(cells[0])
+    if header is None:
+        header, header_line = _commented_header(lines[: rows[0][0]], width, delimiter)
+    comma = delimiter in ";\t" and any(is_comma_number(c) for row in cells for c in row)
+    return Layout(
+        delimiter,
+        "," if comma else ".",
+        header,
+        header_line,
+        rows[at][0],
+        max(width, len(header or ())),
+        cells,
+    )
+
+
+def _commented_header(lines: list[str], width: int, delimiter: str) -> tuple[list[str] | None, int]:
+    """Names in the last comment before the points, as many programs write them."""
+    for number in range(len(lines), 0, -1):
+        text = lines[number - 1].strip()
+        if not text.startswith("#"):
+            continue
+        names = cut(text.lstrip("#/ "), delimiter)
+        if len(names) == width and [plain(n) for n in names[:3]] == ["x", "y", "z"]:
+            return names, number
+        return None, 0
+    return None, 0
+
+
+def _columns(layout: Layout, path: Path, said: list[str]) -> Columns:
+    if layout.header is None:
+        return _columns_by_value(layout, path, said)
+    text = TextRows(
+        layout.header, layout.header_line, layout.width, layout.delimiter, [], None, [], [], [], []
+    )
+    table = TextTable(
+        path,
+        tuple(layout.header),
+        layout.header_line,
+        layout.width,
+        layout.delimiter,
+        (),
+        (),
+        (),
+        np.zeros(0, np.int64),
+        text,
+    )
+    columns = Columns(coordinate_columns(table))
+    names = {
+        plain(name): i
+        for i, name in reversed(list(enumerate(layout.header)))
+        if i not in columns.xyz
+    }
+    for triple in COLORS:
+        if all(n in names for n in triple):
+            columns.rgb = [names[n] for n in triple]
+            break
+    for triple in NORMALS:
+        if all(n in names for n in triple):
+            columns.normals = [names[n] for n in triple]
+            break
+    taken = {*columns.xyz, *columns.rgb, *columns.normals}
+    for i, name in enumerate(layout.header):
+        if i not in taken:
+            label = name or f"column {i + 1}"
+            columns.others[i] = (
+                label if label not in columns.others.values() else f"{label} {i + 1}"
+            )
+    return columns
+
+
+def _columns_by_value(layout: Layout, path: Path, said: list[str]) -> Columns:
+    """Without names: x, y, z first; then colours and normals are known by their values."""
+    if layout.width < 3:
+        raise InputError(
+            f"Points need three columns x, y, z, and this table has {layout.width}.",
+            file=path,
+            line=layout.skip + 1,
+        )
+    columns = Columns([0, 1, 2])
+    rows = [row for row in layout.sample if len(row) == layout.width]
+    cells = [[parse_number(c, decimal_comma=layout.decimal == ",") for c in row] for row in rows]
+    values = np.array([[np.nan if c is None else c for c in row] for row in cells], np.float64)
+    at = 3
+    while at < layout.width:
+        triple = values[:, at : at + 3]
+        rest = layout.width - at
+        if rest >= 3 and not columns.rgb and _are_colors(triple, rest in (3, 4, 6)):
+            columns.rgb = [at, at + 1, at + 2]
+        elif rest >= 3 and not columns.normals and _are_normals(triple):
+            columns.normals = [at, at + 1, at + 2]
+        else:
+            columns.others[at] = f"column {at + 1}"
+            at += 1
+            continue
+        what = "red, green and blue" if columns.rgb[:1] == [at] else "normals"
+        said.append(f"Columns {at + 1} to {at + 3} have no names; they are taken for {what}.")
+        at += 3
+    return columns
+
+
+def _are_colors(values: Array, fractions_too: bool) -> bool:
+    if not np.isfinite(values).all() or values.min() < 0:
+        return False
+    if (values == np.rint(values)).all():
+        return bool(values.max() <= 255) and bool(values.max() > 1)
+    return fractions_too and bool(values.max() <= 1) and not _are_normals(values)
+
+
+def _are_normals(values: Array) -> bool:
+    if not np.isfinite(values).all():
+        return False
+    return bool(np.abs(np.sqrt((values**2).sum(axis=1)) - 1).max() < 0.02)
+
+
+def _numbers(data: bytes, layout: Layout, path: Path) -> Any:
+    """The table as pandas has it. Raises InputError with the line that does not fit."""
+    import pandas
+
+    try:
+        return pandas.read_csv(
+            io.BytesIO(data),
+            sep=r"\s+" if layout.delimiter == " " else layout.delimiter,
+            header=None,
+            names=list(range(layout.width)),
+            index_col=False,
+            skiprows=layout.skip,
+            comment="#",
+            decimal=layout.decimal,
+            engine="c",
+            skipinitialspace=True,
+            low_memory=False,
+            encoding_errors="replace",
+            na_values=["-", "none", "None"],
+        )
+    except (ValueError, OverflowError, LookupError) as error:
+        read_points(path)  # says in which line, and what
+        raise InputError(
+            f"The table cannot be read ({' '.join(str(error).split())[:160]}).", file=path
+        ) from error
+
+
+def _cloud(table: Any, columns: Columns, layout: Layout, path: Path, said: list[str]) -> PointCloud:
+    def numeric(i: int) -> Array | None:
+        return np.asarray(table[i]) if table[i].dtype.kind in "iuf" else None
+
+    n = len(table)
+    points = np.empty((n, 3))
+    for place, i in enumerate(columns.xyz):
+        values = numeric(i)
+        if values is None:
+            read_points(path)
+            raise InputError(
+                "A coordinate is not a number.",
+                file=path,
+                field=layout.header[i] if layout.header else f"column {i + 1}",
+            )
+        points[:, place] = values
+    far = np.abs(points) > FARTHEST_M
+    if far.any():
+        points[far] = np.nan
+        said.append(f"{some(int(far.any(axis=1).sum()), 'point')} too far away to be in metres.")
+    colors, normals = _triple(columns.rgb, numeric), _triple(columns.normals, numeric)
+    fields: dict[str, Array] = {}
+    words = []
+    for i, name in columns.others.items():
+        values = numeric(i)
+        if values is None:
+            words.append(f"'{name}'")
+        else:
+            fields[name] = np.ascontiguousarray(values)
+    for name, wanted, found in (
+        ("Colours", columns.rgb, colors),
+        ("Normals", columns.normals, normals),
+    ):
+        if wanted and found is None:
+            said.append(f"{name} are not used: there are words among their numbers.")
+    if words:
+        said.append(f"Not numbers, so left out: {', '.join(words[:8])}.")
+    return PointCloud(
+        points,
+        None if colors is None else scale_colors(colors),
+        None if normals is None else normals.astype(np.float32),
+        fields,
+    )
+
+
+def _triple(indices: list[int], numeric: Any) -> Array | None:
+    found = [numeric(i) for i in indices]
+    return None if not found or any(f is None for f in found) else np.stack(found, axis=1)
+
+
+READER = Reader(
+    "text table of points",
+    (".xyz", ".csv", ".txt", ".asc", ".pts", ".xyzrgb", ".xyzn"),
+    matches,
+    read,
+)

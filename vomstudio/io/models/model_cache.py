@@ -1,0 +1,328 @@
+"""Models as folders of .npy files: how arrays cross from a worker process to the window.
+
+The folder is written beside its place and renamed, so that it is whole or absent. It may be deleted
+at any time, and is never trusted: what does not agree with itself or its source is read anew.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import shutil
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError, TargetError
+from vomstudio.geometry.arrangement import Arrangement, arrange
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Material, Mesh
+from vomstudio.io.models import image_store
+from vomstudio.io.models.offset_file import checked_origin, offset_path
+from vomstudio.io.models.opening import file_hash, read_model, resolution
+from vomstudio.io.models.registry import LoadedModel
+from vomstudio.progress import Progress
+
+VERSION = 3
+META = "meta.json"
+_ORDER = ("rows", "starts", "bounds", "spacing", "parents")
+
+
+def save(loaded: LoadedModel, folder: Path) -> None:
+    """Write `loaded` as `folder`, replacing what is there. Raises TargetError."""
+    folder = Path(folder)
+    data = loaded.data
+    arrays: dict[str, npt.NDArray[Any]] = {}
+    materials: list[dict[str, object]] = []
+    if isinstance(data, Mesh):
+        arrays = {
+            "vertices": data.vertices,
+            "faces": data.faces,
+            "material_offsets": data.material_offsets,
+        }
+        if data.uv is not None:
+            arrays["uv"] = data.uv
+        materials = [
+            {
+                "name": m.name,
+                "texture": None if m.texture is None else os.fspath(m.texture),
+                "diffuse": m.diffuse,
+            }
+            for m in data.materials
+        ]
+    else:
+        arrays = {"points": data.points}
+        if data.normals is not None:
+            arrays["normals"] = data.normals
+    if data.colors is not None:
+        arrays["colors"] = data.colors
+    fields = list(data.fields)
+    for i, name in enumerate(fields):
+        arrays[f"field_{i}"] = data.fields[name]
+    meta: dict[str, object] = {
+        "version": VERSION,
+        "kind": loaded.kind,
+        "crs": loaded.crs,
+        "warnings": list(loaded.warnings),
+        "path": os.fspath(Path(loaded.path).absolute()),
+        "content_hash": loaded.content_hash,
+        "materials": materials,
+        "fields": fields,
+        "turned_about": loaded.turned_about,
+        **_stamp(loaded.path),
+    }
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        draft = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
+    except OSError as error:
+        raise TargetError(
+            f"The cache cannot be written ({error.strerror}); free its disk or move the project.",
+            file=folder,
+        ) from error
+    try:
+        # What is worked out takes as long as the writing, and can go on beside it.
+        with ThreadPoolExecutor(2) as pool:
+            spacing = pool.submit(resolution, data)
+            order = pool.submit(_order_of, data)
+            _write(draft, arrays)
+            added = order.result()
+            _write(draft, added)
+            found = spacing.result()
+        arrays |= added
+        meta["arrays"] = {
+            n: {"shape": list(a.shape), "dtype": a.dtype.str} for n, a in arrays.items()
+        }
+        meta["resolution"] = found if found == found else None
+        (draft / META).write_text(json.dumps(meta), encoding="utf-8")
+        _put_in_place(draft, folder)
+    except OSError as error:
+        raise TargetError(
+            f"The cache cannot be written ({error.strerror}); free its disk or move the project.",
+            file=folder,
+        ) from error
+    finally:
+        shutil.rmtree(draft, ignore_errors=True)
+
+
+def _order_of(data: Mesh | PointCloud) -> dict[str, npt.NDArray[Any]]:
+    if isinstance(data, Mesh):
+        return {}
+    order = data.arrangement or arrange(data.points)
+    return {f"order_{name}": getattr(order, name) for name in _ORDER}
+
+
+def _write(folder: Path, arrays: dict[str, npt.NDArray[Any]]) -> None:
+    for name, array in arrays.items():
+        with open(folder / f"{name}.npy", "wb") as file:
+            np.save(file, np.ascontiguousarray(array), allow_pickle=False)
+
+
+def _put_in_place(draft: Path, folder: Path) -> None:
+    """Rename over an old folder; a reader that has mapped the old one keeps its files on POSIX."""
+    if folder.exists():
+        old = Path(tempfile.mkdtemp(prefix=f".{folder.name}.old.", dir=folder.parent))
+        os.rename(folder, old / "old")
+        try:
+            os.rename(draft, folder)
+        finally:
+            shutil.rmtree(old, ignore_errors=True)
+    else:
+        os.rename(draft, folder)
+
+
+def _stamp(path: Path) -> dict[str, object]:
+    """By which a file, and the origin beside it, are known not to have changed."""
+    stamp: dict[str, object] = {"size": None, "mtime_ns": None, "offset_mtime_ns": None}
+    with contextlib.suppress(OSError):
+        info = os.stat(path)
+        stamp |= {"size": info.st_size, "mtime_ns": info.st_mtime_ns}
+    with contextlib.suppress(OSError):
+        stamp["offset_mtime_ns"] = os.stat(offset_path(path)).st_mtime_ns
+    return stamp
+
+
+def _lost_an_image(meta: dict[str, Any]) -> bool:
+    """Whether an image that was taken out of the model's file is no longer in the user's cache."""
+    kept = os.fspath(image_store.folder())
+    textures = [m.get("texture") for m in meta["materials"]]
+    return any(t and t.startswith(kept) and not os.path.isfile(t) for t in textures)
+
+
+def open_cached(folder: Path) -> LoadedModel:
+    """The model in a cache folder, its arrays mapped read-only.
+
+    Shapes, types, file sizes and face indices are checked; images that have gone are dropped with a
+    warning. Raises InputError where the folder cannot be used: read the model's own file then.
+    """
+    folder = Path(folder)
+    meta = _read_meta(folder)
+    try:
+        return _open(folder, meta)
+    except InputError:
+        raise
+    except (OSError, EOFError, ValueError, TypeError, LookupError, AttributeError) as error:
+        raise _damaged(folder, str(error)) from error
+
+
+def folder_of(path: Path, cache: Path) -> Path:
+    """Where below `cache` the model of `path` is kept."""
+    return cache / f"model-{sha256(str(path).encode()).hexdigest()[:16]}"
+
+
+def load(path: Path, folder: Path, progress: Progress | None = None) -> LoadedModel:
+    """The model of `path` from the cache in `folder`, which is made anew where it does not fit.
+
+    It fits if the file has the size and time it had, or else the same sha256. What comes back is
+    always mapped, unless the cache cannot be written. Raises as `read_model`.
+    """
+    path = Path(path)
+    try:
+        meta = _read_meta(folder)
+        stamp = _stamp(path)
+        same = meta.get("path") == os.fspath(path.absolute())
+        same = same and all(meta.get(key) == value for key, value in stamp.items())
+        if not same:
+            same = (
+                path.is_file()
+                and meta.get("offset_mtime_ns") == stamp["offset_mtime_ns"]
+                and meta.get("content_hash") == file_hash(path)
+            )
+        if same and not _lost_an_image(meta):
+            cached = open_cached(folder)
+            if os.fspath(cached.path) == os.fspath(path.absolute()):
+                return cached
+    except (InputError, LookupError, TypeError, AttributeError):
+        pass
+    loaded = read_model(path, progress)
+    try:
+        save(loaded, folder)
+        return open_cached(folder)
+    except (TargetError, InputError):
+        return loaded
+
+
+def _damaged(folder: Path, why: str) -> InputError:
+    return InputError(f"The cache is damaged ({why}); open the model's own file.", file=folder)
+
+
+def _read_meta(folder: Path) -> dict[str, Any]:
+    try:
+        meta = json.loads((Path(folder) / META).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise _damaged(folder, f"{META}: {error.strerror}") from error
+    except (ValueError, RecursionError) as error:
+        raise _damaged(folder, f"{META} is no JSON") from error
+    if not isinstance(meta, dict) or meta.get("version") != VERSION:
+        raise _damaged(folder, "of another version")
+    return meta
+
+
+def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
+    arrays: dict[str, npt.NDArray[Any]] = {}
+    for name, promise in meta["arrays"].items():
+        if not name.replace("_", "").isalnum():
+            raise _damaged(folder, "strange names")
+        file = folder / f"{name}.npy"
+        shape, kind = tuple(promise["shape"]), np.dtype(promise["dtype"])
+        if kind.hasobject:
+            raise _damaged(folder, f"{file.name} holds objects")
+        if 0 in shape:
+            array = np.load(file, allow_pickle=False)
+        else:
+            # numpy's own check is only that the file is not too short.
+            array = np.load(file, mmap_mode="r", allow_pickle=False)
+        if array.shape != shape or array.dtype != kind or not array.flags.c_contiguous:
+            raise _damaged(folder, f"{file.name} is not what {META} says")
+        if file.stat().st_size - array.nbytes not in range(64, 65536):
+            raise _damaged(folder, f"{file.name} has another size")
+        arrays[name] = array
+    warnings = [str(w) for w in meta["warnings"]]
+    fields = {str(name): arrays[f"field_{i}"] for i, name in enumerate(meta["fields"])}
+    data: Mesh | PointCloud
+    if meta["kind"] == "mesh":
+        data = _mesh(folder, meta, arrays, fields, warnings)
+        n = len(data.vertices)
+    elif meta["kind"] == "cloud":
+        points = _checked(folder, arrays, "points", np.float64, 3)
+        n = len(points)
+        normals = (
+            _checked(folder, arrays, "normals", np.float32, 3) if "normals" in arrays else None
+        )
+        colors = _checked(folder, arrays, "colors", np.uint8, 3) if "colors" in arrays else None
+        order = Arrangement(*(arrays[f"order_{k}"] for k in _ORDER))
+        if not order.is_sound(n):
+            raise _damaged(folder, "an order that does not fit the points")
+        data = PointCloud(points, colors, normals, fields, order)
+    else:
+        raise _damaged(folder, "neither mesh nor cloud")
+    per_row = [
+        a for k, a in arrays.items() if k in ("colors", "uv", "normals") or k[:6] == "field_"
+    ]
+    if n == 0 or any(len(a) != n for a in per_row):
+        raise _damaged(folder, "arrays of different lengths")
+    crs = meta["crs"]
+    if crs is not None and not isinstance(crs, str):
+        raise _damaged(folder, "strange reference system")
+    return LoadedModel(
+        data,
+        meta["kind"],
+        crs,
+        tuple(warnings),
+        Path(meta["path"]),
+        str(meta["content_hash"]),
+        checked_origin(meta["turned_about"]),
+        None if meta["resolution"] is None else float(meta["resolution"]),
+    )
+
+
+def _checked(
+    folder: Path, arrays: dict[str, npt.NDArray[Any]], name: str, kind: type, width: int
+) -> npt.NDArray[Any]:
+    array = arrays[name]
+    if array.ndim != 2 or array.shape[1] != width or array.dtype != kind:
+        raise _damaged(folder, f"{name}.npy has a strange shape or type")
+    return array
+
+
+def _mesh(
+    folder: Path,
+    meta: dict[str, Any],
+    arrays: dict[str, npt.NDArray[Any]],
+    fields: dict[str, npt.NDArray[Any]],
+    warnings: list[str],
+) -> Mesh:
+    vertices = _checked(folder, arrays, "vertices", np.float64, 3)
+    faces = _checked(folder, arrays, "faces", np.int32, 3)
+    if len(faces) and (int(faces.min()) < 0 or int(faces.max()) >= len(vertices)):
+        raise _damaged(folder, "faces beyond the vertices")
+    offsets = arrays["material_offsets"]
+    materials = []
+    for record in meta["materials"]:
+        texture = None if record["texture"] is None else Path(record["texture"])
+        if texture is not None and not texture.is_file():
+            warnings.append(
+                f"Texture of material '{record['name']}': '{texture.name}' was not found."
+            )
+            texture = None
+        diffuse = record["diffuse"]
+        if diffuse is not None:
+            r, g, b = (float(x) for x in diffuse)
+            diffuse = (r, g, b)
+        materials.append(Material(str(record["name"]), texture, diffuse))
+    if (
+        offsets.dtype != np.int64
+        or offsets.shape != (len(materials) + 1,)
+        or offsets[0] != 0
+        or (materials and offsets[-1] != len(faces))
+        or np.any(np.diff(offsets) < 0)
+    ):
+        raise _damaged(folder, "materials that do not fit the faces")
+    uv = _checked(folder, arrays, "uv", np.float32, 2) if "uv" in arrays else None
+    colors = _checked(folder, arrays, "colors", np.uint8, 3) if "colors" in arrays else None
+    return Mesh(vertices, faces, tuple(materials), offsets, uv, colors, fields)

@@ -1,0 +1,102 @@
+"""`NAME.offset.txt` beside a model: the integer origin, and the CRS, of float32 coordinates.
+
+One line of the form `EPSG:32615; World = (x, -z, y) + offset 576000 5188000 0`; a CRS without a
+code follows on a line of its own as `CRS: ` and its WKT.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from vomstudio.errors import InputError
+from vomstudio.io.gis.crs import parse_crs
+from vomstudio.io.text.tables import FARTHEST_M
+
+LONGEST_BYTES = 100_000
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_BETWEEN = r"[\s,;]+"
+_THREE = f"({_NUMBER}){_BETWEEN}({_NUMBER}){_BETWEEN}({_NUMBER})"
+_OFFSET = re.compile(rf"(?:offset|origin|shift)[\s:=(\[]*{_THREE}(?![\w.])", re.IGNORECASE)
+_BARE = re.compile(rf"\s*{_THREE}\s*")
+_EPSG = re.compile(r"\bEPSG:\s*(\d{4,6})\b", re.IGNORECASE)
+_WKT = re.compile(r"^\s*CRS:\s*(\S.*)$", re.IGNORECASE | re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Offset:
+    """origin: what is added to the file's coordinates, or None. crs: as LoadedModel's. problem: one
+    sentence where the file is there and cannot be used."""
+
+    origin: tuple[float, float, float] | None = None
+    crs: str | None = None
+    problem: str | None = None
+
+
+def offset_path(model: Path) -> Path:
+    return model.with_name(f"{model.stem}.offset.txt")
+
+
+def read_offset(model: Path) -> Offset:
+    """What `NAME.offset.txt` beside `model` says; empty where there is none."""
+    path = offset_path(model)
+    try:
+        with open(path, "rb") as file:
+            text = file.read(LONGEST_BYTES).decode("utf-8-sig")
+    except FileNotFoundError:
+        return Offset()
+    except (OSError, UnicodeDecodeError):
+        return Offset(problem=f"'{path.name}' cannot be read as text, so no origin is added.")
+    found = _OFFSET.search(text) or _BARE.fullmatch(text)
+    crs, said = crs_or_problem(named_crs(text), path.name)
+    if found is None:
+        return Offset(None, crs, f"'{path.name}' has no 'offset x y z', so no origin is added.")
+    origin = checked_origin([float(number) for number in found.groups()])
+    if origin is None:
+        return Offset(None, crs, f"The offset in '{path.name}' is no place, so none is added.")
+    return Offset(origin, crs, said)
+
+
+def named_crs(text: str) -> str | None:
+    code, wkt = _EPSG.search(text), _WKT.search(text)
+    if wkt is not None:
+        return wkt.group(1).strip()
+    return None if code is None else f"EPSG:{code.group(1)}"
+
+
+def crs_or_problem(text: object, where: str) -> tuple[str | None, str | None]:
+    """A CRS that a file names, checked; else None and the sentence to say."""
+    if text is None:
+        return None, None
+    if isinstance(text, str) and len(text) <= LONGEST_BYTES:
+        try:
+            return parse_crs(text)[0], None
+        except InputError:
+            pass
+    return None, f"The CRS in '{where}' is no projected CRS that is known; declare it yourself."
+
+
+def checked_origin(numbers: object) -> tuple[float, float, float] | None:
+    """Three finite numbers that can be a place in metres, else None."""
+    if not isinstance(numbers, Sequence) or len(numbers) != 3:
+        return None
+    for number in numbers:
+        if isinstance(number, bool) or not isinstance(number, int | float):
+            return None
+        if not abs(number) <= FARTHEST_M:
+            return None
+    x, y, z = (float(number) for number in numbers)
+    return x, y, z
+
+
+def offset_text(origin: Sequence[float], crs: str | None, axes: str) -> str:
+    """The content of the file. axes: how World comes from the file's x, y, z, without the offset,
+    such as "glTF is +Y up (x = East, y = Up, z = -North); World = (x, -z, y)"."""
+    x, y, z = (f"{number:.15g}" for number in origin)
+    code = crs if crs is not None and len(crs) < 20 else None
+    lines = [f"{code or 'local'}; {axes} + offset {x} {y} {z}"]
+    if crs is not None and code is None:
+        lines.append(f"CRS: {' '.join(crs.split())}")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,66 @@
+"""DXF of points, or of a mesh as 3DFACEs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vomstudio.files.atomic import atomic_group
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.gis.dxf import Drawing, color_number, color_numbers, layer_names
+from vomstudio.io.models.writers._common import lost, positions_of, prj_beside, step_rows
+from vomstudio.io.models.writing import Outgoing, Writer
+
+
+def write(out: Outgoing) -> list[str]:
+    """Points in the nearest of the 255 colours that the format has; faces by material, each on a
+    layer of its own; coordinates exact; the CRS in NAME.prj."""
+    said: list[str] = []
+    data = out.data
+    mesh = data if isinstance(data, Mesh) and len(data.faces) else None
+    if data.fields:
+        said.append(lost("fields", data.fields))
+    if not isinstance(data, Mesh) and data.normals is not None:
+        said.append(lost("normals"))
+    if mesh is not None:
+        images = [m.texture.name for m in mesh.materials if m.texture is not None]
+        if images:
+            said.append(lost("textures", images))
+        if mesh.colors is not None:
+            said.append(lost("colours of a mesh"))
+    elif data.colors is not None:
+        said.append("Colours become the nearest of the 255 that DXF of release 12 has.")
+    beside = prj_beside(out, said)
+    materials = [] if mesh is None else [m.name or "mesh" for m in mesh.materials]
+    names = layer_names(materials or ["mesh" if mesh is not None else "points"])
+    shades = dict.fromkeys(names.values(), 7)
+    for material in () if mesh is None else mesh.materials:
+        if material.diffuse is not None:
+            r, g, b = (round(255 * min(max(c, 0.0), 1.0)) for c in material.diffuse)
+            shades[names[material.name or "mesh"]] = color_number(f"#{r:02x}{g:02x}{b:02x}")
+    points = positions_of(data)
+    paths = [out.path, *(path for path, _ in beside)]
+    with atomic_group(paths, out.force, out.inputs) as temporaries:
+        for (_, text), temporary in zip(beside, temporaries[1:], strict=True):
+            temporary.write_text(text, encoding="utf-8")
+        with open(temporaries[0], "w", encoding="ascii", newline="\n") as file:
+            crs = "" if out.crs is None or len(out.crs) > 19 else f" of {out.crs}"
+            drawing = Drawing(file, shades, data.bounds, f"VOM Studio, coordinates{crs}, metres")
+            if mesh is None:
+                for rows in step_rows(len(points), out, "Writing points"):
+                    colors = None if data.colors is None else color_numbers(data.colors[rows])
+                    drawing.points(points[rows], next(iter(names.values())), colors)
+            else:
+                owner = np.zeros(len(mesh.faces), np.int64)
+                if mesh.materials:
+                    sizes = np.diff(mesh.material_offsets)
+                    owner = np.repeat(np.arange(len(mesh.materials)), sizes)
+                for rows in step_rows(len(mesh.faces), out, "Writing faces"):
+                    corners = points[mesh.faces[rows]]
+                    for number in np.unique(owner[rows]).tolist():
+                        layer = names[materials[number]] if materials else names["mesh"]
+                        drawing.faces(corners[owner[rows] == number], layer)
+            drawing.close()
+    return said
+
+
+WRITER = Writer("DXF drawing", (".dxf",), write)

@@ -1,0 +1,248 @@
+"""GLB (glTF 2.0): Y up, float32 about an integer origin, images inside."""
+
+from __future__ import annotations
+
+import io
+import json
+import struct
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import TargetError
+from vomstudio.files.atomic import atomic_group
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Material, Mesh
+from vomstudio.io.models.image_store import ending_of
+from vomstudio.io.models.offset_file import offset_path, offset_text
+from vomstudio.io.models.writers._common import image_bytes, positions_of
+from vomstudio.io.models.writing import Outgoing, Writer
+from vomstudio.version import __version__
+
+Array = npt.NDArray[Any]
+
+# Up to here float32 keeps 0.02 mm, and a model may keep its own origin.
+NEAR_M = 256.0
+ROUNDING_M = 3e-5
+MAX_BYTES = 2**32 - 1
+AXES = "glTF is +Y up (x = East, y = Up, z = -North); World = (x, -z, y)"
+FLOAT, BYTE, UINT = 5126, 5121, 5125
+TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
+ARRAY_BUFFER, INDEX_BUFFER = 34962, 34963
+
+
+def write(out: Outgoing) -> list[str]:
+    """One primitive per material. Origin and CRS in `asset.extras` and NAME.offset.txt; fields as
+    `_NAME` attributes in float32."""
+    said: list[str] = []
+    origin = _origin(out.data)
+    scene = _Scene(out, origin, said)
+    scene.build()
+    chunks = scene.chunks(origin)
+    text = offset_text(origin.tolist(), out.crs, AXES)
+    paths = [out.path, offset_path(out.path)]
+    size = len(chunks[0]) + sum(len(part) for part in scene.parts) + 28
+    if size > MAX_BYTES:
+        raise TargetError(
+            f"{size / 2**30:.1f} GiB are more than a GLB can hold; write PLY or OBJ, or divide it.",
+            file=out.path,
+        )
+    with atomic_group(paths, out.force, out.inputs) as (model, beside):
+        beside.write_text(text, encoding="utf-8")
+        with open(model, "wb") as file:
+            out.progress.stage("Writing the file", len(scene.parts))
+            body = sum(len(part) for part in scene.parts)
+            file.write(struct.pack("<4sII", b"glTF", 2, 12 + 8 + len(chunks[0]) + 8 + body))
+            file.write(struct.pack("<I4s", len(chunks[0]), b"JSON") + chunks[0])
+            file.write(struct.pack("<I4s", body, b"BIN\0"))
+            for done, part in enumerate(scene.parts):
+                file.write(part)
+                out.progress.step(done + 1)
+    return said
+
+
+def _origin(data: Mesh | PointCloud) -> npt.NDArray[np.float64]:
+    bounds = data.bounds
+    if np.abs(bounds).max() <= NEAR_M:
+        return np.zeros(3)
+    return np.asarray(np.rint(bounds.mean(axis=0)) + 0.0)
+
+
+class _Scene:
+    def __init__(self, out: Outgoing, origin: npt.NDArray[np.float64], said: list[str]) -> None:
+        self.out, self.origin, self.said = out, origin, said
+        self.parts: list[bytes] = []
+        self._at = 0
+        self.json: dict[str, Any] = {
+            "asset": {"version": "2.0", "generator": f"VOM Studio {__version__}"},
+            "scene": 0,
+            "scenes": [{"nodes": []}],
+            "nodes": [],
+            "meshes": [],
+            "accessors": [],
+            "bufferViews": [],
+        }
+        self._images: dict[object, int] = {}
+        self._error = 0.0
+
+    def chunks(self, origin: npt.NDArray[np.float64]) -> list[bytes]:
+        extras: dict[str, Any] = {"origin": [int(x) for x in origin], "axes": AXES + " + origin"}
+        if self.out.crs is not None:
+            extras["crs"] = self.out.crs
+        self.json["asset"]["extras"] = extras
+        self.json["buffers"] = [{"byteLength": self._at}]
+        text = json.dumps(self.json, separators=(",", ":"), allow_nan=False).encode()
+        return [text + b" " * (-len(text) % 4)]
+
+    def build(self) -> None:
+        data = self.out.data
+        if isinstance(data, Mesh):
+            self._add_mesh(data)
+        else:
+            normals = data.normals
+            extra: dict[str, int] = {}
+            if normals is not None:
+                turned = np.stack([normals[:, 0], normals[:, 2], -normals[:, 1]], axis=1)
+                extra["NORMAL"] = self._accessor(turned.astype("<f4"), FLOAT)
+            self._add(self.out.path.stem, slice(None), extra, {"mode": 0})
+        if self._error > ROUNDING_M:
+            self.said.append(
+                f"The model is too wide for float32: positions are rounded by up to"
+                f" {self._error * 1000:.2g} mm."
+            )
+        for name, values in data.fields.items():
+            if not _fits_float32(values):
+                self.said.append(f"The field '{name}' is rounded to float32.")
+
+    def _add_mesh(self, mesh: Mesh) -> None:
+        materials = mesh.materials or (None,)
+        offsets = mesh.material_offsets if mesh.materials else [0, len(mesh.faces)]
+        for material, start, stop in zip(materials, offsets[:-1], offsets[1:], strict=True):
+            faces = mesh.faces[start:stop]
+            used = np.zeros(len(mesh.vertices), bool)
+            used[faces] = True
+            rows = np.flatnonzero(used)
+            local = (np.cumsum(used) - 1)[faces]
+            extra: dict[str, int] = {}
+            primitive: dict[str, Any] = {"mode": 4}
+            if mesh.uv is not None and len(rows):
+                uv = mesh.uv[rows].astype(np.float64)
+                if np.isfinite(uv).any():
+                    uv = np.nan_to_num(np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1), nan=0.0)
+                    extra["TEXCOORD_0"] = self._accessor(uv.astype("<f4"), FLOAT)
+            if material is not None:
+                primitive["material"] = self._material(material)
+            if not len(faces):
+                continue
+            primitive["indices"] = self._accessor(
+                local.reshape(-1, 1).astype("<u4"), UINT, INDEX_BUFFER
+            )
+            name = self.out.path.stem if material is None else material.name or "untextured"
+            self._add(name, rows, extra, primitive)
+        loose = len(mesh.vertices) - len(np.unique(mesh.faces))
+        if loose:
+            self.said.append(f"{loose:,} vertices that no face uses are left out.")
+
+    def _add(
+        self, name: str, rows: Any, attributes: dict[str, int], primitive: dict[str, Any]
+    ) -> None:
+        data = self.out.data
+        local = positions_of(data)[rows] - self.origin
+        stored = np.stack([local[:, 0], local[:, 2], -local[:, 1]], axis=1).astype("<f4")
+        back = np.abs(stored[:, [0, 2, 1]] * np.array([1, -1, 1], np.float32) - local)
+        self._error = max(self._error, float(back.max(initial=0.0)))
+        place = self._accessor(stored, FLOAT)
+        self.json["accessors"][place]["min"] = stored.min(axis=0).astype(float).tolist()
+        self.json["accessors"][place]["max"] = stored.max(axis=0).astype(float).tolist()
+        attributes = {"POSITION": place, **attributes}
+        if data.colors is not None:
+            colors = np.full((len(stored), 4), 255, np.uint8)
+            colors[:, :3] = data.colors[rows]
+            attributes["COLOR_0"] = self._accessor(colors, BYTE)
+            self.json["accessors"][-1]["normalized"] = True
+        for field, values in data.fields.items():
+            column = np.asarray(values)[rows].astype("<f4").reshape(-1, 1)
+            attributes[f"_{field}"] = self._accessor(column, FLOAT)
+        self.json["nodes"].append({"name": name, "mesh": len(self.json["meshes"])})
+        self.json["scenes"][0]["nodes"].append(len(self.json["nodes"]) - 1)
+        self.json["meshes"].append(
+            {"name": name, "primitives": [{"attributes": attributes, **primitive}]}
+        )
+
+    def _accessor(self, values: Array, kind: int, target: int = ARRAY_BUFFER) -> int:
+        view = self._view(np.ascontiguousarray(values).tobytes(), target)
+        self.json["accessors"].append(
+            {
+                "bufferView": view,
+                "componentType": kind,
+                "count": len(values),
+                "type": TYPES[values.shape[1]],
+            }
+        )
+        return len(self.json["accessors"]) - 1
+
+    def _view(self, content: bytes, target: int | None = None) -> int:
+        view = {"buffer": 0, "byteOffset": self._at, "byteLength": len(content)}
+        if target is not None:
+            view["target"] = target
+        self.json["bufferViews"].append(view)
+        self.parts.append(content + b"\0" * (-len(content) % 4))
+        self._at += len(self.parts[-1])
+        self.out.progress.step(0)
+        return len(self.json["bufferViews"]) - 1
+
+    def _material(self, material: Material) -> int:
+        rough: dict[str, Any] = {"metallicFactor": 0.0, "roughnessFactor": 1.0}
+        if material.diffuse is not None:
+            rough["baseColorFactor"] = [*linear(np.array(material.diffuse)).tolist(), 1.0]
+        if material.texture is not None:
+            if material.texture not in self._images:
+                self._images[material.texture] = self._image(material)
+            rough["baseColorTexture"] = {"index": self._images[material.texture]}
+        entry = {"name": material.name, "pbrMetallicRoughness": rough, "doubleSided": True}
+        self.json.setdefault("materials", []).append(entry)
+        return len(self.json["materials"]) - 1
+
+    def _image(self, material: Material) -> int:
+        assert material.texture is not None
+        content = image_bytes(material.texture)
+        mime = {".jpg": "image/jpeg", ".png": "image/png"}.get(ending_of(content))
+        if mime is None:
+            content, mime = _as_png(material.texture), "image/png"
+        entry = {"name": material.texture.stem, "bufferView": self._view(content), "mimeType": mime}
+        self.json.setdefault("images", []).append(entry)
+        self.json.setdefault("textures", []).append({"source": len(self.json["images"]) - 1})
+        return len(self.json["textures"]) - 1
+
+
+def _as_png(path: Any) -> bytes:
+    """glTF knows JPEG and PNG only."""
+    from PIL import Image
+
+    stream = io.BytesIO()
+    try:
+        with Image.open(path) as image:
+            mode = "RGBA" if "A" in image.getbands() else "RGB"
+            image.convert(mode).save(stream, "PNG", compress_level=3)
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
+        raise TargetError(
+            f"this texture cannot be turned into PNG ({error}); save it as JPEG or PNG.", file=path
+        ) from error
+    return stream.getvalue()
+
+
+def _fits_float32(values: Array) -> bool:
+    narrow = values.astype(np.float32)
+    if values.dtype.kind == "f":
+        return bool(np.array_equal(narrow.astype(values.dtype), values, equal_nan=True))
+    return bool((narrow.astype(np.float64) == values.astype(np.float64)).all())
+
+
+def linear(srgb: Array) -> Array:
+    """From the values of images and MTL files to the linear light of glTF's factors
+    (IEC 61966-2-1)."""
+    return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+
+
+WRITER = Writer("glTF scene", (".glb",), write)

@@ -1,0 +1,121 @@
+"""Wavefront OBJ with its MTL file and copies of the textures."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.files.atomic import atomic_group
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.models.writers._common import (
+    Images,
+    copy_images,
+    lost,
+    plan_images,
+    positions_of,
+    prj_beside,
+    shortest,
+    step_rows,
+    write_lines,
+)
+from vomstudio.io.models.writing import Outgoing, Writer
+
+
+def write(out: Outgoing) -> list[str]:
+    """Coordinates in the shortest decimals that give back the same float64; colours per vertex as
+    `v x y z r g b` in 0..1; the CRS in NAME.prj."""
+    said: list[str] = []
+    data = out.data
+    if data.fields:
+        said.append(lost("fields", data.fields))
+    mesh = data if isinstance(data, Mesh) else None
+    if mesh is None and data.normals is not None:  # type: ignore[union-attr]
+        said.append(lost("normals of points"))
+    images = plan_images(mesh, out) if mesh else Images([], [])
+    beside = prj_beside(out, said)
+    library = out.path.with_suffix(".mtl") if mesh and mesh.materials else None
+    paths = [out.path, *(target for _, target in images.copies), *(path for path, _ in beside)]
+    if library is not None:
+        paths.append(library)
+    with atomic_group(paths, out.force, out.inputs) as temporaries:
+        copy_images(images, temporaries[1 : 1 + len(images.copies)])
+        for (_, text), temporary in zip(
+            beside, temporaries[1 + len(images.copies) :], strict=False
+        ):
+            temporary.write_text(text, encoding="utf-8")
+        names = _material_names(mesh) if mesh else []
+        if library is not None and mesh is not None:
+            _write_library(temporaries[-1], mesh, names, images)
+        _write_model(temporaries[0], out, names, None if library is None else library.name)
+    return said
+
+
+def _material_names(mesh: Mesh) -> list[str]:
+    """Names that stand on one line and are all different."""
+    result: list[str] = []
+    for i, material in enumerate(mesh.materials):
+        name = " ".join(material.name.split()) or "untextured"
+        result.append(name if name not in result else f"{name}_{i}")
+    return result
+
+
+def _write_library(path: Path, mesh: Mesh, names: list[str], images: Images) -> None:
+    with open(path, "w", encoding="utf-8", newline="\n") as file:
+        for name, material, image in zip(names, mesh.materials, images.names, strict=True):
+            file.write(f"newmtl {name}\n")
+            if material.diffuse is not None:
+                file.write("Kd " + " ".join(f"{c:.6g}" for c in material.diffuse) + "\n")
+            elif image is not None:
+                file.write("Kd 1 1 1\n")
+            if image is not None:
+                file.write(f"map_Kd {image}\n")
+
+
+def _write_model(path: Path, out: Outgoing, names: list[str], library: str | None) -> None:
+    data = out.data
+    points = positions_of(data)
+    with open(path, "w", encoding="utf-8", newline="\n") as file:
+        file.write("# VOM Studio; x East, y North, z Up, metres\n")
+        if out.crs is not None:
+            file.write(f"# CRS {' '.join(out.crs.split())}\n")
+        if library is not None:
+            file.write(f"mtllib {library}\n")
+        for rows in step_rows(len(points), out, "Writing vertices"):
+            columns = [points[rows, k].tolist() for k in range(3)]
+            form = "v %r %r %r"
+            if data.colors is not None:
+                columns += [np.round(data.colors[rows, k] / 255.0, 5).tolist() for k in range(3)]
+                form += " %r %r %r"
+            write_lines(file, columns, form)
+        if not isinstance(data, Mesh):
+            return
+        has = None
+        if data.uv is not None:
+            finite: npt.NDArray[Any] = np.asarray(np.isfinite(data.uv).all(axis=1))
+            has = finite[data.faces].all(axis=1)
+            for rows in step_rows(len(points), out, "Writing texture coordinates"):
+                uv = np.where(finite[rows, None], data.uv[rows], np.float32(0))
+                write_lines(file, [shortest(uv[:, 0]), shortest(uv[:, 1])], "vt %r %r")
+        starts = data.material_offsets if names else np.array([0, len(data.faces)])
+        for i, (start, stop) in enumerate(itertools.pairwise(starts)):
+            if names:
+                file.write(f"usemtl {names[i]}\n")
+            _write_faces(file, out, data, int(start), int(stop), has)
+
+
+def _write_faces(file, out, mesh, start, stop, has) -> None:  # type: ignore[no-untyped-def]
+    for block in step_rows(stop - start, out, "Writing faces"):
+        faces = mesh.faces[start + block.start : start + block.stop].astype(np.int64) + 1
+        textured = np.zeros(len(faces), bool) if has is None else has[start:stop][block]
+        plain = faces[~textured]
+        write_lines(file, [plain[:, k].tolist() for k in range(3)], "f %d %d %d")
+        faces = faces[textured]
+        columns = [faces[:, k // 2].tolist() for k in range(6)]
+        write_lines(file, columns, "f %d/%d %d/%d %d/%d")
+
+
+WRITER = Writer("Wavefront OBJ", (".obj",), write)

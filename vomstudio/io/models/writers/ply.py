@@ -1,0 +1,149 @@
+"""PLY, binary, with doubles for coordinates."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.files.atomic import atomic_group
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.models.writers._common import (
+    Images,
+    copy_images,
+    field_names,
+    lost,
+    plan_images,
+    positions_of,
+    prj_beside,
+    step_rows,
+)
+from vomstudio.io.models.writing import Outgoing, Writer
+
+Array = npt.NDArray[Any]
+
+TYPES = {
+    "i1": "char",
+    "u1": "uchar",
+    "i2": "short",
+    "u2": "ushort",
+    "i4": "int",
+    "u4": "uint",
+    "f4": "float",
+    "f8": "double",
+}
+RESERVED = (
+    ("x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "alpha", "r", "g", "b", "a")
+    + ("s", "t", "u", "v", "texture_u", "texture_v", "texture_s", "texture_t")
+    + ("diffuse_red", "diffuse_green", "diffuse_blue", "diffuse_alpha")
+)
+
+
+def write(out: Outgoing) -> list[str]:
+    """Vertices with doubles, colours, normals and fields of their own types; textured faces with
+    `texcoord` and `texnumber`, the images beside; the CRS in NAME.prj."""
+    said: list[str] = []
+    data = out.data
+    mesh = data if isinstance(data, Mesh) else None
+    images = plan_images(mesh, out) if mesh else Images([], [])
+    if mesh is not None and any(m.texture is None for m in mesh.materials):
+        bare = [m.name or "untextured" for m in mesh.materials if m.texture is None]
+        said.append(lost("materials without a texture", bare))
+    beside = prj_beside(out, said)
+    columns = _columns(out, said)
+    paths = [out.path, *(target for _, target in images.copies), *(path for path, _ in beside)]
+    with atomic_group(paths, out.force, out.inputs) as temporaries:
+        copy_images(images, temporaries[1 : 1 + len(images.copies)])
+        for (_, text), temporary in zip(beside, temporaries[1 + len(images.copies) :], strict=True):
+            temporary.write_text(text, encoding="utf-8")
+        with open(temporaries[0], "wb") as file:
+            file.write(_header(out, columns, mesh, images))
+            n = len(positions_of(data))
+            record = np.dtype([(name, values.dtype.newbyteorder("<")) for name, values in columns])
+            for rows in step_rows(n, out, "Writing vertices"):
+                block = np.empty(rows.stop - rows.start, record)
+                for name, values in columns:
+                    block[name] = values[rows]
+                file.write(block.tobytes())
+            if mesh is not None:
+                _write_faces(file, out, mesh, images)
+    return said
+
+
+def _columns(out: Outgoing, said: list[str]) -> list[tuple[str, Array]]:
+    data = out.data
+    points = positions_of(data)
+    columns: list[tuple[str, Array]] = [(name, points[:, k]) for k, name in enumerate("xyz")]
+    normals = None if isinstance(data, Mesh) else data.normals
+    if normals is not None:
+        columns += [(name, normals[:, k]) for k, name in enumerate(("nx", "ny", "nz"))]
+    if data.colors is not None:
+        columns += [(name, data.colors[:, k]) for k, name in enumerate(("red", "green", "blue"))]
+    for name, label in field_names(data.fields, RESERVED, said).items():
+        columns.append((label, _storable(data.fields[name], name, said)))
+    return columns
+
+
+def _storable(values: Array, name: str, said: list[str]) -> Array:
+    """In a type that PLY has."""
+    if values.dtype.kind == "b":
+        return values.astype(np.uint8)
+    if values.dtype.str[1:] in TYPES:
+        return values
+    wide = values.astype(np.float64)
+    if values.dtype.kind in "iu" and not (wide.astype(values.dtype) == values).all():
+        said.append(f"The field '{name}' is rounded to 53 bits.")
+    return wide
+
+
+def _header(
+    out: Outgoing, columns: list[tuple[str, Array]], mesh: Mesh | None, images: Images
+) -> bytes:
+    lines = [
+        "ply",
+        "format binary_little_endian 1.0",
+        "comment VOM Studio; x East, y North, z Up, metres",
+    ]
+    if out.crs is not None and len(out.crs) < 20:
+        lines.append(f"comment CRS {out.crs}")
+    lines += [f"comment TextureFile {name}" for name in _image_files(images)]
+    lines.append(f"element vertex {len(positions_of(out.data))}")
+    lines += [f"property {TYPES[values.dtype.str[1:]]} {name}" for name, values in columns]
+    if mesh is not None:
+        lines.append(f"element face {len(mesh.faces)}")
+        lines.append("property list uchar int vertex_indices")
+        if mesh.uv is not None:
+            lines.append("property list uchar float texcoord")
+        if _image_files(images):
+            lines.append("property int texnumber")
+    return ("\n".join([*lines, "end_header"]) + "\n").encode()
+
+
+def _image_files(images: Images) -> list[str]:
+    return list(dict.fromkeys(name for name in images.names if name is not None))
+
+
+def _write_faces(file, out, mesh, images) -> None:  # type: ignore[no-untyped-def]
+    kinds: list[Any] = [("n", "u1"), ("corners", "<i4", 3)]
+    if mesh.uv is not None:
+        kinds += [("n_uv", "u1"), ("uv", "<f4", 6)]
+    files = _image_files(images)
+    if files:
+        kinds.append(("image", "<i4"))
+    numbers = [-1 if name is None else files.index(name) for name in images.names]
+    per_face = np.repeat(np.array(numbers, np.int32), np.diff(mesh.material_offsets))
+    for rows in step_rows(len(mesh.faces), out, "Writing faces"):
+        block = np.zeros(rows.stop - rows.start, np.dtype(kinds))
+        faces = mesh.faces[rows]
+        block["n"], block["corners"] = 3, faces
+        if mesh.uv is not None:
+            uv = mesh.uv[faces].reshape(-1, 6)
+            block["n_uv"] = 6
+            block["uv"] = np.nan_to_num(uv, nan=0.0)
+        if files:
+            block["image"] = per_face[rows]
+        file.write(block.tobytes())
+
+
+WRITER = Writer("PLY", (".ply",), write)

@@ -1,0 +1,65 @@
+"""Shapefiles of points with z."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import TargetError
+from vomstudio.files.atomic import atomic_group
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.gis.shapefile import Column, column, is_too_large, short_names, write_points
+from vomstudio.io.models.writers._common import bare_points, positions_of, prj_beside, step_rows
+from vomstudio.io.models.writing import Outgoing, Writer
+
+Array = npt.NDArray[Any]
+
+
+def write(out: Outgoing) -> list[str]:
+    """POINTZ with colours (red, green, blue), normals and fields as attributes; the CRS in
+    NAME.prj. Raises TargetError for more points than the format holds."""
+    said: list[str] = []
+    data = out.data
+    bare_points(data, said)
+    points = positions_of(data)
+    columns = _columns(out, said)
+    if is_too_large(len(points), columns):
+        raise TargetError(
+            f"{len(points):,} points are more than a shapefile holds; write LAZ, or a part.",
+            file=out.path,
+        )
+    beside = prj_beside(out, said, esri=True)
+    parts = [out.path.with_suffix(ending) for ending in (".shx", ".dbf", ".cpg")]
+    paths = [out.path, *parts, *(path for path, _ in beside)]
+    with atomic_group(paths, out.force, out.inputs) as (shp, shx, dbf, cpg, *rest):
+        cpg.write_text("UTF-8", encoding="ascii")
+        for (_, text), temporary in zip(beside, rest, strict=True):
+            temporary.write_text(text, encoding="utf-8")
+        blocks = step_rows(len(points), out, "Writing points")
+        write_points(shp, shx, dbf, points, columns, blocks)
+    return said
+
+
+def _columns(out: Outgoing, said: list[str]) -> list[Column]:
+    data = out.data
+    values: dict[str, Array] = {}
+    if data.colors is not None:
+        values |= {name: data.colors[:, k] for k, name in enumerate(("red", "green", "blue"))}
+    if not isinstance(data, Mesh) and data.normals is not None:
+        values |= {f"normal_{axis}": data.normals[:, k] for k, axis in enumerate("xyz")}
+    # A field of one of these names stays a field.
+    own = {(f"{name} field" if name in values else name): v for name, v in data.fields.items()}
+    names = short_names([*values, *own])
+    for name in own:
+        if names[name] != name:
+            said.append(f"The field '{name}' is called '{names[name]}' in this format.")
+    values |= own
+    if not values:
+        # The format wants at least one attribute.
+        return [column("id", np.arange(1, len(positions_of(data)) + 1))]
+    return [column(names[name], array) for name, array in values.items()]
+
+
+WRITER = Writer("shapefile of points", (".shp",), write)

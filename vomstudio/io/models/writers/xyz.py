@@ -1,0 +1,65 @@
+"""Points as text: a line of names, then a row for each point."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.files.atomic import atomic_group
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.models.writers._common import (
+    bare_points,
+    field_names,
+    positions_of,
+    prj_beside,
+    shortest,
+    step_rows,
+    write_lines,
+)
+from vomstudio.io.models.writing import Outgoing, Writer
+
+Array = npt.NDArray[Any]
+
+NAMES = ("x", "y", "z", "r", "g", "b", "nx", "ny", "nz")
+# Words by which a reader would take a field for a coordinate, a colour or a normal.
+RESERVED = NAMES + ("red", "green", "blue", "normal_x", "normal_y", "normal_z")
+
+
+def write(out: Outgoing) -> list[str]:
+    """Floats in the shortest decimals that give back the same value; `.csv` with commas, the others
+    with blanks; the CRS in NAME.prj."""
+    said: list[str] = []
+    data = out.data
+    bare_points(data, said)
+    points = positions_of(data)
+    columns: list[tuple[str, Array]] = [(name, points[:, k]) for k, name in enumerate("xyz")]
+    if data.colors is not None:
+        columns += [(name, data.colors[:, k]) for k, name in enumerate("rgb")]
+    for name, label in field_names(data.fields, RESERVED, said).items():
+        columns.append((label, data.fields[name]))
+    if not isinstance(data, Mesh) and data.normals is not None:
+        columns += [(name, data.normals[:, k]) for k, name in enumerate(NAMES[6:])]
+    beside = prj_beside(out, said)
+    mark = "," if out.path.suffix.lower() == ".csv" else " "
+    form = mark.join("%r" for _ in columns)
+    paths = [out.path, *(path for path, _ in beside)]
+    with atomic_group(paths, out.force, out.inputs) as temporaries:
+        for (_, text), temporary in zip(beside, temporaries[1:], strict=True):
+            temporary.write_text(text, encoding="utf-8")
+        with open(temporaries[0], "w", encoding="utf-8", newline="\n") as file:
+            file.write(mark.join(name for name, _ in columns) + "\n")
+            for rows in step_rows(len(points), out, "Writing points"):
+                write_lines(file, [_plain(values[rows]) for _, values in columns], form)
+    return said
+
+
+def _plain(values: Array) -> list[Any]:
+    if values.dtype.kind == "f":
+        return shortest(values)
+    found: list[Any] = values.astype(np.int64 if values.dtype != np.uint64 else object).tolist()
+    return found
+
+
+WRITER = Writer("text table of points", (".xyz", ".csv", ".txt", ".asc"), write)

@@ -1,0 +1,1 @@
+"""Photos: what their files say, their pixels, masks and cameras."""

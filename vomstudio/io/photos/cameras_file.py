@@ -1,0 +1,160 @@
+"""Photos with their cameras and poses, beside the model that was made of them.
+
+`cameras.json` holds all that is needed to see the model in its photos again. `cameras.csv` holds
+the camera centres for other programs and for people.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vomstudio.errors import GeometryError, InputError
+from vomstudio.files.atomic import atomic_write
+from vomstudio.geometry.cameras import MODELS, Intrinsics, View
+
+FILE_NAME = "cameras.json"
+"""Its name beside the model."""
+_FORMAT = "vomstudio cameras"
+_VERSION = 1
+
+
+@dataclass(frozen=True, eq=False)
+class Cameras:
+    """views : in the model's frame minus `origin`
+    photos : the folder that the views' names are relative to
+    crs : "EPSG:n", or None where the model's frame is local
+    scaled : the frame is in metres with known north and up, though it may have no CRS
+    """
+
+    views: tuple[View, ...]
+    photos: Path
+    origin: tuple[int, int, int] = (0, 0, 0)
+    crs: str | None = None
+    scaled: bool = False
+
+
+def find_photos(cameras: Cameras, path: Path, others: Sequence[Path] = ()) -> Path | None:
+    """The folder in which the first photos are: the first of `others` that holds them, or where
+    they were, or beside the file `path` of the cameras."""
+    stored = cameras.photos
+    places = [*others, stored if stored.is_absolute() else path.parent / stored]
+    places += [path.parent / stored.name, path.parent / "photos", path.parent]
+    names = [view.name for view in cameras.views[:3]]
+    for place in places:
+        if any((place / name).is_file() for name in names):
+            return place
+    return None
+
+
+def scale_known(model: str | Path) -> bool | None:
+    """Whether the model that lies beside a `cameras.json` has metres and north; None where there is
+    none that could say."""
+    try:
+        return read_cameras(Path(model).with_name(FILE_NAME)).scaled
+    except InputError:
+        return None
+
+
+def view_to_dict(view: View) -> dict[str, Any]:
+    lens = view.intrinsics
+    return {
+        "name": view.name,
+        "model": lens.model,
+        "width": lens.width,
+        "height": lens.height,
+        "params": list(lens.params),
+        "rotation": np.asarray(view.rotation).tolist(),
+        "translation": np.asarray(view.translation).tolist(),
+    }
+
+
+def view_from_dict(row: dict[str, Any]) -> View:
+    """Raises KeyError, TypeError, ValueError or GeometryError for what is no view."""
+    lens = Intrinsics(
+        str(row["model"]),
+        int(row["width"]),
+        int(row["height"]),
+        tuple(float(value) for value in row["params"]),
+    )
+    rotation = np.array(row["rotation"], np.float64)
+    translation = np.array(row["translation"], np.float64)
+    if rotation.shape != (3, 3) or translation.shape != (3,):
+        raise ValueError("a pose is a rotation of 3 x 3 numbers and a translation of 3")
+    return View(str(row["name"]), lens, rotation, translation)
+
+
+def write_cameras(path: str | Path, cameras: Cameras, *, force: bool = False) -> None:
+    """Write `cameras.json`. Raises TargetError."""
+    head = {
+        "format": _FORMAT,
+        "version": _VERSION,
+        "about": "x_camera = rotation @ (x - origin) + translation; camera x right, y down, z "
+        "forward; pixels of the photo as stored, (0.5, 0.5) is the centre of the top-left one; "
+        "lens models and parameters as in COLMAP",
+        "crs": cameras.crs,
+        "scaled": cameras.scaled,
+        "origin": list(cameras.origin),
+        "photos": str(cameras.photos),
+        "views": [view_to_dict(view) for view in cameras.views],
+    }
+    with atomic_write(path, force) as temporary:
+        temporary.write_text(json.dumps(head, indent=1, ensure_ascii=False), encoding="utf-8")
+
+
+def read_cameras(path: str | Path) -> Cameras:
+    """Raises InputError that says what is wrong with the file."""
+    path = Path(path)
+    try:
+        head = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror})", file=path) from error
+    except ValueError as error:
+        raise InputError(f"is no JSON ({error})", file=path) from error
+    if not isinstance(head, dict) or head.get("format") != _FORMAT:
+        raise InputError(
+            "holds no cameras of a reconstruction; choose the cameras.json beside the model",
+            file=path,
+        )
+    if head.get("version", 0) > _VERSION:
+        raise InputError("was written by a newer version of this program; update it", file=path)
+    try:
+        x, y, z = (int(value) for value in head["origin"])
+        return Cameras(
+            tuple(view_from_dict(row) for row in head["views"]),
+            Path(head["photos"]),
+            (x, y, z),
+            head["crs"],
+            bool(head.get("scaled", head["crs"] is not None)),
+        )
+    except (KeyError, TypeError, ValueError, GeometryError) as error:
+        raise InputError(
+            f"is damaged ({type(error).__name__}: {error}); reconstruct again", file=path
+        ) from error
+
+
+def write_cameras_csv(path: str | Path, cameras: Cameras, *, force: bool = False) -> None:
+    """Write name, centre (x, y, z in the model's frame), rotation (row by row, frame to camera) and
+    lens of every photo. Raises TargetError."""
+    with atomic_write(path, force) as temporary, temporary.open("w", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(
+            ["name", "x", "y", "z", *(f"r{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3))]
+            + ["model", "width", "height", "params"]
+        )
+        for view in cameras.views:
+            lens = view.intrinsics
+            named = zip(MODELS[lens.model], lens.params, strict=True)
+            writer.writerow(
+                [view.name]
+                + [f"{value:.6f}" for value in view.centre + cameras.origin]
+                + [f"{value:.12f}" for value in np.ravel(view.rotation)]
+                + [lens.model, lens.width, lens.height]
+                + [" ".join(f"{name}={value:.10g}" for name, value in named)]
+            )

@@ -1,0 +1,105 @@
+"""Masks of photos: which file is the mask of which photo."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vomstudio.errors import InputError
+from vomstudio.io.photos.pixels import opened
+
+if TYPE_CHECKING:
+    from vomstudio.io.photos.reading import Photo
+
+PICTURES = (".jpg", ".jpeg", ".tif", ".tiff", ".png")
+# A photo may be cropped by a line or two without being another picture.
+SAME_SHAPE = 0.01
+_MASK = re.compile(r"(?:[_.]mask)$", re.IGNORECASE)
+_FOLDERS = {"mask", "masks"}
+
+
+def is_mask(path: Path, root: Path) -> bool:
+    if path.suffix.lower() not in PICTURES:
+        return False
+    inside = path.relative_to(root).parts[:-1]
+    return bool(_MASK.search(path.stem)) or any(p.casefold() in _FOLDERS for p in inside)
+
+
+class MaskFinder:
+    def __init__(self, root: Path, masks: Iterable[Path]) -> None:
+        self._by_name = {self._key(path): path for path in masks}
+        self._stems: dict[Path, Counter[str]] = {}
+        self._outside: dict[Path, dict[tuple[Path, str], Path]] = {}
+        self._root = root
+        self._used: set[Path] = set()
+
+    @staticmethod
+    def _key(path: Path) -> tuple[Path, str]:
+        return path.parent, path.name.casefold()
+
+    def of(self, photo: Photo) -> tuple[Path | None, str | None]:
+        """The photo's mask, or why the one that is there is not used. Of several the first counts,
+        which is the one that is drawn here."""
+        path = photo.path
+        places = (self._by_name.get(key) or self._beside_root(key) for key in self._places(path))
+        found = list(dict.fromkeys(p for p in places if p is not None and p != path))
+        self._used.update(found)
+        return self._checked(found[0], photo) if found else (None, None)
+
+    def _places(self, path: Path) -> Iterable[tuple[Path, str]]:
+        stem, name = path.stem.casefold(), path.name.casefold()
+        marked = [f"{stem}_mask", f"{name}.mask", f"{name}_mask", f"{stem}.mask"]
+        if self._is_twin(path):
+            marked[:2] = marked[1::-1]
+        for ending in (".png", ".jpg", ".jpeg", ".tif", ".tiff"):
+            for base in marked:
+                yield path.parent, base + ending
+            for folder in (path.parent / "masks", path.parent / "mask"):
+                for base in (*marked, name, stem):
+                    yield folder, base + ending
+            for folder in (path.parent.parent / "masks", path.parent.parent / "mask"):
+                for base in (*marked, name, stem):
+                    yield folder, base + ending
+
+    def _is_twin(self, path: Path) -> bool:
+        """Whether another photo in its folder differs in its ending only: `photo_masks.mask_place`
+        gives each a mask of its own then."""
+        folder = path.parent
+        if folder not in self._stems:
+            try:
+                names = [p for p in folder.iterdir() if p.suffix.lower() in PICTURES]
+            except OSError:
+                names = []
+            self._stems[folder] = Counter(p.stem.casefold() for p in names)
+        return self._stems[folder][path.stem.casefold()] > 1
+
+    def _beside_root(self, key: tuple[Path, str]) -> Path | None:
+        """Masks in a folder beside the one that was named."""
+        folder = key[0]
+        if folder.parent != self._root.parent or folder.name not in _FOLDERS:
+            return None
+        if folder not in self._outside:
+            try:
+                self._outside[folder] = {self._key(p): p for p in folder.iterdir() if p.is_file()}
+            except OSError:
+                self._outside[folder] = {}
+        return self._outside[folder].get(key)
+
+    def _checked(self, mask: Path, photo: Photo) -> tuple[Path | None, str | None]:
+        try:
+            with opened(mask) as image:
+                size = image.size
+        except InputError as error:
+            return None, f"its mask {mask.name} is not used: {error.message.rstrip('.')}"
+        if size == (photo.width, photo.height):
+            return mask, None
+        said = f"{size[0]} x {size[1]} pixels, the photo {photo.width} x {photo.height}"
+        if abs(size[0] * photo.height / (size[1] * photo.width) - 1) <= SAME_SHAPE:
+            return mask, f"its mask has {said}; it is stretched"
+        return None, f"its mask has another shape ({said}) and is not used"
+
+    def left(self) -> list[Path]:
+        return [path for path in self._by_name.values() if path not in self._used]

@@ -1,0 +1,170 @@
+"""Pixels of photos: small upright pictures to look at, grey values to measure, masks."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+    from vomstudio.io.photos.reading import Photo
+
+Bytes = npt.NDArray[np.uint8]
+
+
+@contextlib.contextmanager
+def opened(path: str | Path) -> Iterator[Image.Image]:
+    """A picture of any size with only its header read; what goes wrong with it until the end of
+    the block is an InputError that names the file."""
+    import warnings
+
+    from PIL import Image, UnidentifiedImageError
+
+    # Photos are larger than Pillow's idea of an attack.
+    Image.MAX_IMAGE_PIXELS = None
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            with Image.open(path) as image:
+                yield image
+    except FileNotFoundError as error:
+        raise InputError("there is no such file.", file=path) from error
+    except UnidentifiedImageError as error:
+        said = "this is not a picture, or a damaged one."
+        if Path(path).suffix.lower() in (".tif", ".tiff"):
+            said = (
+                "this TIFF is damaged, or of a kind that is not read (16 bits for each colour); "
+                "save it with 8 bits for each colour."
+            )
+        raise InputError(said, file=path) from error
+    except MemoryError as error:
+        raise InputError("there is not enough memory for this picture.", file=path) from error
+    except (OSError, ValueError, SyntaxError, EOFError, IndexError, TypeError, KeyError) as error:
+        # What Pillow's decoders raise for damaged data.
+        reason = str(error) or type(error).__name__
+        raise InputError(f"this picture is damaged ({reason}).", file=path) from error
+
+
+def turned_upright(pixels: npt.NDArray[Any], orientation: int) -> npt.NDArray[Any]:
+    """Pixels as the viewer should see them, from how they are stored and their EXIF orientation
+    (Exif standard, table of tag 0x0112)."""
+    turns: dict[int, Callable[[npt.NDArray[Any]], npt.NDArray[Any]]] = {
+        1: lambda p: p,
+        2: lambda p: p[:, ::-1],
+        3: lambda p: p[::-1, ::-1],
+        4: lambda p: p[::-1],
+        5: lambda p: p.swapaxes(0, 1),
+        6: lambda p: p.swapaxes(0, 1)[:, ::-1],
+        7: lambda p: p.swapaxes(0, 1)[::-1, ::-1],
+        8: lambda p: p.swapaxes(0, 1)[::-1],
+    }
+    turn = turns[orientation if orientation in range(1, 9) else 1]
+    return np.ascontiguousarray(turn(pixels))
+
+
+def upright_pixels(
+    pixels: npt.ArrayLike, orientation: int, width: int, height: int
+) -> npt.NDArray[np.float64]:
+    """Where pixels (n, 2) of a stored photo of this size lie once it is turned upright, in pixels
+    of the upright picture."""
+    x, y = np.asarray(pixels, np.float64).reshape(-1, 2).T
+    a, b = {
+        1: (x, y),
+        2: (width - x, y),
+        3: (width - x, height - y),
+        4: (x, height - y),
+        5: (y, x),
+        6: (height - y, x),
+        7: (height - y, width - x),
+        8: (y, width - x),
+    }[orientation if orientation in range(1, 9) else 1]
+    return np.column_stack([a, b])
+
+
+def orientation_of(photo: str | Path) -> int:
+    """Of EXIF, 1 to 8. Raises InputError."""
+    from vomstudio.io.photos.exif import read_exif
+
+    with opened(photo) as image:
+        return read_exif(image).orientation
+
+
+def stored(photo: str | Path, size: int) -> tuple[Bytes, tuple[int, int], int]:
+    """(pixels (h, w, 3) as stored with their long side at most `size`, (width, height) of the
+    photo, EXIF orientation). Raises InputError."""
+    from vomstudio.io.photos.exif import read_exif
+
+    with opened(photo) as image:
+        full = (image.width, image.height)
+        orientation = read_exif(image).orientation
+        return np.asarray(_small(image, size, "RGB")), full, orientation
+
+
+def thumbnail(photo: Photo | str | Path, size: int = 256) -> Bytes:
+    """(h, w, 3) uint8, upright, its long side at most `size` pixels.
+
+    JPEG is decoded at an eighth, a quarter or a half of its size, which skips most of the work; the
+    thumbnail that cameras embed is left alone: it is too small, and bordered black in many.
+    Raises InputError.
+    """
+    from vomstudio.io.photos.exif import read_exif
+
+    path = Path(photo) if isinstance(photo, str | Path) else photo.path
+    with opened(path) as image:
+        orientation = read_exif(image).orientation
+        return turned_upright(np.asarray(_small(image, size, "RGB")), orientation)
+
+
+def grey(photo: Photo | str | Path, size: int | None = None) -> Bytes:
+    """(h, w) uint8 as stored; its long side reduced to about `size` pixels where that is smaller.
+    Raises InputError."""
+    path = Path(photo) if isinstance(photo, str | Path) else photo.path
+    with opened(path) as image:
+        return np.asarray(_small(image, size, "L"))
+
+
+def read_mask(photo: Photo) -> npt.NDArray[np.bool_] | None:
+    """(height, width) of the photo as stored, True where it may be used; None without a mask.
+
+    White keeps, black hides. A mask of another size is stretched. Raises InputError.
+    """
+    if photo.mask is None:
+        return None
+    from PIL import Image
+
+    with opened(photo.mask) as image:
+        band = image.getchannel("A") if image.mode in ("LA", "PA") else image
+        if band.mode not in ("L", "1", "I", "I;16"):
+            band = band.convert("L")
+        if band.size != (photo.width, photo.height):
+            band = band.resize((photo.width, photo.height), Image.Resampling.NEAREST)
+        values = np.asarray(band)
+    # Some write 0 and 1, others 0 and 255.
+    return np.asarray(values > (0 if values.max(initial=0) <= 1 else 127))
+
+
+def _small(image: Image.Image, size: int | None, mode: str) -> Image.Image:
+    from PIL import Image
+
+    if size is not None and max(image.size) > size:
+        image.draft(mode, (size, size))
+    if image.mode in ("I;16", "I;16B", "I;16L", "I"):
+        # 16 bits: the eight upper ones.
+        values = np.asarray(image).astype(np.int64)
+        image = Image.fromarray(np.clip(values >> 8, 0, 255).astype(np.uint8))
+    if size is not None and max(image.size) > size:
+        reduce = max(image.size) // (2 * size)
+        if reduce > 1:
+            image = image.reduce(reduce)
+        scale = size / max(image.size)
+        new = tuple(max(1, round(s * scale)) for s in image.size)
+        image = image.resize((new[0], new[1]), Image.Resampling.BILINEAR)
+    return image if image.mode == mode else image.convert(mode)

@@ -1,0 +1,498 @@
+"""A folder of photos: what each one says about camera, lens, time and place.
+
+Nothing is decoded: a thousand photos of 100 megapixels are listed from their headers. A JPEG that
+was cut off is recognised by its missing end. Whatever is not a usable photo is named with a reason.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from datetime import datetime
+from pathlib import Path
+
+from vomstudio.errors import InputError
+from vomstudio.io.photos.camera_table import camera_label, find_camera
+from vomstudio.io.photos.exif import Exif, read_exif
+from vomstudio.io.photos.mask_files import PICTURES, SAME_SHAPE, MaskFinder, is_mask
+from vomstudio.io.photos.pixels import opened
+from vomstudio.io.photos.xmp import DroneTags, read_drone_tags
+from vomstudio.progress import Progress, Silent
+
+PHOTO_ENDINGS = PICTURES
+_OTHERS = {
+    **dict.fromkeys(
+        (".heic", ".heif", ".avif"), "is HEIF: save it as JPEG with its EXIF, at full size"
+    ),
+    **dict.fromkeys(
+        (".cr2", ".cr3", ".nef", ".arw", ".dng", ".orf", ".rw2", ".raf", ".pef", ".srw"),
+        "is raw data of a sensor: develop it to JPEG or TIFF",
+    ),
+    **dict.fromkeys(
+        (".mp4", ".mov", ".avi", ".mkv", ".mts"),
+        "is a video: take its sharp frames with vomstudio frames",
+    ),
+    **dict.fromkeys((".webp", ".bmp", ".gif", ".jp2"), "is no JPEG, TIFF or PNG: convert it"),
+}
+_DEEPEST = 3
+_FILM_WIDTH_MM = 36.0
+
+
+@dataclass(frozen=True)
+class Photo:
+    """What a photo says of itself; None where it says nothing.
+
+    name : relative to the folder, with forward slashes
+    width, height : pixels as stored; `orientation` (EXIF, 1 to 8) turns them for viewers only
+    camera : make and model
+    focal_mm : of the lens; focal_35mm : its equivalent on 36 x 24 mm film
+    sensor_width_mm : of the part of the sensor that the photo shows, along its long side
+    focal_px : by the rule that `focal_source` names
+    altitude_m : in `altitude_reference` "sea level", "below sea level" (then negative) or
+        "ellipsoid"; relative_altitude_m : of a drone, above the place of take-off
+    gps_accuracy_m : what the receiver states, horizontally
+    yaw_deg, pitch_deg, roll_deg : of the optical axis: from north, above the horizon, about it
+    digital_zoom : factor, 1 for none
+    mask : picture of the same size; white is used
+    """
+
+    path: Path
+    name: str
+    width: int
+    height: int
+    camera: str | None = None
+    serial: str | None = None
+    lens: str | None = None
+    focal_mm: float | None = None
+    focal_35mm: float | None = None
+    sensor_width_mm: float | None = None
+    focal_px: float | None = None
+    focal_source: str | None = None
+    orientation: int = 1
+    taken: datetime | None = None
+    exposure_s: float | None = None
+    f_number: float | None = None
+    iso: float | None = None
+    latitude_deg: float | None = None
+    longitude_deg: float | None = None
+    altitude_m: float | None = None
+    altitude_reference: str | None = None
+    relative_altitude_m: float | None = None
+    gps_accuracy_m: float | None = None
+    yaw_deg: float | None = None
+    pitch_deg: float | None = None
+    roll_deg: float | None = None
+    digital_zoom: float | None = None
+    mask: Path | None = None
+
+    @property
+    def long_side(self) -> int:
+        return max(self.width, self.height)
+
+    @property
+    def megapixels(self) -> float:
+        return self.width * self.height / 1e6
+
+    @property
+    def camera_key(self) -> tuple[object, ...]:
+        """Photos with the same key were taken through the same lens at the same setting, and can
+        share one calibration."""
+        focal = None if self.focal_px is None else round(self.focal_px, 1)
+        return (self.camera, self.serial, self.lens, self.focal_mm, focal, self.width, self.height)
+
+    @property
+    def exposure_value(self) -> float | None:
+        """EV at ISO 100: log2(N^2 / t) - log2(ISO / 100) (ISO 2720); None without all three."""
+        from math import log2
+
+        if self.exposure_s is None or self.f_number is None or self.iso is None:
+            return None
+        return log2(self.f_number**2 / self.exposure_s) - log2(self.iso / 100.0)
+
+
+@dataclass
+class PhotoFolder:
+    """photos : usable, in the order of their names (numbers by value)
+    skipped : (name, reason) of pictures that are not used
+    duplicates : (name, the same file as); these are in `skipped` too
+    """
+
+    folder: Path
+    photos: list[Photo]
+    skipped: list[tuple[str, str]] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    duplicates: list[tuple[str, str]] = field(default_factory=list)
+
+    def cameras(self) -> dict[tuple[object, ...], list[Photo]]:
+        """Photos by camera, lens and setting."""
+        groups: dict[tuple[object, ...], list[Photo]] = defaultdict(list)
+        for photo in self.photos:
+            groups[photo.camera_key].append(photo)
+        return dict(groups)
+
+
+class NoPhotos(InputError):
+    """The folder is there, but no photo of it can be used."""
+
+
+def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFolder:
+    """All photos in a folder and in folders inside it, down to three levels.
+
+    Masks are found as NAME_mask.png, NAME.jpg.mask.png or NAME.mask.png beside the photo, or under
+    the photo's name (or any of these) in a folder `masks` beside the photo or beside its folder.
+    Raises InputError where there is no such folder, NoPhotos where there is nothing to use.
+    """
+    root = Path(folder)
+    progress = progress or Silent()
+    files = _listed(root)
+    masks = {path for path in files if is_mask(path, root)}
+    candidates = [
+        path for path in files if path.suffix.lower() in PHOTO_ENDINGS and path not in masks
+    ]
+    result = PhotoFolder(root, [])
+    pictures = candidates
+    candidates = _without_twins(_with_text_names(pictures, root, result), root, result)
+    progress.stage("reading photos", len(candidates))
+    found_masks = MaskFinder(root, masks)
+    problems: dict[str, list[str]] = defaultdict(list)
+    for done, path in enumerate(candidates):
+        progress.step(done)
+        name = path.relative_to(root).as_posix()
+        try:
+            photo, said = _read(path, name)
+        except InputError as error:
+            result.skipped.append((name, error.message.rstrip(".")))
+            continue
+        mask, refused = found_masks.of(photo)
+        if refused:
+            said.append(refused)
+        for sentence in said:
+            problems[sentence].append(name)
+        result.photos.append(_with_mask(photo, mask))
+    progress.step(len(candidates))
+    for path in files:
+        reason = _OTHERS.get(path.suffix.lower())
+        if reason and not _has_photo_beside(path, pictures):
+            result.skipped.append((_said(path.relative_to(root).as_posix()), reason))
+    for path in found_masks.left():
+        result.skipped.append((path.relative_to(root).as_posix(), "is a mask without its photo"))
+    result.warnings += [f"{_names(names)}: {words}" for words, names in problems.items()]
+    result.photos.sort(key=lambda photo: _natural(photo.name))
+    if not result.photos:
+        raise NoPhotos(_nothing(result.skipped, files), file=root)
+    return result
+
+
+def photo_names(folder: str | Path) -> list[str]:
+    """Names of the pictures in a folder as `read_photos` gives them, without opening any. Raises
+    InputError where there is no such folder."""
+    root = Path(folder)
+    return [
+        path.relative_to(root).as_posix()
+        for path in _listed(root)
+        if path.suffix.lower() in PHOTO_ENDINGS and not is_mask(path, root)
+    ]
+
+
+def read_photo(path: str | Path) -> Photo:
+    """One photo by itself, without mask. Raises InputError."""
+    path = Path(path)
+    try:
+        return _read(path, path.name)[0]
+    except InputError as error:
+        raise InputError(error.message, file=path) from error
+
+
+# ------------------------------------------------------------------------------------------------
+def _listed(root: Path) -> list[Path]:
+    """Files down to the deepest level, sorted. Raises InputError."""
+    try:
+        if not root.is_dir():
+            what = "is a file, not a folder" if root.exists() else "there is no such folder"
+            raise InputError(f"{what}; name a folder of photos.", file=root)
+        os.listdir(root)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(
+            f"this folder cannot be read ({reason}); check its permissions.", file=root
+        ) from error
+    found: list[Path] = []
+    for here, folders, names in os.walk(root):
+        depth = len(Path(here).relative_to(root).parts)
+        folders[:] = sorted(
+            f for f in folders if depth < _DEEPEST and not _is_other_folder(Path(here, f))
+        )
+        found += (Path(here, name) for name in names if not name.startswith("."))
+    return sorted((p for p in found if p.is_file() or _leads_nowhere(p)), key=_by_name)
+
+
+def _by_name(path: Path) -> list[tuple[int, int, str]]:
+    return _natural(str(path))
+
+
+def _leads_nowhere(path: Path) -> bool:
+    return path.is_symlink() and not path.exists()
+
+
+def _said(name: str) -> str:
+    """A file name that can be printed, whatever its bytes."""
+    return name.encode("utf-8", "replace").decode()
+
+
+def _is_other_folder(folder: Path) -> bool:
+    """Hidden, kept by another program for itself, a project, a reconstruction, or a model with its
+    textures."""
+    if (folder / "request.json").is_file() and (folder / "work").is_dir():
+        return True
+    if folder.name.startswith((".", "@", "__")) or folder.suffix == ".vom":
+        return True
+    try:
+        return any(entry.suffix.lower() in (".mtl", ".glb") for entry in folder.iterdir())
+    except OSError:
+        return True
+
+
+def _natural(text: str) -> list[tuple[int, int, str]]:
+    """Sorts IMG_2 before IMG_10."""
+    return [
+        (0, int(part), "") if part.isdecimal() else (1, 0, part)
+        for part in re.split(r"(\d+)", text.casefold())
+        if part
+    ]
+
+
+def _with_text_names(paths: Sequence[Path], root: Path, result: PhotoFolder) -> list[Path]:
+    """Leave out files whose name is no text: no table or report could name them."""
+    kept = []
+    for path in paths:
+        name = path.relative_to(root).as_posix()
+        if _said(name) == name:
+            kept.append(path)
+        else:
+            result.skipped.append((_said(name), "has a name that is no text (UTF-8); rename it"))
+    return kept
+
+
+def _without_twins(paths: Sequence[Path], root: Path, result: PhotoFolder) -> list[Path]:
+    """Leave out files with the same content as an earlier one; only files of the same length are
+    read for it."""
+    by_size: dict[int, list[Path]] = defaultdict(list)
+    for path in paths:
+        try:
+            by_size[path.stat().st_size].append(path)
+        except OSError:
+            by_size[-1].append(path)
+    twins: dict[Path, Path] = {}
+    for size, same in by_size.items():
+        if size <= 0 or len(same) < 2:
+            continue
+        first: dict[bytes, Path] = {}
+        for path in same:
+            try:
+                with path.open("rb") as file:
+                    key = hashlib.file_digest(file, "sha256").digest()
+            except OSError:
+                continue
+            if path is not first.setdefault(key, path):
+                twins[path] = first[key]
+    for path, other in twins.items():
+        name, of = path.relative_to(root).as_posix(), other.relative_to(root).as_posix()
+        result.duplicates.append((name, of))
+        result.skipped.append((name, f"is the same photo as {of}"))
+    return [path for path in paths if path not in twins]
+
+
+def _read(path: Path, name: str) -> tuple[Photo, list[str]]:
+    """The photo, and sentences about what in its header is nonsense. Raises InputError."""
+    if _leads_nowhere(path):
+        raise InputError("is a link to a file that is not there")
+    try:
+        if path.stat().st_size == 0:
+            raise InputError("is empty (0 bytes)")
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror})") from error
+    if not os.access(path, os.R_OK):
+        raise InputError("cannot be read (no permission)")
+    with opened(path) as image:
+        _require_photo(image.mode, dict(getattr(image, "tag_v2", None) or {}))
+        width, height = image.size
+        tags = read_exif(image)
+        drone = read_drone_tags(_packet(image))
+        is_jpeg = image.format in ("JPEG", "MPO")
+    if drone.panorama:
+        raise InputError("is a panorama made of several photos; use those")
+    if is_jpeg and not has_jpeg_end(path):
+        raise InputError("is cut off: its last part is missing; copy it again")
+    focal, source, sensor, said = _focal(tags, drone, width, height)
+    accuracy = drone.accuracy_m if drone.accuracy_m is not None else tags.gps_accuracy_m
+    reference = tags.altitude_reference
+    if drone.ellipsoidal and tags.altitude_m is not None:
+        reference = "ellipsoid"
+    photo = Photo(
+        path=path,
+        name=name,
+        width=width,
+        height=height,
+        camera=camera_label(tags.make, tags.model),
+        serial=tags.serial,
+        lens=tags.lens,
+        focal_mm=tags.focal_mm,
+        focal_35mm=tags.focal_35mm,
+        sensor_width_mm=sensor,
+        focal_px=focal,
+        focal_source=source,
+        orientation=tags.orientation,
+        taken=tags.taken,
+        exposure_s=tags.exposure_s,
+        f_number=tags.f_number,
+        iso=tags.iso,
+        latitude_deg=tags.latitude_deg,
+        longitude_deg=tags.longitude_deg,
+        altitude_m=tags.altitude_m,
+        altitude_reference=reference,
+        relative_altitude_m=drone.relative_altitude_m,
+        gps_accuracy_m=accuracy if tags.latitude_deg is not None else None,
+        yaw_deg=drone.yaw_deg,
+        pitch_deg=drone.pitch_deg,
+        roll_deg=drone.roll_deg,
+        digital_zoom=tags.digital_zoom,
+    )
+    return photo, [*tags.problems, *said]
+
+
+def _packet(image: object) -> bytes | str | None:
+    info = getattr(image, "info", {})
+    found = info.get("xmp") or info.get("XML:com.adobe.xmp")
+    if found is None and (tags := getattr(image, "tag_v2", None)) is not None:
+        found = tags.get(700)
+    return found if isinstance(found, bytes | str) else None
+
+
+def _require_photo(mode: str, tags: dict[int, object]) -> None:
+    """Raises InputError, with the reason alone, for pictures that no camera took."""
+    if mode == "F" or (mode == "I" and 33550 in tags):
+        raise InputError("holds heights or other values, not a photo")
+    if 33550 in tags or 34264 in tags:
+        raise InputError("is a map (GeoTIFF), not a photo")
+    if mode in ("CMYK", "YCCK", "LAB"):
+        raise InputError(f"has {mode} colours; save it as RGB")
+
+
+def has_jpeg_end(path: Path) -> bool:
+    """Whether the end marker follows the compressed picture: it occurs nowhere inside of it
+    (ITU T.81, B.1.1.5), and what cameras append (previews, sound) does not matter."""
+    with path.open("rb") as file:
+        scan = _start_of_scan(file)
+        if scan is None:
+            return False
+        end = file.seek(0, os.SEEK_END)
+        block = 1 << 16
+        while end > scan:
+            start = max(scan, end - block)
+            file.seek(start)
+            # One byte more, for a marker on the border of two blocks.
+            if b"\xff\xd9" in file.read(end - start + 1):
+                return True
+            end = start
+    return False
+
+
+def _start_of_scan(file: object) -> int | None:
+    """Offset of the first scan, past all headers and the thumbnail inside them."""
+    read, seek = file.read, file.seek  # type: ignore[attr-defined]
+    seek(0)
+    if read(2) != b"\xff\xd8":
+        return None
+    at = 2
+    while True:
+        seek(at)
+        head = read(4)
+        if len(head) < 4 or head[0] != 0xFF:
+            return None
+        if head[1] == 0xFF:  # padding
+            at += 1
+            continue
+        if head[1] == 0xDA:
+            return at
+        at += 2 + int.from_bytes(head[2:4], "big")
+
+
+def _focal(
+    tags: Exif, drone: DroneTags, width: int, height: int
+) -> tuple[float | None, str | None, float | None, list[str]]:
+    """Focal length in pixels, the rule that gave it, width of the sensor in mm, and complaints.
+
+    The 35 mm equivalent is taken by width (36 mm along the long side); by diagonal it would be 4 %
+    less on a 4:3 sensor. What a photo shows of the sensor is known by the pixels it had when taken.
+    """
+    said: list[str] = []
+    long_side, short_side = max(width, height), min(width, height)
+    as_taken, note = float(long_side), ""
+    if tags.pixels is not None:
+        was = max(tags.pixels), min(tags.pixels)
+        reshaped = abs(was[0] * short_side / (was[1] * long_side) - 1.0) > SAME_SHAPE
+        if long_side > 1.02 * was[0]:
+            said.append(
+                f"has {width} x {height} pixels but was taken with {was[0]} x {was[1]}: it was "
+                "enlarged, and holds no more detail for it"
+            )
+        elif reshaped and was[1] >= short_side:
+            # Cut out, not resized: the pixels are the sensor's.
+            as_taken, note = float(was[0]), f", cut from {was[0]} x {was[1]}"
+            said.append(
+                f"was cut to {width} x {height} from {was[0]} x {was[1]}; the centre of the "
+                "lens is no longer in its middle: use uncut photos"
+            )
+    shown = long_side / as_taken
+    if tags.focal_35mm is not None and 2.0 <= tags.focal_35mm <= 5000.0:
+        focal = tags.focal_35mm / _FILM_WIDTH_MM * as_taken
+        sensor = None
+        if tags.focal_mm is not None:
+            sensor = tags.focal_mm / tags.focal_35mm * _FILM_WIDTH_MM * shown
+        return focal, f"35 mm equivalent, by width{note}", sensor, said
+    if tags.focal_mm is not None:
+        model = find_camera(camera_label(tags.make, tags.model)) or find_camera(tags.model)
+        if model is not None:
+            focal = tags.focal_mm / model.width_mm * as_taken
+            return focal, f"sensor table{note}", model.width_mm * shown, said
+        if tags.focal_plane_px_per_mm is not None and tags.pixels is not None:
+            # The resolution is that of the picture as taken; later resizing scales with it.
+            sensor = max(tags.pixels) / tags.focal_plane_px_per_mm
+            if 1.0 <= sensor <= 100.0:
+                focal = tags.focal_mm / sensor * as_taken
+                return focal, f"focal plane resolution{note}", sensor * shown, said
+            said.append(f"its focal plane resolution means a sensor of {sensor:.3g} mm; not used")
+    if drone.focal_px is not None and 0.2 < drone.focal_px / long_side < 20:
+        return drone.focal_px, "calibration by the maker", None, said
+    return None, None, None, said
+
+
+def _with_mask(photo: Photo, mask: Path | None) -> Photo:
+    return photo if mask is None else replace(photo, mask=mask)
+
+
+def _has_photo_beside(path: Path, photos: Sequence[Path]) -> bool:
+    """Raw data beside the JPEG that the camera made of it is nothing to complain about."""
+    return any(p.parent == path.parent and p.stem == path.stem for p in photos)
+
+
+def _names(names: Sequence[str]) -> str:
+    if len(names) <= 2:
+        return " and ".join(names)
+    return f"{names[0]} and {len(names) - 1} more"
+
+
+def _nothing(skipped: Sequence[tuple[str, str]], files: Sequence[Path]) -> str:
+    said = "there are no photos in this folder that can be used" if skipped else (
+        "there are no photos in this folder"
+    )  # fmt: skip
+    if skipped:
+        name, reason = skipped[0]
+        more = f", and {len(skipped) - 1} more are not usable" if len(skipped) > 1 else ""
+        return f"{said}: {name} {reason}{more}; name a folder of JPEG, TIFF or PNG photos."
+    held = f", only {len(files)} other files" if files else ""
+    return f"{said} (JPEG, TIFF, PNG){held}; name another folder, or a file in it."

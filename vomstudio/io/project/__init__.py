@@ -1,0 +1,1 @@
+"""The project folder: journal, layers, exports."""

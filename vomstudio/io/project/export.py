@@ -1,0 +1,82 @@
+"""A document as files for other programs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from vomstudio.document.measurements import Measurements
+from vomstudio.document.records import FEATURES, Record
+from vomstudio.errors import InputError, UsageError
+from vomstudio.files.atomic import check_target
+from vomstudio.geology.quality import Thresholds
+from vomstudio.tables.orientation_table import write_orientation_csv
+from vomstudio.tables.project_table import ProjectTable, project_table
+
+FORMATS = ("csv", "gpkg", "shp", "dxf")
+
+
+def export_project(folder: Path, format_: str, out: Path, *, force: bool = False) -> ProjectTable:
+    """Export the project in `folder`, which may be open in a window; returns what was written.
+
+    Raises InputError where the project cannot be read or holds no features, UsageError for a format
+    that is not known, TargetError where `out` cannot be written.
+    """
+    from vomstudio.io.project.journal import own_files, read_replay
+
+    _check_format(format_)
+    check_target(out, force=force, inputs=own_files(folder))
+    kept = read_replay(folder)
+    records = kept.records
+    if not any(isinstance(r, FEATURES) for r in records.values()):
+        raise InputError(
+            "has no features yet, so there is nothing to export; measure some first.", file=folder
+        )
+    return export_records(records, format_, out, force=force, thresholds=_thresholds(kept.settings))
+
+
+def export_records(
+    records: Mapping[str, Record],
+    format_: str,
+    out: Path,
+    *,
+    force: bool = False,
+    thresholds: Thresholds | None = None,
+) -> ProjectTable:
+    """Export the features of a document. Raises as `export_project`."""
+    _check_format(format_)
+    measurements = Measurements(thresholds)
+    table = project_table(records, measurements)
+    if format_ == "csv":
+        write_orientation_csv(out, table.rows, crs=table.crs, north=table.north, force=force)
+        return replace(table, files=(out,))
+    if format_ == "gpkg":
+        from vomstudio.io.project.geopackage import write_layers
+
+        write_layers(out, records, table, measurements, force=force)
+        return replace(table, files=(out,))
+    from vomstudio.io.project.gis_files import write_dxf, write_shapefiles
+    from vomstudio.tables.project_layers import project_layers
+
+    layers = project_layers(records, table, measurements)
+    if format_ == "shp":
+        return replace(table, files=tuple(write_shapefiles(out, layers, table.crs, force=force)))
+    return replace(table, files=tuple(write_dxf(out, layers, records, table.crs, force=force)))
+
+
+def _thresholds(settings: Mapping[str, Any]) -> Thresholds | None:
+    """Those with which the newest edit was judged, so that a table says what the window said."""
+    try:
+        return Thresholds(**settings["thresholds"])
+    except (KeyError, TypeError):
+        return None
+
+
+def _check_format(format_: str) -> None:
+    if format_ not in FORMATS:
+        raise UsageError(
+            f"“{format_}” cannot be written by this version; choose one of {', '.join(FORMATS)}.",
+            field="--to",
+        )

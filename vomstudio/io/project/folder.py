@@ -1,0 +1,305 @@
+"""The project on disk: a folder NAME.vom that can be moved and zipped.
+
+`journal.sqlite` is the truth; `project.gpkg` is derived; `models/` holds copies where the user
+wants them, `reconstruction/` what was made of photos, `photos/` control points and marks of photos
+whose own folder cannot be written; `cache/` may be deleted. A project that has
+no name yet lives in the user's state folder and is offered back at the next start.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from vomstudio.document.records import FEATURES, Model
+from vomstudio.document.session import Session
+from vomstudio.errors import InputError, TargetError, VomError
+from vomstudio.files.lock import ProjectLock
+from vomstudio.io.photos.cameras_file import FILE_NAME
+from vomstudio.io.project.journal import SqliteJournal, read_replay
+
+SUFFIX = ".vom"
+JOURNAL = "journal.sqlite"
+RECONSTRUCTIONS = "reconstruction"
+"""The folder of what is made of photos, one folder in it for each set and quality."""
+PHOTO_TABLES = "photos"
+_MODELS = "models"
+_ALONG = (_MODELS, PHOTO_TABLES)
+# What a reconstruction adds lines to; all else is written once, under another name.
+_LARGEST_COPIED = 1 << 20
+
+
+class Project:
+    """An open project: its folder, its session, its lock."""
+
+    def __init__(
+        self,
+        folder: Path,
+        journal: SqliteJournal,
+        lock: ProjectLock,
+        *,
+        settings: Callable[[], Mapping[str, Any]] = dict,
+    ) -> None:
+        self.folder = folder
+        self.journal = journal
+        self._lock = lock
+        self._settings = settings
+        self.session = Session(journal, settings)
+
+    @classmethod
+    def create(cls, folder: Path, *, settings: Callable[[], Mapping[str, Any]] = dict) -> Project:
+        """A new project in `folder`, which must not hold one. Raises TargetError."""
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise TargetError(
+                f"the folder cannot be made ({error.strerror})", file=folder
+            ) from error
+        if (folder / JOURNAL).exists():
+            raise TargetError("there is a project here already", file=folder)
+        lock = ProjectLock(folder / "lock")
+        return cls(folder, SqliteJournal(folder / JOURNAL, create=True), lock, settings=settings)
+
+    @classmethod
+    def open(cls, folder: Path, *, settings: Callable[[], Mapping[str, Any]] = dict) -> Project:
+        """Raises InputError where it is no project, damaged, newer, or open elsewhere."""
+        folder = project_folder(folder)
+        lock = ProjectLock(folder / "lock")
+        try:
+            journal = SqliteJournal(folder / JOURNAL)
+            return cls(folder, journal, lock, settings=settings)
+        except BaseException:
+            lock.release()
+            raise
+
+    @property
+    def name(self) -> str:
+        return self.folder.name.removesuffix(SUFFIX)
+
+    @property
+    def untitled(self) -> bool:
+        return self.folder.parent == untitled_folder()
+
+    @property
+    def cache(self) -> Path:
+        return self.folder / "cache"
+
+    @property
+    def has_reconstructions(self) -> bool:
+        """Hours of work may be in them, though nothing was measured yet."""
+        made = self.folder / RECONSTRUCTIONS
+        stages = made.glob("*/work/*")
+        return any(made.glob(f"*/{FILE_NAME}")) or any(
+            stage.is_dir() and stage.suffix != ".part" for stage in stages
+        )
+
+    @property
+    def has_photo_tables(self) -> bool:
+        return any(path.is_file() for path in (self.folder / PHOTO_TABLES).glob("*/*"))
+
+    def save_as(self, folder: Path) -> None:
+        """Move to another folder: history, copies and reconstructions go along. A project with a
+        name stays behind as it was last saved; an untitled one is gone. Nobody may be at work in
+        its folder. Raises TargetError."""
+        if folder.exists() and not folder.is_dir():
+            raise TargetError("there is a file of this name; choose another name", file=folder)
+        if folder.exists() and any(folder.iterdir()):
+            raise TargetError("the folder is not empty; choose another name", file=folder)
+        part = folder.with_name(folder.name + ".part")
+        try:
+            shutil.rmtree(part, ignore_errors=True)
+            part.mkdir(parents=True)
+            self.journal.copy_to(part / JOURNAL)
+            for name in _ALONG:
+                if (self.folder / name).is_dir():
+                    shutil.copytree(self.folder / name, part / name)
+            moves = self.untitled and _same_disk(self.folder, part)
+            if not moves:
+                _copy_reconstructions(self.folder, part)
+            if folder.exists():
+                folder.rmdir()
+            part.rename(folder)
+        except OSError as error:
+            shutil.rmtree(part, ignore_errors=True)
+            raise TargetError(f"cannot be written ({error.strerror})", file=folder) from error
+        except VomError:
+            shutil.rmtree(part, ignore_errors=True)
+            raise
+        lock = ProjectLock(folder / "lock")
+        journal = SqliteJournal(folder / JOURNAL)
+        left, untitled = self.folder, self.untitled
+        old = self.session.use_journal(journal)
+        if self.session.dirty and not untitled:
+            left_behind = Session(old)
+            left_behind.discard_unsaved()
+        old.close()
+        self._lock.release()
+        self.folder, self.journal, self._lock = folder, journal, lock
+        self.session.save()
+        if moves:
+            _move_reconstructions(left, folder)
+        if untitled:
+            shutil.rmtree(left, ignore_errors=True)
+
+    def close(self) -> None:
+        """An untitled project that never held a feature, a reconstruction or marks in photos leaves
+        nothing behind; another one keeps its history, from which discarded work can be
+        brought back."""
+        session = self.session
+        empty = not session.ever_held(*FEATURES) and not session.draft
+        empty = empty and not self.has_reconstructions and not self.has_photo_tables
+        worthless = self.untitled and empty
+        self.session.close()
+        self._lock.release()
+        if worthless:
+            shutil.rmtree(self.folder, ignore_errors=True)
+        elif self.untitled:
+            shutil.rmtree(self.cache, ignore_errors=True)
+
+    def model_path(self, path: Path) -> str:
+        """How the path of a model is written down: relative inside the folder, else absolute."""
+        full = path.resolve()
+        if full.is_relative_to(self.folder.resolve()):
+            return full.relative_to(self.folder.resolve()).as_posix()
+        return str(full)
+
+    def find_model(self, model: Model) -> Path | None:
+        """The file of a model: where it was, or of the same name in the folder, its `models`, or
+        beside the folder (a project that was moved together with its models)."""
+        stored = Path(model.path)
+        places = [self.folder / stored] if not stored.is_absolute() else [stored]
+        places += [
+            self.folder / stored.name,
+            self.folder / _MODELS / stored.name,
+            self.folder.parent / stored.name,
+        ]
+        return next((place for place in places if place.is_file()), None)
+
+
+def _same_disk(one: Path, other: Path) -> bool:
+    return one.stat().st_dev == other.stat().st_dev
+
+
+def _copy_reconstructions(source: Path, target: Path) -> None:
+    """What is finished. Large files are shared where the disk can do it: none is ever changed, a
+    new one takes its place."""
+
+    def take(one: str, other: str) -> object:
+        if Path(one).stat().st_size > _LARGEST_COPIED:
+            try:
+                os.link(one, other)
+                return other
+            except OSError:
+                pass
+        return shutil.copy2(one, other)
+
+    def unfinished(folder: str, names: list[str]) -> set[str]:
+        below = Path(folder).relative_to(source / RECONSTRUCTIONS).parts
+        if below[1:2] != ("work",):
+            return set()
+        locks = {n for n in names if n.startswith("lock")} if len(below) == 2 else set()
+        return locks | {n for n in names if n.endswith(".part")}
+
+    if (source / RECONSTRUCTIONS).is_dir():
+        shutil.copytree(
+            source / RECONSTRUCTIONS,
+            target / RECONSTRUCTIONS,
+            copy_function=take,
+            ignore=unfinished,
+        )
+
+
+def _move_reconstructions(source: Path, target: Path) -> None:
+    """Raises TargetError; then they are where they were."""
+    if not (source / RECONSTRUCTIONS).is_dir():
+        return
+    try:
+        (source / RECONSTRUCTIONS).rename(target / RECONSTRUCTIONS)
+        return
+    except OSError:
+        # A folder of the same disk that is mounted elsewhere, or a file that somebody has open.
+        pass
+    try:
+        _copy_reconstructions(source, target)
+    except OSError as error:
+        shutil.rmtree(target / RECONSTRUCTIONS, ignore_errors=True)
+        raise TargetError(
+            f"the project is saved, but what was made of photos cannot be moved to it "
+            f"({error.strerror}); it stays in {source / RECONSTRUCTIONS}",
+            file=target,
+        ) from error
+
+
+def project_folder(path: Path) -> Path:
+    """The folder of a project named by its folder or by a file in it. Raises InputError."""
+    if path.is_file() and path.parent.suffix == SUFFIX:
+        path = path.parent
+    if not path.exists():
+        raise InputError("there is no such project", file=path)
+    if not (path / JOURNAL).is_file():
+        raise InputError(
+            f"is not a VOM Studio project (a folder NAME{SUFFIX} with {JOURNAL})", file=path
+        )
+    return path
+
+
+def is_project(path: Path) -> bool:
+    return (path / JOURNAL).is_file() or (path.is_file() and path.parent.suffix == SUFFIX)
+
+
+def untitled_folder() -> Path:
+    """Where projects without a name live."""
+    from platformdirs import user_state_path
+
+    return user_state_path("vomstudio", appauthor=False) / "untitled"
+
+
+def create_untitled(settings: Callable[[], Mapping[str, Any]] = dict) -> Project:
+    stamp = time.strftime("%Y%m%d-%H%M%S")
+    folder = untitled_folder() / f"{stamp}{SUFFIX}"
+    number = 1
+    while folder.exists():
+        number += 1
+        folder = untitled_folder() / f"{stamp}-{number}{SUFFIX}"
+    return Project.create(folder, settings=settings)
+
+
+def is_free(folder: Path) -> bool:
+    """A project that is there and that no window holds."""
+    if not (folder / JOURNAL).is_file():
+        return False
+    try:
+        ProjectLock(folder / "lock").release()
+    except (InputError, TargetError):
+        return False
+    return True
+
+
+def untitled_projects(*, finished: bool) -> list[Path]:
+    """Untitled projects that no window holds, the newest first: those whose changes were discarded
+    on closing (finished), or those that a crash or a power cut has left behind."""
+    found = []
+    journals = untitled_folder().glob(f"*{SUFFIX}/{JOURNAL}")
+    for folder in (j.parent for j in sorted(journals, key=_time_of, reverse=True)):
+        if not is_free(folder):
+            continue
+        try:
+            kept = read_replay(folder)
+            done = kept.top == kept.saved_top and kept.draft is None
+        except InputError:
+            # Opening it says what is wrong; hiding it would lose it.
+            done = False
+        if done == finished:
+            found.append(folder)
+    return found
+
+
+def _time_of(path: Path) -> float:
+    try:
+        return path.stat().st_mtime
+    except OSError:
+        return 0.0

@@ -1,0 +1,80 @@
+"""The project's GIS layers: planes and lines as points with their figures, traces, lineations and
+dimensions as lines in 3-D, patches as polygons."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.document.measurements import Measurements
+from vomstudio.document.records import Record
+from vomstudio.errors import TargetError
+from vomstudio.files.atomic import atomic_write
+from vomstudio.tables.project_layers import Layer, project_layers
+from vomstudio.tables.project_table import ProjectTable
+
+_TYPES = {"point": "Point Z", "line": "LineString Z", "ring": "Polygon Z"}
+
+
+def write_layers(
+    out: Path,
+    records: Mapping[str, Record],
+    table: ProjectTable,
+    measurements: Measurements,
+    *,
+    force: bool = False,
+) -> None:
+    """Layers in World coordinates, as `project_layers` has them. Raises TargetError."""
+    with atomic_write(out, force=force) as part:
+        part.unlink(missing_ok=True)
+        append = False
+        for layer in project_layers(records, table, measurements):
+            _write(
+                part, layer.name, _TYPES[layer.kind], _geometry(layer), layer.columns, table.crs,
+                append=append,
+            )  # fmt: skip
+            append = True
+
+
+def _geometry(layer: Layer) -> npt.NDArray[Any]:
+    import shapely
+
+    if layer.kind == "point":
+        places = np.concatenate(layer.shapes) if layer.shapes else np.empty((0, 3))
+        return np.asarray(shapely.points(places))
+    make = shapely.linestrings if layer.kind == "line" else shapely.polygons
+    return np.array([make(shape) for shape in layer.shapes], dtype=object)
+
+
+def _write(
+    part: Path,
+    layer: str,
+    geometry_type: str,
+    geometry: npt.NDArray[Any],
+    columns: dict[str, npt.NDArray[Any]],
+    crs: str | None,
+    *,
+    append: bool,
+) -> None:
+    import shapely
+    from pyogrio.errors import DataSourceError, FieldError, GeometryError
+    from pyogrio.raw import write
+
+    try:
+        write(
+            str(part),
+            shapely.to_wkb(geometry),
+            list(columns.values()),
+            np.array(list(columns), dtype=object),
+            layer=layer,
+            driver="GPKG",
+            geometry_type=geometry_type,
+            crs=crs,
+            append=append,
+        )
+    except (DataSourceError, FieldError, GeometryError, RuntimeError) as error:
+        raise TargetError(f"the layer {layer} cannot be written ({error})", file=part) from error

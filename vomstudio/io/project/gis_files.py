@@ -1,0 +1,158 @@
+"""A project's layers as shapefiles and as a drawing for CAD."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.document.records import FeatureType, Record
+from vomstudio.errors import UsageError
+from vomstudio.files.atomic import atomic_group
+from vomstudio.geometry.discs import disc
+from vomstudio.io.gis import dxf, shapefile
+from vomstudio.io.models.writers._common import prj_text, says_the_same
+from vomstudio.tables.project_layers import Layer
+
+SHORT_NAMES = {
+    "dip_direction_deg": "dip_dir", "dip_deg": "dip", "strike_rhr_deg": "strike_rhr",
+    "pole_trend_deg": "pole_trend", "pole_plunge_deg": "pole_plung", "trend_deg": "trend",
+    "plunge_deg": "plunge", "rake_deg": "rake", "extent_m": "extent_m", "coplanarity": "coplanar",
+    "collinearity": "collinear", "max_angular_error_deg": "max_angle",
+    "min_angular_error_deg": "min_angle", "max_confidence95_deg": "max_conf95",
+    "min_confidence95_deg": "min_conf95", "error_rake_deg": "error_rake",
+    "dip_error_deg": "dip_error", "dip_direction_error_deg": "dipdir_err",
+    "registration_error_deg": "reg_error", "total95_deg": "total95", "resolution_m": "resolution",
+    "extent_over_resolution": "extent_res", "quality_reason": "reason",
+}  # fmt: skip
+"""Of the orientation table's columns, which a shapefile has only ten letters for; degrees."""
+
+DISC_CORNERS = 24
+_KINDS = {"line": shapefile.LINE_Z, "ring": shapefile.RING_Z}
+
+
+def write_shapefiles(
+    out: Path, layers: Sequence[Layer], crs: str | None, *, force: bool = False
+) -> list[Path]:
+    """One shapefile for each layer, since each holds one kind of geometry: `planes` as `out`
+    itself, the others as `NAME_layer.shp` beside it. All or none are written. Raises UsageError for
+    another ending, TargetError."""
+    if out.suffix.lower() != ".shp":
+        raise UsageError("the name of a shapefile ends in .shp; give it that ending.", file=out)
+    names = [
+        out if layer.name == "planes" else out.with_name(f"{out.stem}_{layer.name}{out.suffix}")
+        for layer in layers
+    ]
+    text = None if crs is None else prj_text(crs, esri=True)
+    prjs: list[Path] = []
+    if crs is not None and text is not None:
+        beside = [name.with_suffix(".prj") for name in names]
+        prjs = [path for path in beside if not says_the_same(path, text, crs)]
+    parts = [name.with_suffix(ending) for name in names for ending in (".shp", ".shx", ".dbf")]
+    pages = [name.with_suffix(".cpg") for name in names]
+    paths = [*parts, *pages, *prjs]
+    with atomic_group(paths, force) as temporaries:
+        for k, layer in enumerate(layers):
+            shp, shx, dbf = temporaries[3 * k : 3 * k + 3]
+            columns = _columns(layer)
+            if layer.kind == "point":
+                points = np.concatenate(layer.shapes) if layer.shapes else np.empty((0, 3))
+                blocks = [slice(0, len(points))]
+                shapefile.write_points(shp, shx, dbf, points, columns, blocks)
+            else:
+                kind = _KINDS[layer.kind]
+                shapefile.write_shapes(shp, shx, dbf, kind, layer.shapes, columns)
+        rest = temporaries[len(parts) :]
+        for temporary in rest[: len(pages)]:
+            temporary.write_text("UTF-8", encoding="ascii")
+        for temporary in rest[len(pages) :]:
+            temporary.write_text(text or "", encoding="utf-8")
+    return names
+
+
+def _columns(layer: Layer) -> list[shapefile.Column]:
+    names = shapefile.short_names(layer.columns, SHORT_NAMES)
+    return [shapefile.column(names[name], values) for name, values in layer.columns.items()]
+
+
+def write_dxf(
+    out: Path,
+    layers: Sequence[Layer],
+    records: Mapping[str, Record],
+    crs: str | None,
+    *,
+    force: bool = False,
+) -> list[Path]:
+    """Polylines of what was traced and measured on a DXF layer for each feature type; each plane
+    and line also as a point, and a plane of known extent as a disc of faces, on layers of their
+    own. Figures are extended data of the entity. Raises TargetError."""
+    colors = {
+        r.name.casefold(): dxf.color_number(r.color)
+        for r in records.values()
+        if isinstance(r, FeatureType)
+    }
+    homes = {
+        (layer.name, kind): _home(layer, kind) for layer in layers for kind in _kinds_of(layer)
+    }
+    discs = {home: f"{home}_discs" for (name, _), home in homes.items() if name == "planes"}
+    names = dxf.layer_names([*homes.values(), *discs.values()])
+    shades: dict[str, int] = {}
+    for (_, kind), home in homes.items():
+        for label in (home, discs.get(home)):
+            if label is not None:
+                shades.setdefault(names[label], colors.get(kind.casefold(), dxf.WHITE))
+    shapes = [shape for layer in layers for shape in layer.shapes]
+    everything = np.concatenate(shapes) if shapes else np.zeros((1, 3))
+    bounds = np.stack([everything.min(axis=0), everything.max(axis=0)])
+    beside: list[Path] = []
+    text = None if crs is None else prj_text(crs)
+    if crs is not None and text is not None:
+        prj = out.with_suffix(".prj")
+        beside = [] if says_the_same(prj, text, crs) else [prj]
+    with atomic_group([out, *beside], force) as (temporary, *rest):
+        for prj in rest:
+            prj.write_text(text or "", encoding="utf-8")
+        with open(temporary, "w", encoding="ascii", newline="\n") as file:
+            comment = f"VOM Studio, coordinates of {crs or 'a local frame'}, metres"
+            drawing = dxf.Drawing(file, shades, bounds, comment)
+            for layer in layers:
+                kinds = layer.columns["kind"]
+                for row, shape in enumerate(layer.shapes):
+                    home = homes[layer.name, str(kinds[row])]
+                    values = {name: column[row] for name, column in layer.columns.items()}
+                    if layer.kind != "point":
+                        drawing.polyline(shape, names[home], values, closed=layer.kind == "ring")
+                        continue
+                    drawing.point(shape[0], names[home], values)
+                    if home in discs:
+                        drawing.faces(_disc(shape[0], values), names[discs[home]])
+            drawing.close()
+    return [out]
+
+
+def _kinds_of(layer: Layer) -> list[str]:
+    return list(dict.fromkeys(str(kind) for kind in layer.columns["kind"]))
+
+
+def _home(layer: Layer, kind: str) -> str:
+    """The DXF layer of a kind of feature."""
+    if layer.name == "traces":
+        return kind or "traces"
+    return f"{kind}_{layer.name}" if kind else layer.name
+
+
+def _disc(centre: npt.NDArray[np.float64], values: Mapping[str, Any]) -> npt.NDArray[np.float64]:
+    """(n, 4, 3) faces of a disc as wide as the feature; none where its extent is not known."""
+    normal = np.array([values[f"normal_{axis}"] for axis in "xyz"], np.float64)
+    radius = float(values["extent_m"]) / 2
+    if not (np.isfinite(normal).all() and np.isfinite(radius) and radius > 0):
+        return np.empty((0, 4, 3))
+    ring = disc(centre, normal, radius, DISC_CORNERS)
+    after = np.roll(ring, -1, axis=0)
+    # A quadrilateral for every second corner, between the centre and three points of the ring.
+    return np.stack(
+        [np.broadcast_to(centre, ring[::2].shape), ring[::2], after[::2], after[1::2]], axis=1
+    )

@@ -1,0 +1,413 @@
+"""Tables of numbers and words in text files, as people really have them.
+
+The rules are those of the command line's contract: the delimiter is a comma, a semicolon, a tab or
+spaces, and is found by looking; `#` lines are comments; the first row is a header if and only if
+one of its cells is not a number; a decimal comma is understood where the delimiter is `;` or a tab.
+Every complaint names the file, the line as an editor counts it, and the column.
+
+Long tables of plain numbers (a million points) go through numpy's own reader; only when that
+stumbles are the cells looked at one by one, to say what is wrong and where.
+"""
+
+from __future__ import annotations
+
+import itertools
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vomstudio.errors import InputError, UsageError
+from vomstudio.io.text.rows import (
+    TextRows,
+    cut,
+    is_comma_number,
+    parse_number,
+    read_rows,
+    shortened,
+)
+
+FARTHEST_M = 1e12
+
+
+_SCIENTIFIC = re.compile(r"[+-]?\d\.\d+[eE][+-]\d{2,3}")
+
+
+@dataclass(frozen=True, eq=False)
+class TextTable:
+    """The rows of one text file. Columns are counted from 0 here, from 1 in what users type."""
+
+    path: Path
+    names: tuple[str, ...] | None
+    """The header's cells, or None where the first row is numbers already."""
+    header_line: int | None
+    width: int
+    delimiter: str
+    """`,`, `;`, a tab, or a space for any run of blanks."""
+    comments: tuple[str, ...]
+    notes: tuple[str, ...]
+    """What was remarkable in reading, for people."""
+    separators: tuple[int, ...]
+    """Lines that are rules such as `---` between rows."""
+    line_numbers: NDArray[np.int64]
+    """(n,) the line in the file at which each row begins, counted from 1."""
+    _text: TextRows = field(repr=False)
+
+    def __len__(self) -> int:
+        return len(self.line_numbers)
+
+    def label(self, column: int) -> str:
+        """How to speak of a column: its header, or `column 3`."""
+        return self.names[column] if self.names else f"column {column + 1}"
+
+    @cached_property
+    def rows(self) -> list[list[str]]:
+        """All cells, stripped; every row has `width` of them."""
+        if self._text.rows is not None:
+            return self._text.rows
+        return [cut(line, self.delimiter) for line in self._text.lines]
+
+    def cells(self, column: int, first: int | None = None) -> list[str]:
+        """(n,) the words of one column, or only of its `first` rows."""
+        if self._text.rows is not None:
+            return [row[column] for row in self._text.rows[:first]]
+        delimiter = None if self.delimiter == " " else self.delimiter
+        lines = self._text.lines[:first]
+        return [line.split(delimiter, column + 1)[column].strip() for line in lines]
+
+    def labels(self, column: int) -> list[str]:
+        """(n,) the words of a column that tells rows apart. Programs that write whole tables in
+        scientific notation write the label 1 as 1.000000e+00."""
+        return [
+            f"{float(cell):.15g}" if _SCIENTIFIC.fullmatch(cell) else cell
+            for cell in self.cells(column)
+        ]
+
+    def numbers(self, columns: Sequence[int]) -> NDArray[np.float64]:
+        """(n, len(columns)) float64; an empty cell is NaN. Raises `InputError` at a word."""
+        fast = self._fast_numbers(columns)
+        if fast is not None:
+            return fast
+        result = np.empty((len(self), len(columns)))
+        for place, column in enumerate(columns):
+            result[:, place] = self._careful_numbers(column)
+        return result
+
+    def _fast_numbers(self, columns: Sequence[int]) -> NDArray[np.float64] | None:
+        if self._text.rows is not None or not len(self):
+            return None
+        try:
+            return np.loadtxt(
+                self._text.lines,
+                delimiter=None if self.delimiter == " " else self.delimiter,
+                comments=None,
+                usecols=list(columns),
+                ndmin=2,
+            )
+        except ValueError:
+            return None
+
+    def _careful_numbers(self, column: int) -> list[float]:
+        values: list[float] = []
+        comma_allowed = self.delimiter in ";\t"
+        first_use: dict[str, int] = {}
+        for i, cell in enumerate(self.cells(column)):
+            value = parse_number(cell, decimal_comma=comma_allowed)
+            if value is None:
+                raise self._not_a_number(i, column, cell)
+            values.append(value)
+            for mark in ",.":
+                if mark in cell:
+                    first_use.setdefault(mark, i)
+        if len(first_use) == 2:
+            raise InputError(
+                "decimal commas and decimal points are mixed in this column; use one of them.",
+                file=self.path,
+                line=int(self.line_numbers[max(first_use.values())]),
+                field=self.label(column),
+            )
+        return values
+
+    def _not_a_number(self, row: int, column: int, cell: str) -> InputError:
+        hint = "correct or remove the row"
+        if is_comma_number(cell):
+            hint = (
+                "a decimal comma is understood only where the delimiter is a semicolon or a tab; "
+                "use points, or another delimiter"
+            )
+        return InputError(
+            f"'{shortened(cell)}' is not a number; {hint}.",
+            file=self.path,
+            line=int(self.line_numbers[row]),
+            field=self.label(column),
+        )
+
+    def find(self, key: str) -> int:
+        """The column that the user calls `key`: a header (case and separators forgiven), or a
+        number counted from 1. Raises `UsageError` where there is none, or more than one."""
+        key = key.strip()
+        if self.names:
+            exact = [i for i, name in enumerate(self.names) if name == key]
+            loose = [i for i, name in enumerate(self.names) if plain(name) == plain(key)]
+            matches = exact or loose
+            if len(matches) > 1:
+                raise UsageError(
+                    f"{len(matches)} columns are called '{key}'; rename all but one of them.",
+                    file=self.path,
+                    line=self.header_line,
+                    field=key,
+                )
+            if matches:
+                return matches[0]
+        if key.isascii() and key.isdigit():
+            number = int(key) if len(key) < 10 else 0
+            if 1 <= number <= self.width:
+                return number - 1
+            said = f"there is no column {key}; the table has {self.width} columns."
+        elif self.names is None:
+            said = (
+                f"there is no column '{key}', for the table has no header; give the column's "
+                f"number, 1 to {self.width}."
+            )
+        else:
+            said = f"there is no column '{key}'; the columns are {', '.join(self.names)}."
+        raise UsageError(said, file=self.path, line=self.header_line, field=key)
+
+    def has(self, name: str) -> bool:
+        """Whether a header reads `name`, case and separators forgiven."""
+        return self.names is not None and plain(name) in map(plain, self.names)
+
+
+@dataclass(frozen=True, eq=False)
+class PointGroups:
+    """Points of one or several features, those of one feature side by side.
+
+    Group i is `points[offsets[i]:offsets[i + 1]]`; groups, and the points in them, keep the order
+    of the file.
+    """
+
+    ids: tuple[str, ...]
+    points: NDArray[np.float64]
+    """(n, 3) x, y, z as written, float64."""
+    offsets: NDArray[np.int64]
+    """(len(ids) + 1,)"""
+    dropped: tuple[int, ...]
+    """Lines whose coordinates are missing or not finite."""
+    warnings: tuple[str, ...]
+
+
+def plain(name: str) -> str:
+    """A column's name without case, separators and unit: what is compared.
+
+    `Dip direction (deg)`, `dip_direction_deg` and `DIPDIRECTION` are all `dipdirection`.
+    """
+    text = re.sub(r"[\[(].*?[\])]|°", " ", name.casefold())
+    text = re.sub(r"(?<=[\s_\-.])(deg|degrees?|metres?|meters?|m)\s*$", "", text)
+    return re.sub(r"[\W_]+", "", text)
+
+
+def lines_in_words(lines: Sequence[int], limit: int = 8) -> str:
+    """`line 4`, `lines 4, 7 and 9`, or `lines 4, 5, 6, 7, 8, 9, 10, 11 and 90 more`."""
+    if len(lines) == 1:
+        return f"line {lines[0]}"
+    head = ", ".join(str(n) for n in (lines[:-1] if len(lines) <= limit else lines[:limit]))
+    tail = str(lines[-1]) if len(lines) <= limit else f"{len(lines) - limit} more"
+    return f"lines {head} and {tail}"
+
+
+def read_table(path: str | Path) -> TextTable:
+    """Read a text table of any of the usual kinds.
+
+    Raises `InputError` (file, line) for what is missing, empty, not text, or not a table.
+    """
+    path = Path(path)
+    text = read_rows(path)
+    return TextTable(
+        path=path,
+        names=None if text.header is None else tuple(text.header),
+        header_line=text.header_line,
+        width=text.width,
+        delimiter=text.delimiter,
+        comments=tuple(text.comments),
+        notes=tuple(text.notes),
+        separators=tuple(text.separators),
+        line_numbers=np.asarray(text.numbers, dtype=np.int64),
+        _text=text,
+    )
+
+
+def read_points(path: str | Path, by: str | None = None) -> PointGroups:
+    """Read x, y, z, and which feature each point belongs to, from a text table.
+
+    path: the table; with a header the columns x, y, z (also easting, northing, elevation) are
+    taken, without one the first three.
+    by: header or 1-based number of the column that names the feature; `segment` stands for the
+    parts between `---` lines; None makes one feature `1`.
+    Raises `InputError` or `UsageError`.
+    """
+    table = read_table(path)
+    columns = coordinate_columns(table)
+    if not len(table):
+        raise InputError(
+            "there is a header and nothing below it; points need rows.",
+            file=table.path,
+            line=table.header_line,
+        )
+    points = table.numbers(columns)
+    _refuse_no_places(table, columns, points)
+    keep: NDArray[np.bool_] = np.asarray(np.isfinite(points).all(axis=1))
+    dropped = tuple(int(n) for n in table.line_numbers[~keep])
+    warnings = list(table.notes)
+    if dropped:
+        warnings.append(
+            f"{len(dropped)} row{'s' if len(dropped) > 1 else ''} without finite coordinates "
+            f"dropped: {lines_in_words(dropped)}"
+        )
+    if not keep.any():
+        raise InputError(
+            f"none of its {len(table)} rows has finite coordinates; check the columns x, y, z.",
+            file=table.path,
+            line=int(table.line_numbers[0]),
+            field=", ".join(table.label(c) for c in columns),
+        )
+    if by is None:
+        warnings += _signs_of_groups(table, columns)
+        groups = ["1"] * len(table)
+    elif by == "segment" and table.separators and not table.has(by):
+        groups = _segments(table)
+    else:
+        groups = table.labels(table.find(by))
+        nameless = [i for i, name in enumerate(groups) if not name and keep[i]]
+        if nameless:
+            keep[nameless] = False
+            where = [int(n) for n in table.line_numbers[nameless]]
+            warnings.append(
+                f"{len(where)} point{'s' if len(where) > 1 else ''} with nothing in column "
+                f"'{by}' left out: {lines_in_words(where)}"
+            )
+            if not keep.any():
+                raise InputError(
+                    "this column is empty; name the one that tells the features apart.",
+                    file=table.path,
+                    field=by,
+                )
+    named = {g: None for g, wanted in zip(groups, keep, strict=True) if wanted or g}
+    codes = {name: i for i, name in enumerate(named)}
+    kept = np.fromiter(
+        (codes[g] for g, wanted in zip(groups, keep, strict=True) if wanted), np.int64
+    )
+    counts = np.bincount(kept, minlength=len(codes))
+    return PointGroups(
+        ids=tuple(codes),
+        points=np.ascontiguousarray(points[keep][np.argsort(kept, kind="stable")]),
+        offsets=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
+        dropped=dropped,
+        warnings=tuple(warnings),
+    )
+
+
+COORDINATES: dict[str, set[str]] = {
+    "x": {"easting", "east", "e", "xcoord", "xcoordinate", "coordx", "pointx", "utme", "utmx"},
+    "y": {"northing", "north", "n", "ycoord", "ycoordinate", "coordy", "pointy", "utmn", "utmy"},
+    "z": {"elevation", "elev", "height", "altitude", "alt", "up", "u", "h"}
+    | {"zcoord", "zcoordinate", "coordz", "pointz"},
+}
+_GROUPS = frozenset(
+    {"trace", "traceid", "tracename", "group", "groupid", "plane", "planeid", "feature"}
+    | {"featureid", "object", "objectid", "fid", "id", "name", "label", "set", "bed", "bedding"}
+    | {"surface", "segment", "polyline", "line", "lineid", "patch", "facet", "fracture", "fault"}
+    | {"part", "cluster", "class"}
+)
+
+
+def coordinate_columns(table: TextTable) -> list[int]:
+    """Which columns are x, y and z. Raises `InputError` where they cannot be told."""
+    if table.names is None:
+        if table.width < 3:
+            raise InputError(
+                f"points need three columns x, y, z, and this table has {table.width}.",
+                file=table.path,
+                line=int(table.line_numbers[0]),
+            )
+        return [0, 1, 2]
+    found: list[int] = []
+    known = [plain(name) for name in table.names]
+    for letter, aliases in COORDINATES.items():
+        matches = [i for i, name in enumerate(known) if name == letter]
+        matches = matches or [i for i, name in enumerate(known) if name in aliases]
+        if len(matches) > 1:
+            raise InputError(
+                f"{len(matches)} columns can be {letter} "
+                f"({', '.join(table.names[i] for i in matches)}); rename all but one.",
+                file=table.path,
+                line=table.header_line,
+                field=letter,
+            )
+        if not matches:
+            raise InputError(
+                f"there is no column {letter} in the header "
+                f"({shortened(', '.join(table.names), 80)}); name the columns x, y, z, or leave "
+                "the header out.",
+                file=table.path,
+                line=table.header_line,
+                field=letter,
+            )
+        found.append(matches[0])
+    return found
+
+
+def _refuse_no_places(table: TextTable, columns: list[int], points: NDArray[np.float64]) -> None:
+    """Coordinates whose squares would overflow, and that are no metres on any planet."""
+    far = np.isfinite(points) & (np.abs(points) > FARTHEST_M)
+    if far.any():
+        row, place = np.argwhere(far)[0]
+        raise InputError(
+            f"{points[row, place]:g} is no coordinate in metres; correct or remove the row.",
+            file=table.path,
+            line=int(table.line_numbers[row]),
+            field=table.label(columns[place]),
+        )
+
+
+def _segments(table: TextTable) -> list[str]:
+    """Rows numbered by the rules between them, from 1; rules before the first row don't count."""
+    place = np.searchsorted(np.asarray(table.separators), table.line_numbers)
+    _, number = np.unique(place, return_inverse=True)
+    return [str(n + 1) for n in number]
+
+
+def _signs_of_groups(table: TextTable, taken: list[int]) -> list[str]:
+    """Warnings where the table looks as if it held more than one feature."""
+    warnings = []
+    if table.separators and len(parts := set(_segments(table))) > 1:
+        warnings.append(
+            f"lines such as '---' part the rows into {len(parts)}; all points were taken together "
+            "as one plane: use --by segment to fit each part"
+        )
+    for column in range(table.width):
+        named = table.names is not None and plain(table.names[column]) in _GROUPS
+        # A million rows of colours are told from labels by their beginning.
+        if column in taken or not (named or _runs(table.cells(column, 1000))):
+            continue
+        cells = table.cells(column)
+        values = Counter(cells)
+        values.pop("", None)
+        if not 2 <= len(values) <= len(cells) / 2:
+            continue
+        if named or (_runs(cells) and min(values.values()) > 1):
+            how = table.names[column] if table.names else str(column + 1)
+            warnings.append(
+                f"column '{table.label(column)}' has {len(values)} different values and looks like "
+                f"groups; all points were taken together as one plane: use --by {how} to fit each"
+            )
+    return warnings
+
+
+def _runs(cells: list[str]) -> bool:
+    """Whether equal cells stand together: labels do, measurements hardly ever."""
+    return 1 + sum(a != b for a, b in itertools.pairwise(cells)) == len(set(cells)) < len(cells)

@@ -1,1 +1,0 @@
-"""One module per format that can be written; see `vomstudio.io.writing`."""

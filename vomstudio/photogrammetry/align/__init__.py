@@ -1,0 +1,1 @@
+"""Features, matches, cameras and lenses: photos to an aligned scene."""

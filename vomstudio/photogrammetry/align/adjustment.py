@@ -1,0 +1,172 @@
+"""The last bundle adjustment, in which every camera has its own freedom, and what it is worth."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.photogrammetry.align.priors import HELD, Freedom, parameter_names
+from vomstudio.photogrammetry.base.engine import cancellable, colmap
+from vomstudio.progress import Progress, Silent
+
+# Observations farther off are no observations of that point (as in COLMAP's mapper).
+MAX_ERROR_PX = 4.0
+MIN_ANGLE_DEG = 1.5
+# Every so many tie points judge cameras that were adjusted without them.
+_HELD_OUT = 5
+
+
+def adjust(
+    reconstruction: Any,
+    freedoms: Mapping[int, Freedom],
+    *,
+    threads: int = -1,
+    rounds: int = 2,
+    covariance: bool = True,
+    progress: Progress | None = None,
+) -> dict[int, npt.NDArray[np.float64]]:
+    """Refine poses, points and what `freedoms` (by camera) leaves free, in place; then drop bad
+    observations, and again.
+
+    Returns the formal covariance (k, k) of the k free parameters of each camera, for residuals of
+    unit variance; cameras are missing where it could not be had. Raises Cancelled.
+    """
+    pycolmap = colmap()
+    found: dict[int, npt.NDArray[np.float64]] = {}
+    for left in range(rounds, 0, -1):
+        adjuster = adjuster_of(reconstruction, freedoms, threads)
+        cancellable(lambda _token, a=adjuster: a.solve(), progress or Silent())  # type: ignore[misc]
+        if covariance and left == 1:
+            found = covariances_of(reconstruction, adjuster, freedoms)
+        manager = pycolmap.ObservationManager(reconstruction)
+        manager.filter_all_points3D(MAX_ERROR_PX, MIN_ANGLE_DEG)
+    return found
+
+
+def unseen_error(
+    reconstruction: Any,
+    freedoms: Mapping[int, Freedom],
+    *,
+    threads: int = -1,
+    progress: Progress | None = None,
+) -> float:
+    """Mean reprojection error, pixels, of every fifth tie point in 3 photos or more, of cameras
+    that were adjusted without those points; NaN where there are none. `reconstruction` stays.
+
+    Raises Cancelled.
+    """
+    pycolmap = colmap()
+    ids = sorted(reconstruction.point3D_ids())
+    long = [i for i in ids if reconstruction.point3D(i).track.length() >= 3]
+    unseen = set(long[::_HELD_OUT])
+    if not unseen or len(unseen) == len(ids):
+        return float("nan")
+    fitted, judged = (
+        pycolmap.Reconstruction(reconstruction),
+        pycolmap.Reconstruction(reconstruction),
+    )
+    for i in ids:
+        (fitted if i in unseen else judged).delete_point3D(i)
+    adjuster = adjuster_of(fitted, freedoms, threads)
+    cancellable(lambda _token: adjuster.solve(), progress or Silent())
+    for number in judged.cameras:
+        judged.camera(number).params = fitted.camera(number).params
+    for image in judged.reg_image_ids():
+        pose = fitted.image(image).frame.rig_from_world
+        judged.image(image).frame.rig_from_world = pose
+    points = adjuster_of(judged, {}, threads, poses=False)
+    cancellable(lambda _token: points.solve(), progress or Silent())
+    judged.update_point_3d_errors()
+    return float(judged.compute_mean_reprojection_error())
+
+
+def free_parameters(camera: Any, freedom: Freedom) -> list[int]:
+    """Places of a camera's free parameters."""
+    free = {
+        "f": freedom.focal,
+        "c": freedom.centre,
+        "k1": freedom.distortion,
+        "k2": freedom.second,
+    }
+    names = parameter_names(str(camera.model_name))
+    return [i for i, name in enumerate(names) if free.get(name, free.get(name[0], False))]
+
+
+def free_in(problem: Any, camera: Any, freedom: Freedom) -> None:
+    """Hold what `freedom` does not free of a camera whose parameters are all free in `problem`."""
+    import pyceres
+
+    free = free_parameters(camera, freedom)
+    held = [i for i in range(len(camera.params)) if i not in free]
+    if held and problem.has_parameter_block(camera.params):
+        manifold = pyceres.SubsetManifold(len(camera.params), held)
+        problem.set_manifold(camera.params, given(manifold))
+
+
+def given(thing: Any) -> Any:
+    """For a problem of COLMAP's, which deletes its parts itself: Python must not do so again."""
+    ctypes.pythonapi.Py_IncRef(ctypes.py_object(thing))
+    return thing
+
+
+def adjuster_of(
+    reconstruction: Any,
+    freedoms: Mapping[int, Freedom],
+    threads: int,
+    *,
+    poses: bool = True,
+    gauge: bool = True,
+) -> Any:
+    """Each camera with its own freedom (COLMAP frees a kind of parameter of all or of none).
+
+    gauge : two cameras hold the frame; False where something else does
+    """
+    pycolmap = colmap()
+    # The module of the problem is registered by this import.
+    import pyceres  # noqa: F401
+
+    options = pycolmap.BundleAdjustmentOptions()
+    options.print_summary = False
+    options.refine_focal_length = options.refine_extra_params = True
+    options.refine_principal_point = True
+    options.ceres.solver_options.num_threads = threads
+    config = pycolmap.BundleAdjustmentConfig()
+    images = sorted(reconstruction.reg_image_ids())
+    for image in images:
+        config.add_image(image)
+        if not poses:
+            config.set_constant_rig_from_world_pose(reconstruction.image(image).frame_id)
+    if poses and gauge:
+        config.fix_gauge(pycolmap.BundleAdjustmentGauge.TWO_CAMS_FROM_WORLD)
+    numbers = sorted({reconstruction.image(i).camera_id for i in images})
+    free = [n for n in numbers if freedoms.get(n, HELD) != HELD]
+    for number in numbers:
+        if number not in free:
+            config.set_constant_cam_intrinsics(number)
+    adjuster = pycolmap.create_default_ceres_bundle_adjuster(options, config, reconstruction)
+    for number in free:
+        free_in(adjuster.problem, reconstruction.camera(number), freedoms[number])
+    return adjuster
+
+
+def covariances_of(
+    reconstruction: Any, adjuster: Any, freedoms: Mapping[int, Freedom]
+) -> dict[int, npt.NDArray[np.float64]]:
+    """Of each camera's free parameters, for residuals of unit variance, where it can be had."""
+    pycolmap = colmap()
+    estimate = pycolmap.estimate_ba_covariance(
+        pycolmap.BACovarianceOptions(), reconstruction, adjuster
+    )
+    found = {}
+    if estimate is not None:
+        for number, freedom in freedoms.items():
+            camera = reconstruction.camera(number)
+            if free_parameters(camera, freedom):
+                matrix = estimate.get_other_params_cov(camera.params)
+                if matrix is not None:
+                    found[number] = np.array(matrix, np.float64)
+    return found

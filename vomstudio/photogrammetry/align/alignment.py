@@ -1,0 +1,303 @@
+"""Where every photo was taken, from the photos alone: the whole alignment, resumable at any point.
+
+The work folder holds `features/KEY.npz` (one per photo, named by content and settings),
+`database.db` (COLMAP's, with every pair that has been compared) and, at the end, `alignment.json`
+with `part0`, `part1` ...: the scenes of the disconnected parts, largest first, each with COLMAP's
+own binary model beside it.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vomstudio.errors import InputError
+from vomstudio.photogrammetry.align import mapping, matching, shared_lenses
+from vomstudio.photogrammetry.align.calibration import calibrate
+from vomstudio.photogrammetry.align.features import (
+    MOST_FEATURES,
+    ExtractTask,
+    FeatureOptions,
+    Features,
+    extract,
+    extraction_memory,
+)
+from vomstudio.photogrammetry.align.matching import MatchingRule, PhotoLike
+from vomstudio.photogrammetry.align.priors import Calibration
+from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.progress import Executor, Progress
+
+_HEAD = "alignment.json"
+_VERSION = 1
+_FEWEST_MATCHES = 15
+
+
+@dataclass(frozen=True)
+class Options:
+    """max_size : of the photos in which features are sought, pixels along the long side
+    matching : see `matching.choose_pairs`; mapper : see `mapping.map_photos`
+    threads : None for all; with 1, the same seed gives the same result to the bit
+    """
+
+    max_size: int = 2000
+    max_features: int = MOST_FEATURES
+    matching: MatchingRule = "auto"
+    mapper: str = "auto"
+    threads: int | None = None
+    seed: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Alignment:
+    """parts : disconnected scenes in frames of their own, the one with most photos first
+    unregistered : (name, reason) of the photos in no part
+    reprojection_error_px : mean over the observations of the first part
+    cameras : (c,) of all parts
+    tie_points : number of points in 3 photos or more, first part
+    notes : what was decided and why, in sentences
+    """
+
+    parts: tuple[SparseScene, ...]
+    unregistered: tuple[tuple[str, str], ...]
+    reprojection_error_px: float
+    cameras: tuple[Calibration, ...]
+    tie_points: int
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def registered(self) -> int:
+        """Photos in the first part."""
+        return len(self.parts[0].views)
+
+    def save(self, folder: Path) -> None:
+        for number, part in enumerate(self.parts):
+            (folder / f"part{number}").mkdir(exist_ok=True)
+            part.save(folder / f"part{number}")
+        head = {
+            "version": _VERSION,
+            "parts": len(self.parts),
+            "unregistered": self.unregistered,
+            "reprojection_error_px": self.reprojection_error_px,
+            "tie_points": self.tie_points,
+            "cameras": [asdict(c) for c in self.cameras],
+            "notes": self.notes,
+        }
+        temporary = folder / (_HEAD + ".part")
+        temporary.write_text(json.dumps(head, indent=1), encoding="utf-8")
+        temporary.replace(folder / _HEAD)
+
+    @classmethod
+    def load(cls, folder: Path) -> Alignment:
+        """Raises InputError where the folder holds no whole alignment."""
+        try:
+            head = json.loads((folder / _HEAD).read_text(encoding="utf-8"))
+            if head["version"] > _VERSION:
+                raise InputError("was written by a newer version", file=folder / _HEAD)
+            return cls(
+                tuple(SparseScene.load(folder / f"part{i}") for i in range(head["parts"])),
+                tuple((str(n), str(r)) for n, r in head["unregistered"]),
+                float(head["reprojection_error_px"]),
+                tuple(_calibration(c) for c in head["cameras"]),
+                int(head["tie_points"]),
+                tuple(head["notes"]),
+            )
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise InputError(
+                f"is no whole alignment ({type(error).__name__}); align the photos again",
+                file=folder,
+            ) from error
+
+
+def _calibration(row: dict[str, Any]) -> Calibration:
+    lists = ("names", "values", "sigma", "photos")
+    tables = {key: tuple(row[key]) for key in lists}
+    correlation = tuple(tuple(line) for line in row["correlation"])
+    return Calibration(**{**row, **tables, "correlation": correlation})
+
+
+def align(
+    photos: Sequence[PhotoLike],
+    work: Path,
+    options: Options,
+    executor: Executor,
+    progress: Progress,
+) -> Alignment:
+    """Place the photos. What an earlier run in the same folder finished is not done again.
+
+    Raises InputError, with the reason, where no two photos can be placed; Cancelled.
+    """
+    if len(photos) < 2:
+        raise InputError("one photo has no depth; take at least two of the same rock, better ten")
+    work.mkdir(parents=True, exist_ok=True)
+    threads = options.threads or -1
+    features, keys = find_features(photos, work, options, executor, progress)
+    database = work / "database.db"
+    matching.open_database(database, photos, features, keys)
+    choice = matching.choose_pairs(photos, features, options.matching, progress)
+    # A photo without features matches none.
+    useful = [len(f.keypoints) > 0 for f in features]
+    pairs = [(i, j) for i, j in choice.pairs if useful[i] and useful[j]]
+    matching.match_pairs(database, pairs, progress, threads=threads, seed=options.seed)
+    counts = matching.pair_counts(database)
+    best = _best_matches(len(photos), counts)
+    if max(best, default=0) < _FEWEST_MATCHES:
+        raise InputError(_no_overlap(photos, features, best))
+    settings = mapping.MappingOptions(options.mapper, threads, options.seed)  # type: ignore[arg-type]
+    found, notes = mapping.map_photos(database, photos, work, settings, progress)
+    told = shared_lenses.separate(database, photos, features, work, settings, found, progress)
+    found, notes = told or (found, notes)
+    if not found:
+        raise InputError(
+            "the photos have points in common, but no two of them can be placed: step aside "
+            "between photos instead of turning on the spot, and let neighbours overlap by "
+            "60 % or more"
+        )
+    progress.stage("Adjusting", len(found))
+    parts, cameras = [], []
+    trusted = not any("without it" in note for note in notes)
+    for number, reconstruction in enumerate(found):
+        progress.step(number)
+        reconstruction, own = calibrate(reconstruction, photos, threads, trusted, progress)
+        found[number] = reconstruction
+        cameras += own
+        parts.append(mapping.scene_of(reconstruction, photos, features))
+    for number, reconstruction in enumerate(found):
+        model = work / f"part{number}" / "colmap"
+        shutil.rmtree(model, ignore_errors=True)
+        model.mkdir(parents=True)
+        reconstruction.write_binary(model)
+    notes = [choice.rule, *notes, *(_camera_note(c) for c in cameras)]
+    if len(parts) > 1:
+        sizes = " and ".join(str(len(p.views)) for p in parts)
+        notes.append(f"the photos fall into {len(parts)} parts of {sizes} that do not connect")
+    lengths = np.linalg.norm(mapping.residuals(parts[0]), axis=1)
+    alignment = Alignment(
+        tuple(parts),
+        tuple(_unregistered(photos, features, best, parts)),
+        float(np.nanmean(lengths)) if len(lengths) else float("nan"),
+        tuple(cameras),
+        int((parts[0].track_lengths >= 3).sum()),
+        tuple(notes),
+    )
+    alignment.save(work)
+    return alignment
+
+
+# ------------------------------------------------------------------------------------------------
+def find_features(
+    photos: Sequence[PhotoLike],
+    work: Path,
+    options: Options,
+    executor: Executor,
+    progress: Progress,
+) -> tuple[list[Features], list[str]]:
+    """(features, keys) of every photo, from the work folder where they are there already."""
+    folder = work / "features"
+    folder.mkdir(parents=True, exist_ok=True)
+    settings = FeatureOptions(options.max_size, options.max_features)
+    found: list[Features | None] = [None] * len(photos)
+    keys = [""] * len(photos)
+    order: list[int] = []
+    progress.stage("Finding features", len(photos))
+
+    def missing() -> Iterator[ExtractTask]:
+        for row, photo in enumerate(photos):
+            try:
+                data = photo.path.read_bytes()
+                mask = None if photo.mask is None else photo.mask.read_bytes()
+            except OSError as error:
+                reason = f"cannot be read ({error.strerror})"
+                found[row] = Features.none(photo.width, photo.height, reason)
+                keys[row] = f"unreadable {row}"
+                continue
+            task = ExtractTask(data, mask, settings)
+            keys[row] = task.key
+            found[row] = Features.load(folder / f"{task.key}.npz")
+            if found[row] is None:
+                order.append(row)
+                yield task
+
+    counted = _Counted(progress, lambda: sum(f is not None for f in found))
+    needed = max(extraction_memory(p.width, p.height, settings) for p in photos)
+    for number, result in executor.map(extract, missing(), counted, needed):
+        row = order[number]
+        result.save(folder / f"{keys[row]}.npz")
+        found[row] = result
+        counted.step(0)
+    progress.step(len(photos))
+    return [f for f in found if f is not None], keys
+
+
+class _Counted:
+    """Tells how many photos are done, however many of them an executor was given."""
+
+    def __init__(self, progress: Progress, count: Any) -> None:
+        self._progress, self._count = progress, count
+
+    def stage(self, name: str, total: int | None = None) -> None:
+        self._progress.stage(name, total)
+
+    def step(self, done: int) -> None:
+        self._progress.step(self._count())
+
+
+def _best_matches(count: int, counts: dict[tuple[int, int], int]) -> list[int]:
+    best = [0] * count
+    for (i, j), matches in counts.items():
+        best[i], best[j] = max(best[i], matches), max(best[j], matches)
+    return best
+
+
+def _camera_note(camera: Calibration) -> str:
+    focal, sigma = camera.values[0], camera.sigma[0]
+    change = ""
+    if camera.focal == "freed":
+        change = f" ± {sigma:.0f}"
+        if camera.exif_px:
+            change += f", {100 * (focal / camera.exif_px - 1):+.1f} % against EXIF"
+    count = f"{len(camera.photos)} photo" + ("s" if len(camera.photos) > 1 else "")
+    return f"focal length of {count}: {focal:.0f}{change} px, {camera.reason}"
+
+
+def _no_overlap(
+    photos: Sequence[PhotoLike], features: Sequence[Features], best: Sequence[int]
+) -> str:
+    problems = [f"{p.name} {f.problem}" for p, f in zip(photos, features, strict=True) if f.problem]
+    if len(problems) >= len(photos) - 1:
+        return "fewer than two photos can be used: " + "; ".join(problems[:3])
+    return (
+        "no two photos show the same rock: at most "
+        f"{max(best, default=0)} points of one were found in another ({_FEWEST_MATCHES} wanted); "
+        "let neighbouring photos overlap by 60 % or more"
+    )
+
+
+def _unregistered(
+    photos: Sequence[PhotoLike],
+    features: Sequence[Features],
+    best: Sequence[int],
+    parts: Sequence[SparseScene],
+) -> Iterator[tuple[str, str]]:
+    placed = {view.name for part in parts for view in part.views}
+    for photo, found, matches in zip(photos, features, best, strict=True):
+        if photo.name in placed:
+            continue
+        if found.problem:
+            reason = found.problem
+        elif matches < _FEWEST_MATCHES:
+            reason = (
+                f"shows nothing that another photo shows ({len(found.keypoints)} points, "
+                f"at most {matches} found again)"
+            )
+        else:
+            reason = (
+                f"could not be placed: {matches} points in common with another photo, but not "
+                "with the model"
+            )
+        yield photo.name, reason

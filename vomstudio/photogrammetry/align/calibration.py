@@ -1,0 +1,299 @@
+"""The lens of each camera: what the photos tell of it, by the rules of `priors`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.photogrammetry.align import priors
+from vomstudio.photogrammetry.align.adjustment import adjust, free_parameters, unseen_error
+from vomstudio.photogrammetry.align.matching import PhotoLike
+from vomstudio.photogrammetry.align.priors import Calibration, Freedom
+from vomstudio.photogrammetry.base.engine import colmap
+from vomstudio.progress import Progress
+
+Covariance = npt.NDArray[np.float64]
+
+
+def calibrate(
+    reconstruction: Any,
+    photos: Sequence[PhotoLike],
+    threads: int,
+    trusted: bool,
+    progress: Progress,
+) -> tuple[Any, list[Calibration]]:
+    """Decide what is free of each camera, adjust, and take back what turns out undetermined; then
+    the same with the rest of the lens.
+
+    Returns the adjusted reconstruction, maybe another one, and its cameras. Raises Cancelled.
+    """
+    images = sorted(reconstruction.reg_image_ids())
+    by_camera: dict[int, list[int]] = {}
+    for image in images:
+        by_camera.setdefault(reconstruction.image(image).camera_id, []).append(image - 1)
+    convergence = priors.convergence_deg(priors.part_axes(reconstruction))
+    freedoms: dict[int, Freedom] = {}
+    reasons: dict[int, str] = {}
+    for number, rows in by_camera.items():
+        known = photos[rows[0]].focal_px is not None
+        freedoms[number], reasons[number] = priors.decide(known, len(rows), convergence, trusted)
+    covariances = adjust(reconstruction, freedoms, threads=threads, progress=progress)
+    factors = _factors(reconstruction, by_camera)
+    back = False
+    for number, rows in by_camera.items():
+        if not freedoms[number].focal:
+            continue
+        relative = _focal_sigma(reconstruction, number, covariances) * factors[number]
+        lens = photos[rows[0]]
+        held = priors.held_instead(lens.focal_px, max(lens.width, lens.height), relative, trusted)
+        if held is not None:
+            freedoms[number] = replace(freedoms[number], focal=False)
+            value, reasons[number] = held
+            priors.set_focal(reconstruction, number, value)
+            back = True
+    if back:
+        covariances = adjust(reconstruction, freedoms, threads=threads, progress=progress)
+    given = dict(reasons)
+
+    def widen() -> None:
+        nonlocal reconstruction, freedoms, covariances
+        reasons.update(given)
+        wider = _widened(
+            reconstruction, by_camera, freedoms, reasons, convergence, threads, progress
+        )
+        if wider is not None:
+            reconstruction, freedoms, covariances = wider
+
+    widen()
+    held_to_exif = [
+        number
+        for number, rows in by_camera.items()
+        if photos[rows[0]].focal_px is not None and not freedoms[number].focal
+    ]
+    against = _contradicted(
+        reconstruction, by_camera, freedoms, held_to_exif, given, threads, progress
+    )
+    if against is not None:
+        reconstruction, freedoms, covariances = against
+        widen()
+    factors = _factors(reconstruction, by_camera)
+    return reconstruction, [
+        _describe(
+            reconstruction.camera(number),
+            freedoms[number],
+            covariances.get(number),
+            factors[number],
+            [photos[row] for row in rows],
+            reasons[number],
+            convergence,
+        )
+        for number, rows in sorted(by_camera.items())
+    ]
+
+
+def _contradicted(
+    base: Any,
+    by_camera: dict[int, list[int]],
+    freedoms: dict[int, Freedom],
+    numbers: Sequence[int],
+    reasons: dict[int, str],
+    threads: int,
+    progress: Progress,
+) -> tuple[Any, dict[int, Freedom], dict[int, Covariance]] | None:
+    """(reconstruction, freedoms, covariances) without the focal lengths from EXIF of the cameras
+    `numbers`, where the photos speak clearly against them; else None. Tells `reasons` of it; `base`
+    stays."""
+    if not numbers:
+        return None
+    progress.step(0)
+    tried = {n: replace(f, focal=f.focal or n in numbers) for n, f in freedoms.items()}
+    trial = _with_lenses(base, tried)
+    covariances = adjust(trial, tried, threads=threads, progress=progress)
+    factors = _factors(trial, by_camera)
+    wrong = {}
+    for number in numbers:
+        exif, focal = (float(r.camera(number).params[0]) for r in (base, trial))
+        sigma = _focal_sigma(trial, number, covariances) * factors[number]
+        if priors.far_from_exif(focal / exif, sigma):
+            wrong[number] = f"{100 * (exif / focal - 1):+.0f} %"
+    if not wrong:
+        return None
+    if len(wrong) < len(numbers):
+        tried = {n: replace(f, focal=f.focal or n in wrong) for n, f in freedoms.items()}
+        trial = _with_lenses(base, tried)
+        covariances = adjust(trial, tried, threads=threads, progress=progress)
+    before = unseen_error(base, freedoms, threads=threads, progress=progress)
+    after = unseen_error(trial, tried, threads=threads, progress=progress)
+    if not after < priors.CONTRADICTED * before:
+        return None
+    for number, off in wrong.items():
+        reasons[number] = (
+            f"estimated: the value from EXIF is off by {off}; with it, tie points unseen by the "
+            f"adjustment miss by {before:.3f} px instead of {after:.3f}"
+        )
+    return trial, tried, covariances
+
+
+def _widened(
+    base: Any,
+    by_camera: dict[int, list[int]],
+    freedoms: dict[int, Freedom],
+    reasons: dict[int, str],
+    convergence: float,
+    threads: int,
+    progress: Progress,
+) -> tuple[Any, dict[int, Freedom], dict[int, Covariance]] | None:
+    """(reconstruction, freedoms, covariances) with what proves good of k2 and the principal points
+    of the cameras, None where nothing does. Tells `reasons` of it; `base` stays."""
+    tried = {
+        number: priors.enriched(freedoms[number], len(rows), convergence)
+        for number, rows in by_camera.items()
+    }
+    said: dict[int, dict[str, str]] = {number: {} for number in tried}
+    while tried != freedoms:
+        progress.step(0)
+        trial = _with_lenses(base, tried)
+        covariances = adjust(trial, tried, threads=threads, progress=progress)
+        factors = _factors(trial, by_camera)
+        kept = {
+            number: _kept(
+                trial.camera(number),
+                freedom,
+                covariances.get(number),
+                factors[number],
+                said[number],
+            )
+            for number, freedom in tried.items()
+        }
+        if kept == tried:
+            break
+        tried = kept
+    verdict = ""
+    if tried != freedoms:
+        before = unseen_error(base, freedoms, threads=threads, progress=progress)
+        wider = _with_lenses(base, tried)
+        after = unseen_error(wider, tried, threads=threads, progress=progress)
+        if not after <= before:
+            verdict = (
+                f"k2 and the principal point held: with them, tie points unseen by the adjustment "
+                f"miss by {after:.3f} px instead of {before:.3f}"
+            )
+            tried = freedoms
+    for number in said:
+        for sentence in [verdict] if verdict else said[number].values():
+            reasons[number] += f"; {sentence}"
+    if tried == freedoms:
+        return None
+    return trial, tried, covariances
+
+
+def _with_lenses(base: Any, freedoms: Mapping[int, Freedom]) -> Any:
+    """A copy, with a place for k2 where that is free."""
+    pycolmap = colmap()
+    wider = pycolmap.Reconstruction(base)
+    for number, freedom in freedoms.items():
+        camera = wider.camera(number)
+        if freedom.second and str(camera.model_name) == "SIMPLE_RADIAL":
+            params = [*camera.params, 0.0]
+            camera.model = pycolmap.CameraModelId.RADIAL
+            camera.params = params
+    return wider
+
+
+def _kept(
+    camera: Any,
+    freedom: Freedom,
+    covariance: Covariance | None,
+    factor: float,
+    said: dict[str, str],
+) -> Freedom:
+    """What of k2 and the principal point stands its trial; tells `said` why."""
+    if not (freedom.second or freedom.centre):
+        return freedom
+    if covariance is None:
+        said["lens"] = "k2 and the principal point held: freed, nothing determines them"
+        return replace(freedom, second=False, centre=False)
+    places = free_parameters(camera, freedom)
+    names = priors.parameter_names(str(camera.model_name))
+    of = {names[place]: row for row, place in enumerate(places)}
+    values = dict(zip(names, camera.params, strict=True))
+    scaled = covariance * factor**2
+    corner = float(np.hypot(camera.width, camera.height)) / 2
+    if freedom.second:
+        sigma = float(np.sqrt(scaled[of["k2"], of["k2"]]))
+        second, said["k2"] = priors.judge_second(values["f"], corner, values["k2"], sigma)
+        freedom = replace(freedom, second=second)
+    if freedom.centre:
+        rows = [of["cx"], of["cy"]]
+        shift = np.array([values["cx"] - camera.width / 2, values["cy"] - camera.height / 2])
+        centre, said["centre"] = priors.judge_centre(
+            values["f"], corner, shift, scaled[np.ix_(rows, rows)]
+        )
+        freedom = replace(freedom, centre=centre)
+    return freedom
+
+
+def _focal_sigma(
+    reconstruction: Any, number: int, covariances: dict[int, npt.NDArray[np.float64]]
+) -> float:
+    """Relative, formal, for residuals of unit variance; infinite where it could not be had."""
+    if number not in covariances:
+        return float("inf")
+    # The focal length is the first parameter of every model.
+    camera = reconstruction.camera(number)
+    return float(np.sqrt(covariances[number][0, 0]) / camera.params[0])
+
+
+def _factors(reconstruction: Any, by_camera: dict[int, list[int]]) -> dict[int, float]:
+    """What formal errors of each camera are multiplied by: the scatter of the residuals, and that
+    neighbouring points err together."""
+    reconstruction.update_point_3d_errors()
+    observations = reconstruction.compute_num_observations()
+    photos = reconstruction.num_reg_images()
+    redundancy = 2 * observations - 3 * reconstruction.num_points3D() - 6 * photos
+    # Mean error to root mean square per coordinate, of a Gaussian in the plane.
+    rms = reconstruction.compute_mean_reprojection_error() / np.sqrt(np.pi / 2)
+    scatter = rms * np.sqrt(2 * observations / max(redundancy, 1))
+    factors = {}
+    for number, rows in by_camera.items():
+        own = sum(reconstruction.image(row + 1).num_points3D for row in rows)
+        factors[number] = float(scatter * priors.correlated_factor(own, len(rows)))
+    return factors
+
+
+def _describe(
+    camera: Any,
+    freedom: Freedom,
+    covariance: npt.NDArray[np.float64] | None,
+    factor: float,
+    photos: list[PhotoLike],
+    reason: str,
+    convergence: float,
+) -> Calibration:
+    count = len(camera.params)
+    sigma = np.zeros(count)
+    correlation = np.full((count, count), np.nan)
+    free = free_parameters(camera, freedom)
+    if covariance is not None and len(covariance) == len(free):
+        formal = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+        sigma[free] = formal * factor
+        correlation[np.ix_(free, free)] = covariance / np.outer(formal, formal)
+    elif free:
+        sigma[free] = np.nan
+    model = str(camera.model_name)
+    return Calibration(
+        model,
+        priors.parameter_names(model),
+        tuple(float(p) for p in camera.params),
+        tuple(sigma.tolist()),
+        tuple(tuple(row) for row in correlation.tolist()),
+        tuple(p.name for p in photos),
+        "freed" if freedom.focal else "held",
+        reason,
+        photos[0].focal_px,
+        convergence,
+    )

@@ -1,0 +1,286 @@
+"""From matches to cameras and tie points: COLMAP's mappers, and the scene made of what they give.
+
+Schönberger & Frahm 2016 (CVPR), structure from motion revisited; Pan et al. 2024 (ECCV) for global
+mapping.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geometry.cameras import Intrinsics, View
+from vomstudio.photogrammetry.align.features import Features
+from vomstudio.photogrammetry.align.matching import PhotoLike
+from vomstudio.photogrammetry.base.engine import cancellable, colmap
+from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.progress import Progress
+
+# Incremental mapping grows faster than the number of photos.
+_INCREMENTAL_UP_TO = 300
+# A part of the photos where the EXIF focal length leaves more than this unplaced is tried without.
+_WELL_PLACED = 0.9
+
+
+Freed = Literal["none", "unknown", "all"]
+"""Which focal lengths are free while photos are placed: "unknown" those that EXIF does not tell."""
+
+
+@dataclass(frozen=True)
+class MappingOptions:
+    """mapper : "auto" takes the global one above 300 photos
+    threads : -1 for all; with 1, the same seed gives the same result to the bit
+    """
+
+    mapper: Literal["auto", "incremental", "global"] = "auto"
+    threads: int = -1
+    seed: int = 0
+
+
+def map_photos(
+    database: Path,
+    photos: Sequence[PhotoLike],
+    work: Path,
+    options: MappingOptions,
+    progress: Progress,
+) -> tuple[list[Any], list[str]]:
+    """(COLMAP reconstructions, largest first; what was done, in words).
+
+    Focal lengths from EXIF are held while photos are placed. Where that leaves more than a tenth of
+    the photos out, it is tried with all of them free, and what places more photos is kept: EXIF
+    says nothing of digital zoom. Raises Cancelled.
+    """
+    known = [p.focal_px is not None for p in photos]
+    if options.mapper == "auto":
+        mapper = "incremental" if len(photos) <= _INCREMENTAL_UP_TO else "global"
+    else:
+        mapper = options.mapper
+    run = _incremental if mapper == "incremental" else _global
+    notes = []
+    if mapper == "global":
+        notes.append("photos were placed all at once (global mapping)")
+    free: Freed = "none" if all(known) else "unknown"
+    parts = run(database, photos, work, options, progress, free)
+    placed = _placed(parts)
+    if any(known) and placed < _WELL_PLACED * len(photos):
+        others = run(database, photos, work, options, progress, "all")
+        if _placed(others) > placed:
+            notes.append(
+                f"with the focal length from EXIF only {placed} photos could be placed, "
+                f"{_placed(others)} without it"
+            )
+            parts = others
+    return parts, notes
+
+
+def _placed(parts: Sequence[Any]) -> int:
+    return int(parts[0].num_reg_images()) if parts else 0
+
+
+def _incremental(
+    database: Path,
+    photos: Sequence[PhotoLike],
+    work: Path,
+    options: MappingOptions,
+    progress: Progress,
+    free: Freed,
+) -> list[Any]:
+    pycolmap = colmap()
+    settings = pycolmap.IncrementalPipelineOptions()
+    settings.extract_colors = False
+    settings.random_seed = options.seed
+    settings.num_threads = options.threads
+    settings.min_model_size = 2
+    settings.ba_refine_focal_length = free != "none"
+    settings.mapper.abs_pose_refine_focal_length = free != "none"
+    # Among many photos, points that only two of them see are mistaken matches more often; of two
+    # photos there are no others.
+    settings.triangulation.ignore_two_view_tracks = len(photos) > 3
+    if free == "unknown":
+        settings.constant_cameras = _known_cameras(database)
+    progress.stage("Placing photos", len(photos))
+    placed = [0]
+
+    def one_more() -> None:
+        placed[0] = min(placed[0] + 1, len(photos))
+
+    def first_two() -> None:
+        placed[0] = min(placed[0] + 2, len(photos))
+
+    out = _fresh(work / "mapping")
+    found = cancellable(
+        lambda token: pycolmap.incremental_mapping(
+            database,
+            work,
+            out,
+            settings,
+            initial_image_pair_callback=first_two,
+            next_image_callback=one_more,
+            cancellation_token=token,
+        ),
+        progress,
+        lambda: placed[0],
+    )
+    progress.step(placed[0])
+    shutil.rmtree(out, ignore_errors=True)
+    return _largest_first(found)
+
+
+def _global(
+    database: Path,
+    photos: Sequence[PhotoLike],
+    work: Path,
+    options: MappingOptions,
+    progress: Progress,
+    free: Freed,
+) -> list[Any]:
+    pycolmap = colmap()
+    settings = pycolmap.GlobalPipelineOptions()
+    settings.num_threads = options.threads
+    settings.random_seed = options.seed
+    settings.min_model_size = 2
+    settings.mapper.bundle_adjustment.refine_focal_length = free != "none"
+    progress.stage("Placing photos")
+    out = _fresh(work / "mapping")
+    # It takes no token: a wish to stop is heard at its end, or the worker is killed.
+    found = cancellable(
+        lambda token: pycolmap.global_mapping(database, work, out, settings), progress
+    )
+    shutil.rmtree(out, ignore_errors=True)
+    return _largest_first(found)
+
+
+def _fresh(folder: Path) -> Path:
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    return folder
+
+
+def _known_cameras(database: Path) -> set[int]:
+    opened = colmap().Database.open(database)
+    try:
+        return {c.camera_id for c in opened.read_all_cameras() if c.has_prior_focal_length}
+    finally:
+        opened.close()
+
+
+def _largest_first(found: dict[int, Any]) -> list[Any]:
+    """Without the parts whose photos nearly all are in a larger one."""
+    order = sorted(found, key=lambda k: (-found[k].num_reg_images(), -found[k].num_points3D(), k))
+    parts: list[Any] = []
+    taken: set[int] = set()
+    for key in order:
+        images = set(found[key].reg_image_ids())
+        if len(images) >= 2 and len(images - taken) >= 2:
+            parts.append(found[key])
+            taken |= images
+    return parts
+
+
+# ------------------------------------------------------------------------------------------------
+def intrinsics_of(camera: Any) -> Intrinsics:
+    """Our camera of a COLMAP one; they share names and order of the parameters."""
+    return Intrinsics(
+        str(camera.model_name),
+        int(camera.width),
+        int(camera.height),
+        tuple(float(p) for p in camera.params),
+    )
+
+
+def scene_of(
+    reconstruction: Any, photos: Sequence[PhotoLike], features: Sequence[Features]
+) -> SparseScene:
+    """Arrays of one reconstruction, in which image i + 1 is photo number i.
+
+    Cameras come in the order of the photos and points in that of their numbers, so that the same
+    reconstruction always gives the same scene.
+    """
+    images = sorted(reconstruction.reg_image_ids())
+    row_of = {image: row for row, image in enumerate(images)}
+    lenses: dict[int, Intrinsics] = {}
+    views = []
+    for image_id in images:
+        image = reconstruction.image(image_id)
+        if image.camera_id not in lenses:
+            lenses[image.camera_id] = intrinsics_of(reconstruction.camera(image.camera_id))
+        pose = np.asarray(image.cam_from_world().matrix(), np.float64)
+        views.append(
+            View(
+                photos[image_id - 1].name,
+                lenses[image.camera_id],
+                np.ascontiguousarray(pose[:, :3]),
+                np.ascontiguousarray(pose[:, 3]),
+            )
+        )
+    ids = sorted(reconstruction.point3D_ids())
+    points = np.zeros((len(ids), 3))
+    lengths = np.zeros(len(ids), np.int64)
+    seen: list[int] = []
+    which: list[int] = []
+    for row, key in enumerate(ids):
+        point = reconstruction.point3D(key)
+        points[row] = point.xyz
+        elements = sorted((e.image_id, e.point2D_idx) for e in point.track.elements)
+        lengths[row] = len(elements)
+        seen += [image for image, _ in elements]
+        which += [number for _, number in elements]
+    track_views = np.array([row_of[i] for i in seen], np.int32)
+    numbers = np.array(which, np.intp)
+    pixels = np.zeros((len(seen), 2), np.float32)
+    colors = np.zeros((len(seen), 3), np.float64)
+    for row, image_id in enumerate(images):
+        mine = np.flatnonzero(track_views == row)
+        found = features[image_id - 1]
+        # The pixels of the reconstruction: marks may have been added to those of the features.
+        own = np.array([p.xy for p in reconstruction.image(image_id).points2D]).reshape(-1, 2)
+        pixels[mine] = own[numbers[mine]]
+        inside = numbers[mine] < len(found.colors)
+        colors[mine[inside]] = found.colors[numbers[mine[inside]]]
+    offsets = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
+    scene = SparseScene(
+        tuple(views),
+        points,
+        _means(colors, offsets).round().astype(np.uint8),
+        np.zeros(len(ids), np.float32),
+        offsets,
+        track_views,
+        pixels,
+    )
+    return replace(scene, errors_px=point_errors(scene))
+
+
+def residuals(scene: SparseScene) -> npt.NDArray[np.float64]:
+    """(m, 2) pixels, observed less projected, of every observation; NaN behind a camera."""
+    miss = np.full((len(scene.track_views), 2), np.nan)
+    points = scene.points[scene.track_points]
+    for row, view in enumerate(scene.views):
+        mine = scene.track_views == row
+        miss[mine] = scene.track_pixels[mine] - view.project(points[mine])
+    return miss
+
+
+def point_errors(scene: SparseScene) -> npt.NDArray[np.float32]:
+    """(n,) mean length of each point's residuals, pixels."""
+    lengths = np.linalg.norm(residuals(scene), axis=1)[:, None]
+    return _means(lengths, scene.track_offsets)[:, 0].astype(np.float32)
+
+
+def mean_error(scene: SparseScene) -> float:
+    """Mean over the points, pixels; 0 where there are none."""
+    errors = point_errors(scene)
+    return float(np.nanmean(errors)) if len(errors) else 0.0
+
+
+def _means(
+    values: npt.NDArray[np.float64], offsets: npt.NDArray[np.int64]
+) -> npt.NDArray[np.float64]:
+    if len(offsets) < 2:
+        return np.zeros((0, values.shape[1]))
+    return np.add.reduceat(values, offsets[:-1], axis=0) / np.diff(offsets)[:, None]

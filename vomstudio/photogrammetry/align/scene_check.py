@@ -1,0 +1,447 @@
+"""What a survey is worth once it is aligned: the same questions, answered by the tie points."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.survey.camera_positions import straightness
+from vomstudio.survey.check_results import (
+    Finding,
+    PhotoFigures,
+    SurveyReport,
+    length,
+    named,
+    next_time,
+    ordered,
+    verdict_of,
+)
+from vomstudio.survey.limits import Limits
+from vomstudio.survey.photo_limits import smallest_plane
+
+if TYPE_CHECKING:
+    from vomstudio.geometry.cameras import View
+    from vomstudio.photogrammetry.align.priors import Calibration
+    from vomstudio.photogrammetry.base.scene import SparseScene
+
+Array = npt.NDArray[np.float64]
+
+_WEAK_POINTS = 50
+_HIGH_ERROR_PX = 2.0
+# Of a focal length, relative: by as much depths can be stretched.
+_VAGUE = 0.05
+_OTHER = 0.04
+
+
+def check_scene(
+    scene: SparseScene,
+    *,
+    unregistered: Sequence[str] = (),
+    other_parts: Sequence[SparseScene] = (),
+    blur: dict[str, float] | None = None,
+    cameras: Sequence[Calibration] = (),
+    limits: Limits | None = None,
+) -> SurveyReport:
+    """unregistered : names of photos that could not be placed; other_parts : further parts that do
+    not hang together with this one; blur : sigma by name, from the check before; cameras : what
+    the alignment found of them."""
+    limits = limits or Limits()
+    unit = "m" if scene.scaled or scene.crs is not None else "model units"
+    if not scene.views:
+        finding = Finding(
+            "unregistered",
+            "error",
+            tuple(unregistered),
+            "No photo could be placed: too little overlap, or nothing to recognise.",
+            float(len(unregistered)),
+        )
+        return SurveyReport(
+            "after", (), (finding,), verdict_of([finding], None), None, None, next_time([finding])
+        )
+    gsd = photo_pixel_sizes(scene)
+    views = mean_views(scene)
+    overlap = shared_view(scene)
+    normal = face_normal(scene)
+    oblique = obliquity_deg(scene, normal)
+    findings = [
+        *_of_registration(scene, unregistered, other_parts),
+        *_of_points(scene, views, overlap, limits),
+        *_of_sizes(scene, gsd, limits),
+        *_of_directions(scene, limits),
+        *_of_places(scene, gsd, limits),
+        *_of_line(scene, limits),
+        *_of_lenses(cameras),
+    ]
+    findings = list(ordered(findings))
+    known = gsd[np.isfinite(gsd)]
+    middle = float(np.median(known)) if len(known) else None
+    figures = tuple(
+        PhotoFigures(
+            view.name,
+            _or_none(gsd[i]),
+            None if blur is None else blur.get(view.name),
+            _or_none(views[i]),
+            None,
+            _or_none(overlap[i].max() if len(scene.views) > 1 else math.nan),
+            _or_none(oblique[i]),
+        )
+        for i, view in enumerate(scene.views)
+    )
+    return SurveyReport(
+        "after",
+        figures,
+        tuple(findings),
+        verdict_of(findings, middle, unit),
+        middle,
+        None if middle is None else smallest_plane(middle),
+        next_time(findings),
+    )
+
+
+def photo_pixel_sizes(scene: SparseScene) -> Array:
+    """(v,) length on the rock per pixel: median depth of a photo's tie points over its focal
+    length (eq. 18 in pixels); NaN without points."""
+    sizes = np.full(len(scene.views), np.nan)
+    for i, view in enumerate(scene.views):
+        rows = scene.seen_by(i)
+        depth = view.depths(scene.points[rows])
+        depth = depth[depth > 0]
+        if len(depth):
+            sizes[i] = float(np.median(depth)) / (sum(view.intrinsics.focal) / 2.0)
+    return sizes
+
+
+def mean_views(scene: SparseScene) -> Array:
+    """(v,) mean number of photos that see the tie points of each photo; NaN without points."""
+    lengths = scene.track_lengths[scene.track_points].astype(np.float64)
+    total = np.bincount(scene.track_views, lengths, len(scene.views))
+    count = np.bincount(scene.track_views, minlength=len(scene.views))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(total / np.where(count > 0, count, np.nan))
+
+
+def shared_view(scene: SparseScene, grid: int = 8) -> Array:
+    """(v, v) share of photo i's picture that lies on photo j: the overlap of the two; the diagonal
+    is 0.
+
+    Places all over the picture are taken to be as deep as the nearest tie point in it. (The tie
+    points themselves lie where photos overlap, and would flatter them.) Occlusion is not looked at.
+    """
+    count = len(scene.views)
+    shares = np.zeros((count, count))
+    steps = (np.arange(grid) + 0.5) / grid
+    for i, view in enumerate(scene.views):
+        mine = scene.track_views == i
+        depths = view.depths(scene.points[scene.track_points[mine]])
+        at = scene.track_pixels[mine][depths > 0].astype(np.float64)
+        depths = depths[depths > 0]
+        if not len(depths):
+            continue
+        x, y = np.meshgrid(steps * view.intrinsics.width, steps * view.intrinsics.height)
+        pixels = np.column_stack([x.ravel(), y.ravel()])
+        nearest = ((pixels[:, None] - at[None]) ** 2).sum(axis=2).argmin(axis=1)
+        rays = view.intrinsics.rays(pixels)
+        seen = np.isfinite(rays).all(axis=1)
+        camera = rays[seen] * depths[nearest[seen], None]
+        places = (camera - view.translation) @ view.rotation
+        for j, other in enumerate(scene.views):
+            if i != j and len(places):
+                shares[i, j] = _lies_on(other, places).mean()
+    return shares
+
+
+def face_normal(scene: SparseScene) -> Array:
+    """Unit normal of the plane that fits the tie points best, towards the cameras."""
+    points = scene.points
+    if len(points) < 3:
+        return -np.asarray(scene.views[0].direction)
+    centre = np.median(points, axis=0)
+    away = np.linalg.norm(points - centre, axis=1)
+    near = points[away <= np.quantile(away, 0.9)]
+    _, _, axes = np.linalg.svd(near - near.mean(axis=0), full_matrices=False)
+    normal = axes[-1]
+    return np.asarray(normal * (1.0 if (scene.centres.mean(axis=0) - centre) @ normal > 0 else -1))
+
+
+def obliquity_deg(scene: SparseScene, normal: Array) -> Array:
+    """(v,) angle between each view direction and the perpendicular to the face."""
+    axes = np.array([view.direction for view in scene.views])
+    return np.asarray(np.degrees(np.arccos(np.clip(-(axes @ normal), -1.0, 1.0))))
+
+
+def _lies_on(view: View, points: Array) -> npt.NDArray[np.bool_]:
+    """Which points are before the camera and inside its picture."""
+    # What is not defined is compared as false.
+    return view.contains(view.project(points))
+
+
+def _or_none(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+# ------------------------------------------------------------------------------------------------
+def _of_registration(
+    scene: SparseScene, unregistered: Sequence[str], parts: Sequence[SparseScene]
+) -> list[Finding]:
+    found = []
+    total = len(scene.views) + len(unregistered) + sum(len(part.views) for part in parts)
+    if unregistered:
+        share = len(unregistered) / total
+        found.append(
+            Finding(
+                "unregistered",
+                "error" if share > 0.5 else "warning",
+                tuple(unregistered),
+                f"{len(unregistered)} of {total} photos could not be placed: "
+                f"{named(list(unregistered))}. They see too little of what the others see, or are "
+                "blurred.",
+                float(len(unregistered)),
+            )
+        )
+    if parts:
+        names = tuple(view.name for part in parts for view in part.views)
+        found.append(
+            Finding(
+                "parts",
+                "warning",
+                names,
+                f"The photos fall into {len(parts) + 1} parts that do not hang together "
+                f"({', '.join(str(len(p.views)) for p in (scene, *parts))} photos).",
+                float(len(parts) + 1),
+            )
+        )
+    if len(scene.views) < 5:
+        found.append(
+            Finding(
+                "few-photos",
+                "warning",
+                (),
+                f"Only {len(scene.views)} photos are placed: each place of the rock should be seen "
+                "in four or five.",
+                float(len(scene.views)),
+            )
+        )
+    return found
+
+
+def _of_points(scene: SparseScene, views: Array, overlap: Array, limits: Limits) -> list[Finding]:
+    found = []
+    names = [view.name for view in scene.views]
+    counts = np.bincount(scene.track_views, minlength=len(names))
+    weak = tuple(n for n, c in zip(names, counts, strict=True) if c < _WEAK_POINTS)
+    if weak:
+        found.append(
+            Finding(
+                "weak-photos",
+                "warning",
+                weak,
+                f"{named(weak)}: held by fewer than {_WEAK_POINTS} tie points; their place is "
+                "uncertain.",
+                float(counts.min()),
+            )
+        )
+    seen = places_seen(scene)
+    if len(names) >= limits.fewest_photos and len(seen):
+        middle = float(np.median(seen))
+        if middle < limits.views:
+            few = tuple(n for n, v in zip(names, views, strict=True) if not v >= 3.0)
+            found.append(
+                Finding(
+                    "few-views",
+                    "warning",
+                    few,
+                    f"Half of the rock lies in {middle:.0f} photos or fewer; four to five are "
+                    "wanted for every place.",
+                    middle,
+                )
+            )
+    if len(names) > 1:
+        best = overlap.max(axis=1)
+        thin = tuple(n for n, b in zip(names, best, strict=True) if b < limits.overlap)
+        if thin:
+            found.append(
+                Finding(
+                    "low-overlap",
+                    "warning",
+                    thin,
+                    f"{named(thin)}: no more than {best[best < limits.overlap].max():.0%} of the "
+                    "picture lies on any other photo (60 % or more is wanted).",
+                    float(best.min()),
+                )
+            )
+    errors = scene.errors_px[np.isfinite(scene.errors_px)]
+    if len(errors) and float(np.median(errors)) > _HIGH_ERROR_PX:
+        found.append(
+            Finding(
+                "high-error",
+                "warning",
+                (),
+                f"Tie points miss their places in the photos by {np.median(errors):.1f} pixels "
+                "(median): blur, a moving scene, or a lens that the calibration does not follow.",
+                float(np.median(errors)),
+            )
+        )
+    return found
+
+
+def places_seen(scene: SparseScene, most: int = 2000) -> npt.NDArray[np.int64]:
+    """(n,) in how many photos each tie point lies (up to `most` of them, evenly taken), whether it
+    was matched there or not. Occlusion is not looked at."""
+    step = max(1, len(scene.points) // most)
+    points = scene.points[::step]
+    seen = np.zeros(len(points), np.int64)
+    for view in scene.views:
+        seen += _lies_on(view, points)
+    return seen
+
+
+def _of_sizes(scene: SparseScene, gsd: Array, limits: Limits) -> list[Finding]:
+    known = np.isfinite(gsd)
+    if known.sum() < 2:
+        return []
+    ratio = float(gsd[known].max() / gsd[known].min())
+    if ratio <= limits.gsd_ratio:
+        return []
+    middle = float(np.median(gsd[known]))
+    off = np.abs(np.log(np.where(known, gsd, middle) / middle)) > math.log(limits.gsd_ratio) / 2
+    names = tuple(view.name for view, far in zip(scene.views, off, strict=True) if far)
+    return [
+        Finding(
+            "gsd-spread",
+            "warning",
+            names,
+            f"Pixels on the rock differ by a factor of {ratio:.0f} between the photos: keep them "
+            "within an order of magnitude.",
+            ratio,
+        )
+    ]
+
+
+def _of_directions(scene: SparseScene, limits: Limits) -> list[Finding]:
+    axes = np.array([view.direction for view in scene.views])
+    if len(axes) < 3:
+        return []
+    middle = axes.mean(axis=0)
+    norm = float(np.linalg.norm(middle))
+    if norm < 0.2:
+        return []
+    away = np.sort(np.degrees(np.arccos(np.clip(axes @ middle / norm, -1.0, 1.0))))
+    spread = float(away[-max(2, math.ceil(0.1 * len(away)))])
+    if spread >= limits.doming_deg:
+        return []
+    return [
+        Finding(
+            "one-direction",
+            "warning",
+            (),
+            f"All photos look in nearly one direction (within {spread:.1f} degrees): the model may "
+            "be bent like a dome, and focal length and distance cannot be told apart. Check it "
+            "against points that were not used, and do not trust a focal length found from it.",
+            spread,
+        )
+    ]
+
+
+def _of_places(scene: SparseScene, gsd: Array, limits: Limits) -> list[Finding]:
+    """One position, one photo (textbook 3.2.1)."""
+    centres = scene.centres
+    turned: list[tuple[str, str]] = []
+    for i in range(len(centres)):
+        for j in range(i + 1, len(centres)):
+            a, b = scene.views[i], scene.views[j]
+            focal = [sum(v.intrinsics.focal) / 2 for v in (a, b)]
+            distance = float(np.nanmean([gsd[i] * focal[0], gsd[j] * focal[1]]))
+            if not math.isfinite(distance):
+                continue
+            if np.linalg.norm(centres[i] - centres[j]) > limits.same_place * distance:
+                continue
+            turn = math.degrees(math.acos(float(np.clip(a.direction @ b.direction, -1, 1))))
+            one, two = (
+                f / max(v.intrinsics.width, v.intrinsics.height)
+                for f, v in zip(focal, (a, b), strict=True)
+            )
+            if turn > limits.turn_deg or max(one / two, two / one) > limits.zoom:
+                turned.append((a.name, b.name))
+    if not turned:
+        return []
+    names = tuple(dict.fromkeys(name for pair in turned for name in pair))
+    return [
+        Finding(
+            "same-position",
+            "warning",
+            names,
+            f"{named(names)} were taken from one position with another direction or zoom: they add "
+            "no depth (one position, one photo).",
+            float(len(turned)),
+        )
+    ]
+
+
+def _of_lenses(cameras: Sequence[Calibration]) -> list[Finding]:
+    """What stretches all depths: a focal length that is not known, or that EXIF tells wrongly."""
+    vague: dict[str, float] = {}
+    wrong: dict[str, float] = {}
+    for camera in cameras:
+        focal, sigma = camera.values[0], camera.sigma[0]
+        if camera.exif_px is None:
+            error = math.inf if camera.focal == "held" else sigma / focal
+            # A NaN is no knowledge either.
+            if not error <= _VAGUE:
+                vague |= dict.fromkeys(camera.photos, error)
+        elif abs(camera.exif_px / focal - 1) > max(_OTHER, 3 * sigma / focal):
+            wrong |= dict.fromkeys(camera.photos, camera.exif_px / focal - 1)
+    found = []
+    if vague:
+        error = max(vague.values())
+        known = f"known to {100 * error:.0f} % only" if math.isfinite(error) else "a guess"
+        found.append(
+            Finding(
+                "focal-vague",
+                "warning",
+                tuple(vague),
+                f"{named(tuple(vague))}: there is no focal length in EXIF, and these photos do not "
+                f"tell it: it is {known}, and depths are stretched by as much. Lengths along the "
+                "face are sound once they are scaled; dips are not.",
+                error if math.isfinite(error) else None,
+            )
+        )
+    if wrong:
+        worst = max(wrong.values(), key=abs)
+        found.append(
+            Finding(
+                "focal-wrong",
+                "info",
+                tuple(wrong),
+                f"{named(tuple(wrong))}: the focal length in EXIF is {abs(100 * worst):.0f} % too "
+                f"{'long' if worst > 0 else 'short'} by what the photos show (zoomed digitally, "
+                "cut, or resized); that of the photos is used.",
+                worst,
+            )
+        )
+    return found
+
+
+def _of_line(scene: SparseScene, limits: Limits) -> list[Finding]:
+    """Collinear cameras cannot register a model (textbook 3.2.2)."""
+    if len(scene.views) < 3:
+        return []
+    width = straightness(scene.centres)
+    if width >= limits.straight:
+        return []
+    across = width * float(np.linalg.norm(scene.centres.std(axis=0)))
+    unit = "m" if scene.scaled or scene.crs is not None else "model units"
+    return [
+        Finding(
+            "collinear",
+            "warning",
+            (),
+            f"The cameras stand in one line (to {length(across, unit)}): a model registered by "
+            "their positions can turn about that line. Control points are needed, or photos from "
+            "beside the line.",
+            width,
+        )
+    ]

@@ -1,0 +1,126 @@
+"""Cameras and tie points after the alignment, as every later stage reads them."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError
+from vomstudio.geometry.cameras import View
+from vomstudio.io.photos.cameras_file import view_from_dict, view_to_dict
+
+_VERSION = 1
+
+
+@dataclass(frozen=True, eq=False)
+class SparseScene:
+    """One connected part of an alignment.
+
+    views : photos that could be placed, in the order of their names
+    points : (n, 3) float64 tie points; World minus `origin` once georeferenced
+    colors : (n, 3) uint8
+    errors_px : (n,) float32 mean reprojection error of each point
+    track_offsets : (n + 1,) int64; the observations of point i are rows o[i] to o[i + 1]
+    track_views : (m,) int32 rows into `views`
+    track_pixels : (m, 2) float32 where each was seen
+    origin : integer World coordinates subtracted from all positions
+    crs : "EPSG:n" of World, or None while the frame is local
+    scaled : False while the unit of length is arbitrary
+    """
+
+    views: tuple[View, ...]
+    points: npt.NDArray[np.float64]
+    colors: npt.NDArray[np.uint8]
+    errors_px: npt.NDArray[np.float32]
+    track_offsets: npt.NDArray[np.int64]
+    track_views: npt.NDArray[np.int32]
+    track_pixels: npt.NDArray[np.float32]
+    origin: tuple[int, int, int] = (0, 0, 0)
+    crs: str | None = None
+    scaled: bool = False
+    notes: tuple[str, ...] = field(default=())
+
+    @cached_property
+    def track_lengths(self) -> npt.NDArray[np.int64]:
+        """(n,) number of photos that see each point."""
+        return np.diff(self.track_offsets)
+
+    @cached_property
+    def track_points(self) -> npt.NDArray[np.int64]:
+        """(m,) the point of each observation."""
+        return np.repeat(np.arange(len(self.points)), self.track_lengths)
+
+    @property
+    def centres(self) -> npt.NDArray[np.float64]:
+        """(v, 3) projection centres."""
+        return np.array([view.centre for view in self.views]).reshape(-1, 3)
+
+    def view(self, name: str) -> View:
+        """Raises KeyError for a photo that is not placed."""
+        for view in self.views:
+            if view.name == name:
+                return view
+        raise KeyError(name)
+
+    def seen_by(self, view: int) -> npt.NDArray[np.int64]:
+        """Rows of the points that photo number `view` observes."""
+        return self.track_points[self.track_views == view]
+
+    def pixel_at(self, places: npt.NDArray[np.float64]) -> float:
+        """Size of a pixel of the photos at points (n, 3), in units of the scene."""
+        sizes = [
+            np.median(np.abs(view.depths(places))) / np.mean(view.intrinsics.focal)
+            for view in self.views
+        ]
+        return float(np.median(sizes))
+
+    def save(self, folder: str | Path) -> None:
+        """Write `scene.json` and `scene.npz` into an existing folder."""
+        folder = Path(folder)
+        np.savez(
+            folder / "scene.npz",
+            points=self.points,
+            colors=self.colors,
+            errors_px=self.errors_px,
+            track_offsets=self.track_offsets,
+            track_views=self.track_views,
+            track_pixels=self.track_pixels,
+        )
+        head = {
+            "version": _VERSION,
+            "origin": list(self.origin),
+            "crs": self.crs,
+            "scaled": self.scaled,
+            "notes": list(self.notes),
+            "views": [view_to_dict(view) for view in self.views],
+        }
+        (folder / "scene.json").write_text(json.dumps(head, indent=1), encoding="utf-8")
+
+    @classmethod
+    def load(cls, folder: str | Path) -> SparseScene:
+        """Raises InputError where the folder holds no whole scene."""
+        folder = Path(folder)
+        try:
+            head = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
+            if head["version"] > _VERSION:
+                raise InputError("was written by a newer version", file=folder / "scene.json")
+            with np.load(folder / "scene.npz") as arrays:
+                return cls(
+                    tuple(view_from_dict(view) for view in head["views"]),
+                    **{name: arrays[name] for name in arrays.files},
+                    origin=tuple(head["origin"]),
+                    crs=head["crs"],
+                    scaled=head["scaled"],
+                    notes=tuple(head["notes"]),
+                )
+        except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
+            raise InputError(
+                f"is no whole alignment ({type(error).__name__}); align the photos again",
+                file=folder,
+            ) from error

@@ -1,0 +1,1 @@
+"""Depth maps of undistorted photos, and one cloud of them."""

@@ -1,0 +1,97 @@
+"""Compiled parts of the fusion."""
+
+from __future__ import annotations
+
+import math
+
+from vomstudio.geometry.kernels.jit import kernel
+
+
+@kernel(
+    "void(f4[:,::1], f4[:,:,::1], f8[::1], f4[:,::1], f4[:,:,::1], u1[:,::1], f8[::1],"
+    " f8[:,::1], b1, f8[::1], f4[:,:,::1], u1[:,:,::1])"
+)
+def compare(  # type: ignore[no-untyped-def]
+    depth, normals, lens, depth2, normals2, trust2, lens2, move, later, limits, sums, votes
+):
+    """What another depth map says of each pixel of this one.
+
+    depth, normals, lens : of this photo: (h, w), (h, w, 3), (fx, fy, cx, cy)
+    depth2, normals2, trust2, lens2 : of the other one; trust2 is its confidence
+    move : (3, 4) from this camera's frame to the other's
+    later : the other photo comes after this one in the order in which equals are kept
+    limits : pixels, part of the depth, cosine between the normals, ratio of footprints that counts
+        as equal
+    sums : (h, w, 6) weight, weight x offset along the normal, doubt, normal; added to
+    votes : (h, w, 3) agreeing views, views that see through the point, 1 where another keeps it
+    """
+    h, w = depth.shape
+    tall, wide = depth2.shape
+    fx, fy, cx, cy = lens[0], lens[1], lens[2], lens[3]
+    gx, gy, dx, dy = lens2[0], lens2[1], lens2[2], lens2[3]
+    most_px, most_part, least_cos = limits[0], limits[1], limits[2]
+    unit = 1.0 / math.log(limits[3])
+    for j in range(h):
+        for i in range(w):
+            z = depth[j, i]
+            if z <= 0.0:
+                continue
+            x = (i + 0.5 - cx) / fx * z
+            y = (j + 0.5 - cy) / fy * z
+            b2 = move[2, 0] * x + move[2, 1] * y + move[2, 2] * z + move[2, 3]
+            if b2 <= 0.0:
+                continue
+            b0 = (move[0, 0] * x + move[0, 1] * y + move[0, 2] * z + move[0, 3]) / b2
+            b1 = (move[1, 0] * x + move[1, 1] * y + move[1, 2] * z + move[1, 3]) / b2
+            u, v = gx * b0 + dx, gy * b1 + dy
+            c, r = math.floor(u), math.floor(v)
+            if c < 0 or r < 0 or c >= wide or r >= tall:
+                continue
+            there = depth2[r, c]
+            if there <= 0.0:
+                continue
+            # The other surface along this very ray: through the plane of its pixel.
+            n0, n1, n2 = normals2[r, c, 0], normals2[r, c, 1], normals2[r, c, 2]
+            along = n0 * b0 + n1 * b1 + n2
+            if along > -0.05:
+                continue
+            straight = n0 * (c + 0.5 - dx) / gx + n1 * (r + 0.5 - dy) / gy + n2
+            seen = there * straight / along
+            if abs(seen - there) > 0.02 * there:
+                seen = there
+            # Where the other surface's point lies in this photo.
+            e = seen - b2
+            p0 = move[0, 0] * b0 + move[1, 0] * b1 + move[2, 0]
+            p1 = move[0, 1] * b0 + move[1, 1] * b1 + move[2, 1]
+            p2 = move[0, 2] * b0 + move[1, 2] * b1 + move[2, 2]
+            deep = z + e * p2
+            if deep <= 0.0:
+                continue
+            off_x = fx * ((x + e * p0) / deep - x / z)
+            off_y = fy * ((y + e * p1) / deep - y / z)
+            apart = math.sqrt(off_x * off_x + off_y * off_y)
+            if apart > most_px or abs(e) > most_part * b2:
+                large = apart > 3.0 * most_px or e > 3.0 * most_part * b2
+                if e > 0.0 and large and votes[j, i, 1] < 254:
+                    votes[j, i, 1] += 1
+                continue
+            m0, m1, m2 = normals[j, i, 0], normals[j, i, 1], normals[j, i, 2]
+            t0 = move[0, 0] * m0 + move[0, 1] * m1 + move[0, 2] * m2
+            t1 = move[1, 0] * m0 + move[1, 1] * m1 + move[1, 2] * m2
+            t2 = move[2, 0] * m0 + move[2, 1] * m1 + move[2, 2] * m2
+            if t0 * n0 + t1 * n1 + t2 * n2 < least_cos:
+                continue
+            trust = trust2[r, c] / 255.0
+            weight = trust * (gx / there) ** 2
+            sums[j, i, 0] += weight
+            sums[j, i, 1] += weight * (t0 * b0 + t1 * b1 + t2) * e
+            sums[j, i, 2] *= 1.0 - trust
+            sums[j, i, 3] += weight * (move[0, 0] * n0 + move[1, 0] * n1 + move[2, 0] * n2)
+            sums[j, i, 4] += weight * (move[0, 1] * n0 + move[1, 1] * n1 + move[2, 1] * n2)
+            sums[j, i, 5] += weight * (move[0, 2] * n0 + move[1, 2] * n1 + move[2, 2] * n2)
+            if votes[j, i, 0] < 254:
+                votes[j, i, 0] += 1
+            mine = math.floor(math.log(z / fx) * unit)
+            other = math.floor(math.log(there / gx) * unit)
+            if other < mine or (other == mine and not later):
+                votes[j, i, 2] = 1

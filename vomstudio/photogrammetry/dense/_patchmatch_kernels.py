@@ -1,0 +1,257 @@
+"""Compiled parts of PatchMatch."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from vomstudio.geometry.kernels.jit import fast_part, kernel
+
+RADIUS = 4
+STRIDE = 2
+SAMPLES = (2 * RADIUS // STRIDE + 1) ** 2
+WORST = 2.0
+"""Cost of what cannot be compared; of opposite patches too."""
+
+# Brightness that halves a neighbour's say is a seventh of the range.
+_FALL = 5.0
+
+
+@fast_part
+def _random(seeds, at):  # type: ignore[no-untyped-def]
+    """Uniform in [0, 1); Marsaglia's xorshift, one state for each pixel."""
+    # numba widens shifted integers; what goes beyond 32 bits must be cut off.
+    x = np.uint32(seeds[at])
+    x = np.uint32(x ^ np.uint32((x << np.uint32(13)) & np.uint32(0xFFFFFFFF)))
+    x = np.uint32(x ^ (x >> np.uint32(17)))
+    x = np.uint32(x ^ np.uint32((x << np.uint32(5)) & np.uint32(0xFFFFFFFF)))
+    seeds[at] = x
+    return np.float32(x >> np.uint32(8)) * np.float32(1.0 / 16777216.0)
+
+
+@fast_part
+def _cost(u, v, rx, ry, z, nx, ny, nz, source, wide, tall, a, b, lens, patch, weights, moments):  # type: ignore[no-untyped-def]
+    """1 - weighted correlation of the patch around (u, v) with what the plane through depth z with
+    this normal makes of it in one source."""
+    d = z * (nx * rx + ny * ry + nz)
+    if d > np.float32(-1e-20):
+        return np.float32(WORST)
+    g0, g1 = nx * lens[0] / d, ny * lens[1] / d
+    g2 = nz / d - g0 * lens[2] - g1 * lens[3]
+    h00, h01, h02 = a[0, 0] + b[0] * g0, a[0, 1] + b[0] * g1, a[0, 2] + b[0] * g2
+    h10, h11, h12 = a[1, 0] + b[1] * g0, a[1, 1] + b[1] * g1, a[1, 2] + b[1] * g2
+    h20, h21, h22 = a[2, 0] + b[2] * g0, a[2, 1] + b[2] * g1, a[2, 2] + b[2] * g2
+    one = np.float32(1.0)
+    s1, s2, s12 = np.float32(0.0), np.float32(0.0), np.float32(0.0)
+    k = 0
+    for dy in range(-RADIUS, RADIUS + 1, STRIDE):
+        y = v + np.float32(dy)
+        for dx in range(-RADIUS, RADIUS + 1, STRIDE):
+            if weights[k] == np.float32(0.0):
+                k += 1
+                continue
+            x = u + np.float32(dx)
+            w = h20 * x + h21 * y + h22
+            if w <= np.float32(1e-6):
+                return np.float32(WORST)
+            w = one / w
+            p, q = (h00 * x + h01 * y + h02) * w, (h10 * x + h11 * y + h12) * w
+            if not (p >= 0.0 and q >= 0.0 and p < wide - 1 and q < tall - 1):
+                return np.float32(WORST)
+            i, j = int(p), int(q)
+            fx, fy = p - np.float32(i), q - np.float32(j)
+            upper = source[j, i] + (source[j, i + 1] - source[j, i]) * fx
+            lower = source[j + 1, i] + (source[j + 1, i + 1] - source[j + 1, i]) * fx
+            value = upper + (lower - upper) * fy
+            weighted = weights[k] * value
+            s1 += weighted
+            s2 += weighted * value
+            s12 += weighted * patch[k]
+            k += 1
+    variance = s2 - s1 * s1
+    if variance < np.float32(1e-5) or moments[1] < np.float32(1e-5):
+        return np.float32(WORST)
+    r = (s12 - s1 * moments[0]) / math.sqrt(variance * moments[1])
+    return min(max(one - r, np.float32(0.0)), np.float32(WORST))
+
+
+@fast_part
+def _look(ref, x, y, patch, weights, moments):  # type: ignore[no-untyped-def]
+    """The patch around a pixel: values, bilateral weights of sum 1, mean and variance."""
+    h, w = ref.shape
+    centre, total, k = ref[y, x], np.float32(0.0), 0
+    for dy in range(-RADIUS, RADIUS + 1, STRIDE):
+        for dx in range(-RADIUS, RADIUS + 1, STRIDE):
+            value = ref[min(max(y + dy, 0), h - 1), min(max(x + dx, 0), w - 1)]
+            away = np.float32(dx * dx + dy * dy) * np.float32(0.5 / (RADIUS * RADIUS))
+            weight = math.exp(-abs(value - centre) * np.float32(_FALL) - away)
+            if y + dy < 0 or x + dx < 0 or y + dy >= h or x + dx >= w:
+                # What the photo does not show is like nothing in the others.
+                weight = 0.0
+            patch[k], weights[k] = value, weight
+            total += weight
+            k += 1
+    mean, square = np.float32(0.0), np.float32(0.0)
+    for k in range(SAMPLES):
+        weights[k] /= total
+        mean += weights[k] * patch[k]
+        square += weights[k] * patch[k] * patch[k]
+    moments[0], moments[1] = mean, square - mean * mean
+
+
+@kernel(
+    "void(f4[:,::1], f4[:,:,::1], i8[:,::1], f4[:,:,::1], f4[:,::1], f4[::1], u1[:,::1],"
+    " f4[:,::1], f4[:,:,::1], f4[:,:,::1], u4[::1], f4, f4, f4, f4, i8, i8, i8, i8, i8)",
+    fastmath=True,
+)
+def sweep(  # type: ignore[no-untyped-def]
+    ref, sources, sizes, turns, shifts, lens, wanted, depth, normal, costs, seeds,
+    near, far, unit, spread, most, reach, parity, first, last
+):  # fmt: skip
+    """Better planes for every second pixel of the rows from first to last, in place.
+
+    ref : (h, w) picture, 0 to 1
+    sources : (n, H, W) others, padded; sizes : (n, 2) their widths and heights
+    turns, shifts : (n, 3, 3) K' R K^-1 and (n, 3) K' t, for pixels counted from their centres
+    lens : 1 / fx, 1 / fy, cx, cy
+    wanted : (h, w) pixels to work on; others only hand their planes on
+    depth, normal : (h, w), (h, w, 3) the planes; all are set
+    costs : (h, w, n) of the plane in each source
+    near, far : depths allowed
+    unit : change of inverse depth for a pixel of disparity
+    spread : size of the random changes, 1 at first
+    most : sources that count, the best ones
+    reach : distance of the farther neighbours whose planes are tried, odd, or 0
+    """
+    h, w = ref.shape
+    n = len(sources)
+    patch, weights = np.empty(SAMPLES, np.float32), np.empty(SAMPLES, np.float32)
+    moments, trial = np.empty(2, np.float32), np.empty(n, np.float32)
+    chosen = np.empty(n, np.int64)
+    low, high = np.float32(1.0) / far, np.float32(1.0) / near
+    count = min(n, most)
+    share = np.float32(1.0) / np.float32(count)
+    for y in range(first, last):
+        for x in range((y + parity) % 2, w, 2):
+            if wanted[y, x] == 0:
+                continue
+            at = y * w + x
+            _look(ref, x, y, patch, weights, moments)
+            u, v = np.float32(x), np.float32(y)
+            rx, ry = (u - lens[2]) * lens[0], (v - lens[3]) * lens[1]
+            z = depth[y, x]
+            nx, ny, nz = normal[y, x, 0], normal[y, x, 1], normal[y, x, 2]
+            for s in range(n):
+                costs[y, x, s] = _cost(
+                    u, v, rx, ry, z, nx, ny, nz, sources[s], sizes[s, 0], sizes[s, 1],
+                    turns[s], shifts[s], lens, patch, weights, moments,
+                )  # fmt: skip
+                trial[s] = costs[y, x, s]
+            # The sources in which the present plane fits best judge the others.
+            best = np.float32(0.0)
+            for k in range(count):
+                c = 0
+                for s in range(1, n):
+                    if trial[s] < trial[c]:
+                        c = s
+                chosen[k] = c
+                best += trial[c]
+                trial[c] = np.float32(9.0)
+            best *= share
+            for k in range(11):
+                if k < 8:
+                    far_off = 1 if k < 4 else reach
+                    if far_off == 0:
+                        continue
+                    side = k % 4
+                    i = x + (far_off if side == 0 else (-far_off if side == 1 else 0))
+                    j = y + (far_off if side == 2 else (-far_off if side == 3 else 0))
+                    if i < 0 or j < 0 or i >= w or j >= h:
+                        continue
+                    ax, ay, az = normal[j, i, 0], normal[j, i, 1], normal[j, i, 2]
+                    there = ax * (np.float32(i) - lens[2]) * lens[0]
+                    there += ay * (np.float32(j) - lens[3]) * lens[1] + az
+                    along = ax * rx + ay * ry + az
+                    if along > np.float32(-0.05):
+                        continue
+                    d = depth[j, i] * there / along
+                    near_by = abs(d - z) < np.float32(0.05) * unit * z * z
+                    if near_by and ax * nx + ay * ny + az * nz > np.float32(0.9998):
+                        continue
+                else:
+                    q = np.float32(1.0) / z
+                    tilt = spread
+                    if k == 8:
+                        q += (
+                            np.float32(2.0)
+                            * spread
+                            * unit
+                            * (np.float32(2.0) * _random(seeds, at) - np.float32(1.0))
+                        )
+                        tilt = np.float32(0.0)
+                    elif k == 10:
+                        if spread < np.float32(0.2):
+                            q += (
+                                np.float32(0.3)
+                                * spread
+                                * unit
+                                * (np.float32(2.0) * _random(seeds, at) - np.float32(1.0))
+                            )
+                            tilt = np.float32(0.3) * spread
+                        else:
+                            q = low + (high - low) * _random(seeds, at)
+                            tilt = np.float32(1.0)
+                    d = np.float32(1.0) / max(q, np.float32(1e-20))
+                    ax = nx + tilt * (np.float32(2.0) * _random(seeds, at) - np.float32(1.0))
+                    ay = ny + tilt * (np.float32(2.0) * _random(seeds, at) - np.float32(1.0))
+                    az = nz + tilt * (np.float32(2.0) * _random(seeds, at) - np.float32(1.0))
+                    length = math.sqrt(ax * ax + ay * ay + az * az) + np.float32(1e-9)
+                    ax, ay, az = ax / length, ay / length, az / length
+                    size = math.sqrt(rx * rx + ry * ry + np.float32(1.0))
+                    if ax * rx + ay * ry + az > np.float32(-0.15) * size:
+                        continue
+                if d < near or d > far:
+                    continue
+                total = np.float32(0.0)
+                for m in range(count):
+                    s = chosen[m]
+                    total += share * _cost(
+                        u, v, rx, ry, d, ax, ay, az, sources[s], sizes[s, 0], sizes[s, 1],
+                        turns[s], shifts[s], lens, patch, weights, moments,
+                    )  # fmt: skip
+                    if total >= best:
+                        break
+                if total < best:
+                    best, z = total, d
+                    nx, ny, nz = ax, ay, az
+                    # Its costs in the other sources are those of the next sweep, or `measure`'s.
+            depth[y, x] = z
+            normal[y, x, 0], normal[y, x, 1], normal[y, x, 2] = nx, ny, nz
+
+
+@kernel(
+    "void(f4[:,::1], f4[:,:,::1], i8[:,::1], f4[:,:,::1], f4[:,::1], f4[::1], u1[:,::1],"
+    " f4[:,::1], f4[:,:,::1], f4[:,:,::1], i8, i8)",
+    fastmath=True,
+)
+def measure(  # type: ignore[no-untyped-def]
+    ref, sources, sizes, turns, shifts, lens, wanted, depth, normal, costs, first, last
+):
+    """The costs of the planes in each source, for the rows from first to last."""
+    w = ref.shape[1]
+    patch, weights = np.empty(SAMPLES, np.float32), np.empty(SAMPLES, np.float32)
+    moments = np.empty(2, np.float32)
+    for y in range(first, last):
+        for x in range(w):
+            if wanted[y, x] == 0:
+                continue
+            _look(ref, x, y, patch, weights, moments)
+            u, v = np.float32(x), np.float32(y)
+            rx, ry = (u - lens[2]) * lens[0], (v - lens[3]) * lens[1]
+            for s in range(len(sources)):
+                costs[y, x, s] = _cost(
+                    u, v, rx, ry, depth[y, x], normal[y, x, 0], normal[y, x, 1], normal[y, x, 2],
+                    sources[s], sizes[s, 0], sizes[s, 1], turns[s], shifts[s], lens,
+                    patch, weights, moments,
+                )  # fmt: skip

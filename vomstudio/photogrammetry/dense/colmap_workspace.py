@@ -1,0 +1,137 @@
+"""COLMAP's dense workspace, for its PatchMatch on CUDA.
+
+Written from COLMAP's documentation of its output format; only this module and the alignment know
+COLMAP.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vomstudio.errors import GeometryError
+from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.photogrammetry.dense.depthmaps import DepthMap
+from vomstudio.photogrammetry.dense.pairs import Pairs
+from vomstudio.photogrammetry.dense.undistortion import Undistorted
+
+
+def has_cuda() -> bool:
+    """Whether the COLMAP that is installed can use a GPU."""
+    import pycolmap
+
+    return bool(pycolmap.has_cuda)
+
+
+def cuda_depth_maps(
+    scene: SparseScene, pairs: Pairs, photos: Sequence[Undistorted], folder: Path | None = None
+) -> list[DepthMap]:
+    """The maps of all plans by COLMAP's PatchMatch, for the same fusion as the others.
+
+    photos : one for each of the scene's views
+    folder : for the workspace, empty; None for a temporary one
+
+    Raises GeometryError where no GPU can be used.
+    """
+    import pycolmap
+
+    if not has_cuda():
+        raise GeometryError(
+            "this COLMAP cannot use a GPU; install vomstudio[cuda], or leave the method to choose"
+        )
+    if folder is None:
+        with tempfile.TemporaryDirectory() as temporary:
+            return cuda_depth_maps(scene, pairs, photos, Path(temporary))
+    # COLMAP counts pixels as we do: no shift here.
+    files = write_workspace(folder, scene, photos, shift=0.0)
+    lines = []
+    for plan in pairs.plans:
+        lines.append(files[plan.view])
+        lines.append(", ".join(files[source.view] for source in plan.sources))
+    (folder / "stereo" / "patch-match.cfg").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    options = pycolmap.PatchMatchOptions()
+    options.depth_min = min(plan.near for plan in pairs.plans)
+    options.depth_max = max(plan.far for plan in pairs.plans)
+    options.geom_consistency = True
+    pycolmap.patch_match_stereo(folder, options=options)
+    maps = []
+    for plan in pairs.plans:
+        name = f"{files[plan.view]}.geometric.bin"
+        depth = pycolmap.DepthMap()
+        depth.read(folder / "stereo" / "depth_maps" / name)
+        normal = pycolmap.NormalMap()
+        normal.read(folder / "stereo" / "normal_maps" / name)
+        maps.append(_checked(photos[plan.view], depth.to_array(), normal.to_array(), plan))
+    return maps
+
+
+def write_workspace(
+    folder: Path, scene: SparseScene, photos: Sequence[Undistorted], *, shift: float
+) -> list[str]:
+    """Images, pinhole cameras and tie points, from which COLMAP learns who overlaps whom; gives the
+    names of the image files, in order.
+
+    photos : one for each of the scene's views
+    shift : added to the principal points
+    """
+    import cv2
+    import pycolmap
+
+    for part in ("images", "sparse", "stereo/depth_maps", "stereo/normal_maps"):
+        (folder / part).mkdir(parents=True)
+    model = pycolmap.Reconstruction()
+    place = np.zeros(len(scene.track_views), np.int64)
+    files = [f"{number:06d}.png" for number in range(len(photos))]
+    for number, (photo, file) in enumerate(zip(photos, files, strict=True), 1):
+        lens = photo.view.intrinsics
+        picture = photo.pixels()
+        picture[~photo.valid] = 0
+        bgr = np.ascontiguousarray(picture[..., ::-1])
+        (folder / "images" / file).write_bytes(cv2.imencode(".png", bgr)[1].tobytes())
+        camera = pycolmap.Camera(
+            model="PINHOLE",
+            width=lens.width,
+            height=lens.height,
+            params=[*lens.focal, *(c + shift for c in lens.centre)],
+            camera_id=number,
+        )
+        model.add_camera_with_trivial_rig(camera)
+        image = pycolmap.Image()
+        image.name, image.camera_id, image.image_id = file, number, number
+        mine = scene.track_views == number - 1
+        seen = scene.track_points[mine]
+        place[mine] = np.arange(len(seen))
+        image.points2D = [pycolmap.Point2D(xy) for xy in photo.view.project(scene.points[seen])]
+        pose = pycolmap.Rigid3d(
+            pycolmap.Rotation3d(np.asarray(photo.view.rotation, np.float64)),
+            np.asarray(photo.view.translation, np.float64),
+        )
+        model.add_image_with_trivial_frame(image, pose)
+    for point, xyz in enumerate(scene.points):
+        track = pycolmap.Track()
+        for at in range(scene.track_offsets[point], scene.track_offsets[point + 1]):
+            track.add_element(int(scene.track_views[at]) + 1, int(place[at]))
+        model.add_point3D(xyz, track, np.asarray(scene.colors[point], np.uint8))
+    model.write(folder / "sparse")
+    (folder / "stereo" / "fusion.cfg").write_text("\n".join(files) + "\n", encoding="utf-8")
+    return files
+
+
+def _checked(photo: Undistorted, depth: Any, normal: Any, plan: Any) -> DepthMap:
+    lens = photo.view.intrinsics
+    depth, normal = np.array(depth, np.float32), np.array(normal, np.float32)
+    if depth.shape != (lens.height, lens.width):
+        raise GeometryError(
+            f"COLMAP's depth map has {depth.shape[1]} x {depth.shape[0]} pixels",
+            file=photo.view.name,
+        )
+    good = (depth > plan.near) & (depth < plan.far) & photo.valid & normal.any(axis=2)
+    depth[~good] = 0.0
+    normal[~good] = 0.0
+    # Consistent with two others at least, or COLMAP would have dropped it.
+    confidence = np.where(good, 191, 0).astype(np.uint8)
+    return DepthMap(photo.view.name, photo.view, depth, normal, confidence)

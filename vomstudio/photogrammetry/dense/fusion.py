@@ -1,0 +1,244 @@
+"""All depth maps to one cloud.
+
+A pixel becomes a point where enough other maps agree with it in position and normal and no more see
+through it. Of the pixels that agree with each other the one with the finest footprint is kept, and
+moved along its normal to their weighted mean: the cloud is as dense as the sharpest photo of each
+place, regular, and without layers. What is kept of a photo depends on nothing but the maps of its
+neighbours, so memory is bounded and the order does not matter.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.kernels.jit import for_kernels
+from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.photogrammetry.dense.depthmaps import DepthMap
+from vomstudio.photogrammetry.dense.pairs import Pairs
+from vomstudio.photogrammetry.dense.undistortion import Undistorted
+from vomstudio.progress import Progress, Silent
+
+# Footprints within a third of each other are equally fine; the first photo keeps the point.
+_SAME_FOOTPRINT = 1.3
+
+
+@dataclass(frozen=True)
+class FusionOptions:
+    """fewest_views : that must agree on a point
+    reprojection_px, depth_part, normal_deg : how far two maps that agree may be apart
+    least_confidence : from 0 to 1, of the points kept
+    cache_bytes : of depth maps held at once
+    """
+
+    fewest_views: int = 2
+    reprojection_px: float = 1.0
+    depth_part: float = 0.01
+    normal_deg: float = 30.0
+    least_confidence: float = 0.0
+    cache_bytes: int = 1_000_000_000
+
+
+class StoredMaps(Sequence[DepthMap]):
+    """Depth maps in files, read when they are asked for."""
+
+    def __init__(self, paths: Sequence[Path]) -> None:
+        self._paths = list(paths)
+
+    def __len__(self) -> int:
+        return len(self._paths)
+
+    @overload
+    def __getitem__(self, item: int) -> DepthMap: ...
+    @overload
+    def __getitem__(self, item: slice) -> StoredMaps: ...
+    def __getitem__(self, item: int | slice) -> DepthMap | StoredMaps:
+        if isinstance(item, slice):
+            return StoredMaps(self._paths[item])
+        return DepthMap.load(self._paths[item])
+
+
+def neighbours_by_name(scene: SparseScene, pairs: Pairs) -> dict[str, tuple[str, ...]]:
+    """For each photo with a plan, the photos whose maps show the same places."""
+    names = [view.name for view in scene.views]
+    return {names[p.view]: tuple(names[row] for row in p.neighbours) for p in pairs.plans}
+
+
+def fuse(
+    names: Sequence[str],
+    maps: Sequence[DepthMap],
+    photos: Sequence[Undistorted] | None,
+    neighbours: Mapping[str, Sequence[str]] | None = None,
+    options: FusionOptions | None = None,
+    progress: Progress | None = None,
+) -> PointCloud:
+    """The points on which the depth maps agree, in the scene's frame.
+
+    names : of the photos; the maps and photos are in this order, and may be read when asked for
+    photos : for the colours, or None
+    neighbours : see `neighbours_by_name`; None compares all with all
+
+    Points have colours, normals (unit, towards the photos), and the fields "confidence" (from 0 to
+    1, float32) and "views" (uint8).
+
+    Raises GeometryError where nothing agrees.
+    """
+    options, progress = options or FusionOptions(), progress or Silent()
+    if len(names) != len(maps) or (photos is not None and len(photos) != len(maps)):
+        raise ValueError("names, maps and photos differ in number")
+    rows = {name: row for row, name in enumerate(names)}
+    kept = _Cache(maps, options.cache_bytes)
+    parts = []
+    progress.stage("Fusing depth maps", len(maps))
+    for row, name in enumerate(names):
+        progress.step(row)
+        others = range(len(names)) if neighbours is None else _rows(neighbours.get(name, ()), rows)
+        part = _fuse_one(row, [other for other in others if other != row], kept, options)
+        if part is not None:
+            colors = np.zeros((len(part[0]), 0), np.uint8)
+            if photos is not None:
+                colors = photos[row].pixels()[part[0], part[1]]
+            parts.append((*part[2:], colors))
+    progress.step(len(maps))
+    if not parts:
+        raise GeometryError(
+            "no two depth maps agree anywhere; the photos may be blurred, of a surface without "
+            "texture, or badly aligned"
+        )
+    columns = [list(column) for column in zip(*parts, strict=True)]
+    parts.clear()
+    points, normals, confidence, views, colors = (_joined(column) for column in columns)
+    return PointCloud(
+        points,
+        colors if photos is not None else None,
+        normals,
+        {"confidence": confidence, "views": views},
+    )
+
+
+def memory_needed(pixels: int, largest: int) -> int:
+    """Bytes that `fuse` takes at most for maps of so many pixels altogether, the largest map with
+    so many. Measured: 0.1 to 0.25 points come of a pixel of photos that overlap by 60 % and more.
+    """
+    return int(0.25 * pixels * 70) + 70 * largest + FusionOptions.cache_bytes
+
+
+def _joined(parts: list[Any]) -> Any:
+    """One array of all, which are let go: clouds are the largest that is held at all."""
+    whole = np.concatenate(parts)
+    parts.clear()
+    return whole
+
+
+class _Cache:
+    """The maps used last, up to a number of bytes."""
+
+    def __init__(self, maps: Sequence[DepthMap], most_bytes: int) -> None:
+        self._maps, self._most = maps, most_bytes
+        self._held: OrderedDict[int, DepthMap] = OrderedDict()
+        self._bytes = 0
+
+    def __getitem__(self, row: int) -> DepthMap:
+        if row in self._held:
+            self._held.move_to_end(row)
+            return self._held[row]
+        one = self._maps[row]
+        self._held[row] = one
+        self._bytes += _size(one)
+        while self._bytes > self._most and len(self._held) > 2:
+            self._bytes -= _size(self._held.popitem(last=False)[1])
+        return one
+
+
+def _size(one: DepthMap) -> int:
+    return one.depth.nbytes + one.normals.nbytes + one.confidence.nbytes
+
+
+def _rows(names: Sequence[str], rows: Mapping[str, int]) -> Iterator[int]:
+    return (rows[name] for name in names if name in rows)
+
+
+def _lens(one: DepthMap) -> npt.NDArray[np.float64]:
+    lens = one.view.intrinsics
+    return np.array([*lens.focal, *lens.centre])
+
+
+def _fuse_one(row: int, others: Sequence[int], maps: _Cache, options: FusionOptions):  # type: ignore[no-untyped-def]
+    """Rows and columns of the pixels kept, their points, normals, confidence and views."""
+    from vomstudio.photogrammetry.dense._fusion_kernels import compare
+
+    one = maps[row]
+    shape = one.depth.shape
+    if not (one.depth > 0).any():
+        return None
+    own = one.confidence.astype(np.float32) / np.float32(255.0)
+    has = one.depth > 0
+    weight = np.zeros(shape, np.float32)
+    weight[has] = own[has] * (np.float32(one.view.intrinsics.focal[0]) / one.depth[has]) ** 2
+    sums = np.zeros((*shape, 6), np.float32)
+    sums[..., 0] = weight
+    sums[..., 2] = 1.0 - own
+    sums[..., 3:] = weight[..., None] * one.normals
+    votes = np.zeros((*shape, 3), np.uint8)
+    limits = np.array(
+        [
+            options.reprojection_px,
+            options.depth_part,
+            np.cos(np.radians(options.normal_deg)),
+            _SAME_FOOTPRINT,
+        ]
+    )
+    depth = for_kernels(one.depth, np.float32)
+    normals = for_kernels(one.normals, np.float32)
+    for other in others:
+        two = maps[other]
+        turn = two.view.rotation @ one.view.rotation.T
+        move = np.column_stack([turn, two.view.translation - turn @ one.view.translation])
+        compare(
+            depth,
+            normals,
+            _lens(one),
+            for_kernels(two.depth, np.float32),
+            for_kernels(two.normals, np.float32),
+            for_kernels(two.confidence, np.uint8),
+            _lens(two),
+            for_kernels(move, np.float64),
+            other > row,
+            limits,
+            sums,
+            votes,
+        )
+    confidence = 1.0 - sums[..., 2]
+    keep = (
+        has
+        & (votes[..., 0] + 1 >= options.fewest_views)
+        & (votes[..., 1] <= votes[..., 0])
+        & (votes[..., 2] == 0)
+        & (confidence >= options.least_confidence)
+    )
+    j, i = np.nonzero(keep)
+    if not len(j):
+        return None
+    rays = one.view.intrinsics.rays(np.column_stack([i, j]) + 0.5)
+    chosen = sums[j, i].astype(np.float64)
+    points = rays * one.depth[j, i, None].astype(np.float64)
+    points += one.normals[j, i] * (chosen[:, 1] / np.maximum(chosen[:, 0], 1e-300))[:, None]
+    mean = chosen[:, 3:]
+    mean = mean / np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
+    turn = one.view.rotation
+    return (
+        j,
+        i,
+        (points - one.view.translation) @ turn,
+        (mean @ turn).astype(np.float32),
+        confidence[j, i],
+        votes[j, i, 0] + np.uint8(1),
+    )

@@ -1,0 +1,360 @@
+"""Depth of one photo from several others at once by PatchMatch.
+
+Every pixel has a plane; good planes spread to the neighbours and are changed at random (Bleyer,
+Rhemann and Rother, 2011; red and black pixels in turn: Galliani, Lasinger and Schindler, 2015). The
+likeness is the correlation of bilaterally weighted patches in the best sources. From coarse to fine
+pictures. It serves where photos converge, and takes some ten times as long as a rectified pair.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geometry.cameras import Intrinsics, View
+from vomstudio.geometry.kernels.jit import for_kernels
+
+Array = npt.NDArray[np.float64]
+Pixels = npt.NDArray[np.float32]
+
+# Reduction, sweeps over both colours, first size of the random changes, reach of far neighbours.
+_LEVELS = ((4, 4, 1.0, 5), (2, 3, 0.4, 3), (1, 1, 0.15, 0))
+_SMALLEST_SIDE = 48
+_MOST_COST = 0.35
+_ALIKE = 0.5
+_ROWS = 32
+# The best sources judge a plane: most rock is seen by so many.
+_SOURCES = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """inverse : (h, w) inverse depths, 0 = none
+    agreeing : (h, w) in how many sources the patch looks alike
+    """
+
+    inverse: Pixels
+    agreeing: npt.NDArray[np.uint8]
+
+
+def match(
+    view: View,
+    gray: npt.NDArray[np.uint8],
+    wanted: npt.NDArray[np.bool_],
+    known: Pixels,
+    sources: Sequence[tuple[View, npt.NDArray[np.uint8], npt.NDArray[np.bool_]]],
+    points: Array,
+    near: float,
+    far: float,
+    *,
+    seed: int = 0,
+    threads: int = 1,
+) -> Found:
+    """The inverse depths of the wanted pixels.
+
+    view, gray : the photo, pinhole
+    wanted : (h, w) pixels to find
+    known : (h, w) inverse depths that are known already, 0 = none; they hand their planes on
+    sources : view, picture, and which pixels count
+    points : (n, 3) tie points that the photo sees, to start from
+    near, far : depths allowed
+    threads : the result does not depend on their number
+    """
+    rng = np.random.default_rng(seed)
+    planes: tuple[Pixels, Pixels] | None = None
+    h, w = gray.shape
+    levels = [level for level in _LEVELS if min(h, w) / level[0] >= _SMALLEST_SIDE] or [_LEVELS[-1]]
+    costs = np.empty((0, 0, 0), np.float32)
+    with ThreadPoolExecutor(max(1, threads)) as pool:
+        for reduction, sweeps, spread, reach in levels:
+            setting = _Setting.make(view, gray, wanted, sources, reduction)
+            fixed = _reduced(known, setting.ref.shape)
+            if planes is None:
+                depth, normal = _start(setting.lens, fixed, view, points, near, far, rng)
+                sweeps, spread, reach = _LEVELS[0][1:]
+            else:
+                depth, normal = _refined(planes, setting.lens, near, far)
+            has = fixed > 0
+            depth[has] = 1.0 / fixed[has]
+            todo = for_kernels(setting.wanted & ~has, np.uint8)
+            costs = np.full((*setting.ref.shape, len(sources)), 2.0, np.float32)
+            seeds = rng.integers(1, 2**32 - 1, setting.ref.size, dtype=np.uint32)
+            unit = np.float32(_unit(view, setting.lens, [s[0] for s in sources]))
+            arrays = (setting.ref, setting.pictures, setting.sizes, setting.turns, setting.shifts)
+            arrays += (setting.k, todo, depth, normal, costs)  # type: ignore[assignment]
+            for sweep_number in range(sweeps):
+                size = np.float32(spread * 0.5**sweep_number)
+                for parity in (0, 1):
+                    _by_rows(
+                        pool,
+                        setting.ref.shape[0],
+                        _sweep,
+                        arrays,
+                        (
+                            seeds,
+                            np.float32(near),
+                            np.float32(far),
+                            unit,
+                            size,
+                            _SOURCES,
+                            reach,
+                            parity,
+                        ),
+                    )
+            planes = depth, normal
+        _by_rows(pool, h, _measure, arrays, ())
+    inverse = np.zeros((h, w), np.float32)
+    alike = costs < _MOST_COST
+    for s, (_, _, counts) in enumerate(sources):
+        if not counts.all():
+            alike[..., s] &= _lands_on(view, sources[s][0], depth, counts)
+    agreeing = alike.sum(axis=2).astype(np.uint8)
+    good = (todo > 0) & (agreeing >= 1)
+    inverse[good] = 1.0 / depth[good]
+    _drop_specks(inverse, float(unit))
+    agreeing[inverse == 0] = 0
+    return Found(inverse, agreeing)
+
+
+def likeness(
+    view: View,
+    gray: npt.NDArray[np.uint8],
+    depth: Pixels,
+    normals: Pixels,
+    sources: Sequence[tuple[View, npt.NDArray[np.uint8], npt.NDArray[np.bool_]]],
+) -> npt.NDArray[np.uint8]:
+    """In how many sources (h, w) the patches of a depth map look alike.
+
+    depth, normals : (h, w), (h, w, 3) of the photo, 0 = none
+
+    Judged on pictures of half the size: there noise counts less, and it takes a quarter of the
+    time. A patch without texture is like no other.
+    """
+    step = 2 if min(depth.shape) >= 2 * _SMALLEST_SIDE else 1
+    h, w = depth.shape
+    masked = [(v, np.where(counts, g, np.uint8(0)), counts) for v, g, counts in sources]
+    setting = _Setting.make(view, gray, depth > 0, masked, step)
+    small = _reduced(depth, setting.ref.shape)
+    tall, wide = small.shape
+    rows = ((np.arange(tall) + 0.5) * h / tall).astype(int)
+    columns = ((np.arange(wide) + 0.5) * w / wide).astype(int)
+    costs = np.full((tall, wide, len(sources)), 2.0, np.float32)
+    _measure(
+        setting.ref,
+        setting.pictures,
+        setting.sizes,
+        setting.turns,
+        setting.shifts,
+        setting.k,
+        for_kernels(small > 0, np.uint8),
+        for_kernels(small, np.float32),
+        for_kernels(normals[rows[:, None], columns], np.float32),
+        costs,
+        0,
+        tall,
+    )
+    back = ((np.arange(h) + 0.5) * tall / h).astype(int)[:, None]
+    across = ((np.arange(w) + 0.5) * wide / w).astype(int)
+    return np.asarray((costs < _ALIKE).sum(axis=2).astype(np.uint8)[back, across])
+
+
+def _sweep(*arguments: object) -> None:
+    from vomstudio.photogrammetry.dense._patchmatch_kernels import sweep
+
+    sweep(*arguments)
+
+
+def _measure(*arguments: object) -> None:
+    from vomstudio.photogrammetry.dense._patchmatch_kernels import measure
+
+    measure(*arguments)
+
+
+def _by_rows(
+    pool: ThreadPoolExecutor,
+    height: int,
+    work: Callable[..., None],
+    arrays: tuple[object, ...],
+    settings: tuple[object, ...],
+) -> None:
+    """Pixels of one colour read only the other colour's planes, so rows can go side by side."""
+    jobs = [
+        pool.submit(work, *arrays, *settings, top, min(top + _ROWS, height))
+        for top in range(0, height, _ROWS)
+    ]
+    for job in jobs:
+        job.result()
+
+
+@dataclass(frozen=True, eq=False)
+class _Setting:
+    """Pictures and cameras at one reduction, as the kernels want them."""
+
+    lens: Intrinsics
+    ref: Pixels
+    wanted: npt.NDArray[np.bool_]
+    k: Pixels
+    pictures: Pixels
+    sizes: npt.NDArray[np.int64]
+    turns: Pixels
+    shifts: Pixels
+
+    @classmethod
+    def make(
+        cls,
+        view: View,
+        gray: npt.NDArray[np.uint8],
+        wanted: npt.NDArray[np.bool_],
+        sources: Sequence[tuple[View, npt.NDArray[np.uint8], npt.NDArray[np.bool_]]],
+        reduction: int,
+    ) -> _Setting:
+        ref = _shrunk(gray, reduction)
+        lens = view.intrinsics.scaled(ref.shape[1], ref.shape[0])
+        (fx, fy), (cx, cy) = lens.focal, lens.centre
+        k = np.array([1 / fx, 1 / fy, cx - 0.5, cy - 0.5], np.float32)
+        back = np.linalg.inv(_from_centres(lens))
+        small = [_shrunk(source[1], reduction) for source in sources]
+        tall, wide = np.max([one.shape for one in small], axis=0)
+        pictures = np.zeros((len(small), tall, wide), np.float32)
+        turns, shifts = np.empty((len(small), 3, 3)), np.empty((len(small), 3))
+        for s, (one, source) in enumerate(zip(small, sources, strict=True)):
+            pictures[s, : one.shape[0], : one.shape[1]] = one
+            other = source[0]
+            matrix = _from_centres(other.intrinsics.scaled(one.shape[1], one.shape[0]))
+            turn = other.rotation @ view.rotation.T
+            turns[s] = matrix @ turn @ back
+            shifts[s] = matrix @ (other.translation - turn @ view.translation)
+        return cls(
+            lens,
+            ref,
+            _reduced(wanted.astype(np.float32), ref.shape) > 0,
+            k,
+            pictures,
+            np.array([one.shape[::-1] for one in small], np.int64),
+            turns.astype(np.float32),
+            shifts.astype(np.float32),
+        )
+
+
+def _from_centres(lens: Intrinsics) -> Array:
+    """The calibration matrix for pixels counted from the centre of the first one."""
+    return lens.matrix - np.array([[0.0, 0.0, 0.5], [0.0, 0.0, 0.5], [0.0, 0.0, 0.0]])
+
+
+def _shrunk(gray: npt.NDArray[np.uint8], reduction: int) -> Pixels:
+    import cv2
+
+    h, w = gray.shape
+    if reduction > 1:
+        size = (max(1, round(w / reduction)), max(1, round(h / reduction)))
+        gray = np.asarray(cv2.resize(gray, size, interpolation=cv2.INTER_AREA))
+    return np.ascontiguousarray(gray, np.float32) / np.float32(255.0)
+
+
+def _reduced(values: Pixels, shape: tuple[int, ...]) -> Pixels:
+    """The value at the middle of each larger pixel."""
+    rows = ((np.arange(shape[0]) + 0.5) * values.shape[0] / shape[0]).astype(int)
+    columns = ((np.arange(shape[1]) + 0.5) * values.shape[1] / shape[1]).astype(int)
+    return np.asarray(values[rows[:, None], columns])
+
+
+def _unit(view: View, lens: Intrinsics, sources: Sequence[View]) -> float:
+    bases = [np.linalg.norm(other.centre - view.centre) for other in sources]
+    return float(1.0 / (np.mean(lens.focal) * np.median(bases)))
+
+
+def _start(
+    lens: Intrinsics,
+    fixed: Pixels,
+    view: View,
+    points: Array,
+    near: float,
+    far: float,
+    rng: np.random.Generator,
+) -> tuple[Pixels, Pixels]:
+    """Depths of the nearest tie point for half of the pixels and at random for the others; normals
+    about towards the camera."""
+    from scipy.spatial import cKDTree
+
+    shape = fixed.shape
+    inverse = 1 / far + (1 / near - 1 / far) * rng.random(shape)
+    pixels, depths = lens.project(_into(view, points)), view.depths(points)
+    good = np.isfinite(pixels).all(axis=1) & (depths > near) & (depths < far)
+    if good.sum() > 3:
+        x, y = np.meshgrid(np.arange(shape[1]) + 0.5, np.arange(shape[0]) + 0.5)
+        _, which = cKDTree(pixels[good]).query(np.stack([x, y], axis=-1))
+        jitter = 1.0 + 0.02 * rng.standard_normal(shape)
+        tied = rng.random(shape) < 0.5
+        inverse = np.where(tied, jitter / depths[good][which], inverse)
+    normal = rng.normal(0.0, 0.25, (*shape, 3)) - [0.0, 0.0, 1.0]
+    normal /= np.linalg.norm(normal, axis=2, keepdims=True)
+    depth = np.clip(1.0 / inverse, near, far)
+    return for_kernels(depth, np.float32), for_kernels(normal, np.float32)
+
+
+def _into(view: View, points: Array) -> Array:
+    return np.asarray(points @ view.rotation.T + view.translation)
+
+
+def _refined(
+    planes: tuple[Pixels, Pixels], lens: Intrinsics, near: float, far: float
+) -> tuple[Pixels, Pixels]:
+    """The planes of a coarser level, cut by the rays of a finer one."""
+    depth, normal = planes
+    h, w = lens.height, lens.width
+    tall, wide = depth.shape
+    rows = ((np.arange(h) + 0.5) * tall / h).astype(int)
+    columns = ((np.arange(w) + 0.5) * wide / w).astype(int)
+    z, n = depth[rows[:, None], columns], normal[rows[:, None], columns]
+    (fx, fy), (cx, cy) = lens.focal, lens.centre
+
+    def along(x: npt.NDArray[Any], y: npt.NDArray[Any]) -> Array:
+        return np.asarray(
+            n[..., 0] * ((x - cx) / fx) + n[..., 1] * ((y - cy) / fy)[:, None] + n[..., 2]
+        )
+
+    before = along((columns + 0.5) * w / wide, (rows + 0.5) * h / tall)
+    after = along(np.arange(w) + 0.5, np.arange(h) + 0.5)
+    cut = z * before / np.where(after < -0.05, after, -1.0)
+    good = (after < -0.05) & (np.abs(cut - z) < 0.1 * z)
+    depth = np.clip(np.where(good, cut, z), near, far)
+    return for_kernels(depth, np.float32), for_kernels(n, np.float32)
+
+
+def _lands_on(
+    view: View, other: View, depth: Pixels, counts: npt.NDArray[np.bool_]
+) -> npt.NDArray[np.bool_]:
+    """Which pixels' points lie on a part of the other photo that counts."""
+    h, w = depth.shape
+    x, y = np.meshgrid(np.arange(w) + 0.5, np.arange(h) + 0.5)
+    rays = view.intrinsics.rays(np.stack([x, y], axis=-1).reshape(-1, 2))
+    points = (rays * depth.reshape(-1, 1) - view.translation) @ view.rotation
+    pixels = other.project(points)
+    on = other.contains(pixels)
+    on[~np.isfinite(pixels).all(axis=1)] = False
+    column = np.clip(np.where(on, pixels[:, 0], 0), 0, counts.shape[1] - 1).astype(int)
+    row = np.clip(np.where(on, pixels[:, 1], 0), 0, counts.shape[0] - 1).astype(int)
+    return np.asarray((on & counts[row, column]).reshape(h, w))
+
+
+def _drop_specks(inverse: Pixels, unit: float) -> None:
+    """Small patches that jump out of their surroundings are chance."""
+    import cv2
+
+    if not (inverse > 0).any():
+        return
+    # Chance also puts single pixels before or behind a surface: those off most of their neighbours.
+    middle = np.asarray(cv2.medianBlur(inverse, 5))
+    inverse[np.abs(inverse - middle) > unit] = 0.0
+    if not (inverse > 0).any():
+        return
+    least = float(inverse[inverse > 0].min())
+    steps = np.where(inverse > 0, (inverse - least) / (0.125 * unit) + 1.0, 0.0)
+    levels = np.ascontiguousarray(np.minimum(steps, 32_000), np.int16)
+    cv2.filterSpeckles(levels, 0, 60, 16)
+    inverse[levels == 0] = 0.0

@@ -1,0 +1,238 @@
+"""Depth from one pair of photos by semi-global matching (Hirschmueller, 2008; OpenCV's).
+
+The pair is rectified along its baseline, and the second picture is sheared along its rows by the
+disparity of the plane through the tie points. What is searched is the difference from that plane:
+fewer disparities, and an oblique face is matched as if it were seen at right angles.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geometry.cameras import View
+from vomstudio.geometry.kernels.jit import for_kernels
+
+Array = npt.NDArray[np.float64]
+
+# Pixels of the windows compared. Larger ones carry the depth of a face over its edges: with 5 the
+# made faces are measured less exactly (tests/benchmarks/bench_dense), and joint steps fill up.
+_BLOCK = 3
+# Disparities searched at most; a deeper scene is matched at a lower resolution.
+_MOST_DISPARITIES = 256
+_LEAST_REDUCTION = 0.4
+_LARGEST_GROWTH = 4.0
+_STEEPEST_PLANE = 0.6
+
+
+@dataclass(frozen=True, eq=False)
+class Rectified:
+    """Where the pixels of a pair go. Coordinates count pixel centres as halves.
+
+    first, second : (3, 3) homographies from the photos' pixels to the rectified planes; the second
+        with the shear
+    turn : (3, 3) rotation from the scene to the rectified frame
+    focal : of both planes, pixels
+    baseline : distance of the centres
+    plane : alpha, beta, gamma; the disparity of the reference plane is alpha u + beta v + gamma
+    lowest, count : of the disparities to search
+    left, top, width, height : of the part of the plane to fill
+    """
+
+    first: Array
+    second: Array
+    turn: Array
+    focal: float
+    baseline: float
+    plane: tuple[float, float, float]
+    lowest: int
+    count: int
+    left: int
+    top: int
+    width: int
+    height: int
+
+    @property
+    def step(self) -> float:
+        """Change of the inverse depth, in the rectified frame, for a pixel of disparity."""
+        return (1.0 - self.plane[0]) / (self.focal * self.baseline)
+
+
+def rectify(first: View, second: View, points: Array, near: float, far: float) -> Rectified | None:
+    """How to lay two pinhole photos on one plane; None where that cannot be done usefully.
+
+    points : (n, 3) tie points that the first sees
+    near, far : its range of depths
+    """
+    baseline = second.centre - first.centre
+    length = float(np.linalg.norm(baseline))
+    x = baseline / length
+    z = first.direction + second.direction
+    z = z - x * (z @ x)
+    if not np.linalg.norm(z) > 0.5:
+        return None
+    z /= np.linalg.norm(z)
+    turn = np.stack([x, np.cross(z, x), z])
+    lens = first.intrinsics
+    focal = float(np.mean(lens.focal))
+
+    for _ in range(2):
+        box = _box(first, turn, focal)
+        if box is None:
+            return None
+        left, top, right, bottom = box
+        plane, low, high = _search(
+            (points - first.centre) @ turn.T, focal, length, near, far, (left, right)
+        )
+        count = int(np.ceil((high - low + 1) / 16)) * 16
+        if count <= _MOST_DISPARITIES:
+            break
+        focal *= 0.98 * (_MOST_DISPARITIES - 16) / count
+        if focal < _LEAST_REDUCTION * float(np.mean(lens.focal)):
+            return None
+    else:
+        return None
+    lowest = int(np.floor(low))
+    # SGBM leaves out the columns whose partner may lie beyond the edge.
+    before, after = max(lowest + count, 0) + 2, max(-lowest, 0) + 2
+    width, height = right - left + before + after, bottom - top
+    if width * height > _LARGEST_GROWTH * lens.width * lens.height:
+        return None
+    flat = np.diag([focal, focal, 1.0])
+    alpha, beta, gamma = plane
+    shear = np.array([[1.0 - alpha, -beta, -gamma], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+
+    def onto(view: View) -> Array:
+        return np.asarray(
+            flat @ turn @ view.rotation.T @ np.linalg.inv(view.intrinsics.matrix), np.float64
+        )
+
+    return Rectified(
+        onto(first),
+        np.linalg.inv(shear) @ onto(second),
+        turn,
+        focal,
+        length,
+        plane,
+        lowest,
+        count,
+        left - before,
+        top,
+        width,
+        height,
+    )
+
+
+def pair_inverse_depth(
+    first: tuple[View, npt.NDArray[np.uint8], npt.NDArray[np.bool_]],
+    second: tuple[View, npt.NDArray[np.uint8], npt.NDArray[np.bool_]],
+    points: Array,
+    near: float,
+    far: float,
+) -> tuple[npt.NDArray[np.float32], float] | None:
+    """Inverse depths (h, w) in the first photo, 0 where there is none, and their change for a pixel
+    of disparity; None where the pair cannot be rectified.
+
+    first, second : pinhole view, gray picture, and which pixels count
+    """
+    import cv2
+
+    from vomstudio.photogrammetry.dense._depth_kernels import lift
+
+    pair = rectify(first[0], second[0], points, near, far)
+    if pair is None:
+        return None
+    size = (pair.width, pair.height)
+    # Between pixels counted from the corner of the first one and OpenCV's, from its centre.
+    shift = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 1.0]])
+    origin = np.array([[1.0, 0.0, -pair.left], [0.0, 1.0, -pair.top], [0.0, 0.0, 1.0]])
+    # OpenCV's cubic weights would move the pictures by up to 0.05 pixel.
+    pictures = [
+        cv2.warpPerspective(gray, origin @ onto @ shift, size, flags=cv2.INTER_LANCZOS4)
+        for onto, gray in ((pair.first, first[1]), (pair.second, second[1]))
+    ]
+    shown = cv2.warpPerspective(
+        second[2].astype(np.uint8), origin @ pair.second @ shift, size, flags=cv2.INTER_NEAREST
+    )
+    matcher = cv2.StereoSGBM.create(
+        minDisparity=pair.lowest,
+        numDisparities=pair.count,
+        blockSize=_BLOCK,
+        P1=8 * _BLOCK * _BLOCK,
+        P2=32 * _BLOCK * _BLOCK,
+        disp12MaxDiff=1,
+        preFilterCap=63,
+        uniquenessRatio=5,
+        speckleWindowSize=100,
+        speckleRange=2,
+        mode=cv2.STEREO_SGBM_MODE_SGBM_3WAY,
+    )
+    found = matcher.compute(*pictures)
+    inverse = np.empty(first[1].shape, np.float32)
+    how = np.array(
+        [
+            *pair.plane,
+            1.0 / (pair.focal * pair.baseline),
+            pair.focal,
+            *(first[0].rotation @ pair.turn.T)[2],
+        ]
+    )
+    lift(
+        for_kernels(found, np.int16),
+        for_kernels(shown, np.uint8),
+        pair.lowest,
+        pair.count,
+        pair.left,
+        pair.top,
+        24,
+        for_kernels(pair.first, np.float64),
+        how,
+        for_kernels(first[2], np.uint8),
+        inverse,
+    )
+    return inverse, pair.step
+
+
+def _box(view: View, turn: Array, focal: float) -> tuple[int, int, int, int] | None:
+    """Whole pixels around the photo on the rectified plane: left, top, right, bottom."""
+    w, h = view.intrinsics.width, view.intrinsics.height
+    corners = view.intrinsics.rays([[0, 0], [w, 0], [w, h], [0, h]]) @ view.rotation @ turn.T
+    if not (corners[:, 2] > 0.2 * np.linalg.norm(corners, axis=1)).all():
+        return None
+    flat = focal * corners[:, :2] / corners[:, 2:]
+    (left, top), (right, bottom) = np.floor(flat.min(axis=0)), np.ceil(flat.max(axis=0))
+    return int(left), int(top), int(right), int(bottom)
+
+
+def _search(
+    xyz: Array, focal: float, baseline: float, near: float, far: float, across: tuple[int, int]
+) -> tuple[tuple[float, float, float], float, float]:
+    """The disparity of the plane through the tie points (rectified frame), and the lowest and
+    highest difference from it to look for."""
+    xyz = xyz[(xyz[:, 2] > 0.7 * near) & (xyz[:, 2] < 1.4 * far)]
+    u, v = (focal * xyz[:, :2] / xyz[:, 2:]).T
+    disparity = focal * baseline / xyz[:, 2]
+    if len(xyz) < 5:
+        gamma = focal * baseline / near
+        return (0.0, 0.0, gamma), focal * baseline / far - gamma, 0.0
+    plane = _plane(u, v, disparity)
+    rest = (disparity - (plane[0] * u + plane[1] * v + plane[2])) / (1.0 - plane[0])
+    low, high = np.percentile(rest, [0.5, 99.5])
+    room = 6.0 + 0.15 * (high - low) + 0.02 * float(np.median(disparity))
+    return plane, float(low - room), float(high + room)
+
+
+def _plane(u: Array, v: Array, disparity: Array) -> tuple[float, float, float]:
+    """Least absolute differences, by reweighting. Too steep a plane is taken level."""
+    a = np.column_stack([u, v, np.ones_like(u)])
+    weight = np.ones_like(u)
+    solution = np.zeros(3)
+    for _ in range(8):
+        root = np.sqrt(weight)[:, None]
+        solution = np.linalg.lstsq(a * root, disparity * root[:, 0], rcond=None)[0]
+        weight = 1.0 / np.maximum(np.abs(disparity - a @ solution), 0.25)
+    if abs(solution[0]) > _STEEPEST_PLANE or abs(solution[1]) > 2 * _STEEPEST_PLANE:
+        return 0.0, 0.0, float(np.median(disparity))
+    return float(solution[0]), float(solution[1]), float(solution[2])

@@ -1,0 +1,1 @@
+"""What a finished reconstruction rests on, read back to be looked at."""

@@ -1,0 +1,307 @@
+"""What a reconstruction rests on, read back to be looked at: pairs, cameras, residuals, depths.
+
+All functions read the folder that a reconstruction has left, change nothing in it, and raise
+InputError where a stage is not finished or damaged. Pixels are those of the photos as stored.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError
+from vomstudio.photogrammetry.align import mapping, matching
+from vomstudio.photogrammetry.align.alignment import Alignment
+from vomstudio.photogrammetry.base.checkpoints import file_name
+from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.photogrammetry.base.stage_folders import stage_folder
+
+Pixels = npt.NDArray[np.float32]
+
+WEAK_BELOW = 50
+"""Pairs with fewer agreeing matches hold photos together badly."""
+
+NOTHING = (58, 60, 64)
+"""Colour of pixels without a depth."""
+
+
+def _stage(out: Path, name: str, what: str) -> Path:
+    folder = stage_folder(out, name)
+    if folder is None:
+        raise InputError(f"has no {what} yet; make the model first", file=out)
+    return folder
+
+
+def _aligned_names(folder: Path) -> list[tuple[str, int, int]]:
+    """(name, width, height) of the photos in the order in which they were aligned."""
+    try:
+        rows = json.loads((folder / "database.json").read_text(encoding="utf-8"))
+        return [(str(row[0]), int(row[1]), int(row[2])) for row in rows]
+    except (OSError, ValueError, TypeError, IndexError) as error:
+        raise InputError(
+            f"is no whole alignment ({type(error).__name__}); align the photos again", file=folder
+        ) from error
+
+
+def overview(out: Path) -> dict[str, Any]:
+    """JSON values: `photos` in the order of the alignment, `pairs` of rows of them with the number
+    of matches and of those that agree with one geometry, `cameras`, and how it was registered."""
+    folder = _stage(out, "alignment", "alignment")
+    alignment = Alignment.load(folder)
+    framed = _stage(out, "frame", "placed cameras")
+    scene = SparseScene.load(framed)
+    facts = _facts(framed)
+    database = folder / "database.db"
+    names = _aligned_names(folder)
+    counts = matching.match_counts(database)
+    features = matching.feature_counts(database)
+    registration = facts.get("registration", {})
+    gps = {row["name"]: row["error_m"] for row in registration.get("residuals", [])}
+    depths = stage_folder(out, "depths")
+    reasons = dict(alignment.unregistered)
+    views = {view.name: row for row, view in enumerate(scene.views)}
+    parts = {view.name: k for k, part in enumerate(alignment.parts) for view in part.views}
+    lengths = np.linalg.norm(mapping.residuals(scene), axis=1)
+    photos = []
+    for row, (name, width, height) in enumerate(names):
+        mine = lengths[scene.track_views == views[name]] if name in views else np.zeros(0)
+        mine = mine[np.isfinite(mine)]
+        photos.append(
+            {
+                "name": name,
+                "width": width,
+                "height": height,
+                "features": features.get(row, 0),
+                "part": parts.get(name),
+                "reason": reasons.get(name),
+                "tie_points": len(mine),
+                "error_px": float(np.median(mine)) if len(mine) else None,
+                "largest_px": float(mine.max()) if len(mine) else None,
+                "gps_m": gps.get(name),
+                "has_depths": depths is not None and _depth_path(depths, name).exists(),
+            }
+        )
+    return {
+        "folder": _photo_folder(out),
+        "photos": photos,
+        "pairs": [[i, j, *counts[i, j]] for i, j in sorted(counts)],
+        "weak_below": WEAK_BELOW,
+        "cameras": [_camera(camera) for camera in alignment.cameras],
+        "reprojection_error_px": _plain(alignment.reprojection_error_px),
+        "tie_points": len(scene.points),
+        "scaled": scene.scaled,
+        "crs": scene.crs,
+        "registration": {k: v for k, v in registration.items() if k not in ("residuals", "points")},
+    }
+
+
+def _facts(folder: Path) -> dict[str, Any]:
+    try:
+        found = json.loads((folder / "stage.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def _photo_folder(out: Path) -> str | None:
+    try:
+        asked = json.loads((out / "request.json").read_text(encoding="utf-8"))
+        return str(asked["photos"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def _plain(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _camera(camera: Any) -> dict[str, Any]:
+    return {
+        "model": camera.model,
+        "names": list(camera.names),
+        "values": list(camera.values),
+        "sigma": [_plain(value) for value in camera.sigma],
+        "correlation": [[_plain(value) for value in row] for row in camera.correlation],
+        "photos": list(camera.photos),
+        "focal": camera.focal,
+        "reason": camera.reason,
+        "exif_px": camera.exif_px,
+        "convergence_deg": camera.convergence_deg,
+        "strongest": None if camera.strongest is None else list(camera.strongest),
+    }
+
+
+# ------------------------------------------------------------------------------------------------
+@dataclass(frozen=True, eq=False)
+class PairOfPhotos:
+    """left, right : (n, 2) all features of either photo
+    matches : (m, 2) rows of `left` and `right` that look alike and agree with one geometry
+    refused : (k, 2) rows that look alike and do not
+    """
+
+    left: Pixels
+    right: Pixels
+    matches: npt.NDArray[np.int64]
+    refused: npt.NDArray[np.int64]
+
+
+def pair(out: Path, a: str, b: str) -> PairOfPhotos:
+    """What two photos have in common."""
+    folder = _stage(out, "alignment", "alignment")
+    names = [name for name, _, _ in _aligned_names(folder)]
+    for name in (a, b):
+        if name not in names:
+            raise InputError(f"{name} is not among the aligned photos", file=out)
+    left, right, tried, kept = matching.matches_of_pair(
+        folder / "database.db", names.index(a), names.index(b)
+    )
+    known = {(int(i), int(j)) for i, j in kept}
+    refused = np.array([row for row in tried.tolist() if tuple(row) not in known], np.int64)
+    return PairOfPhotos(left, right, kept, refused.reshape(-1, 2))
+
+
+def residual_vectors(out: Path, name: str) -> tuple[Pixels, Pixels]:
+    """(n, 2) pixels at which a photo shows tie points, and (n, 2) by how much these miss where the
+    adjusted model puts them: observed less projected."""
+    scene = SparseScene.load(_stage(out, "frame", "placed cameras"))
+    row = next((k for k, view in enumerate(scene.views) if view.name == name), None)
+    if row is None:
+        return np.zeros((0, 2), np.float32), np.zeros((0, 2), np.float32)
+    mine = scene.track_views == row
+    pixels = scene.track_pixels[mine]
+    miss = pixels - scene.views[row].project(scene.points[scene.track_points[mine]])
+    good = np.isfinite(miss).all(axis=1)
+    return pixels[good].astype(np.float32), miss[good].astype(np.float32)
+
+
+# ------------------------------------------------------------------------------------------------
+@dataclass(frozen=True, eq=False)
+class DepthPictures:
+    """Of one photo, all of the same size (h, w).
+
+    photo : (h, w, 3) without the lens's distortion
+    depth : float32, 0 = none; low, high : depths of the first and last colour
+    colors, confidence, normals : (h, w, 3) uint8 pictures; normals by the direction that the
+        surface faces in the model's frame, see `facing_colors`
+    coverage : share of the photo's usable pixels that have a depth
+    """
+
+    photo: npt.NDArray[np.uint8]
+    depth: npt.NDArray[np.float32]
+    low: float
+    high: float
+    colors: npt.NDArray[np.uint8]
+    confidence: npt.NDArray[np.uint8]
+    normals: npt.NDArray[np.uint8]
+    coverage: float
+
+
+def _depth_path(folder: Path, name: str) -> Path:
+    return folder / f"{file_name(name)}.npz"
+
+
+def depth_pictures(out: Path, name: str) -> DepthPictures:
+    """The depth map of a photo, ready to be looked at."""
+    from vomstudio.photogrammetry.dense.depthmaps import DepthMap
+    from vomstudio.photogrammetry.pipeline.photo_results import load_straight
+
+    path = _depth_path(_stage(out, "depths", "depth maps"), name)
+    if not path.exists():
+        raise InputError(
+            f"{name} has no depth map: no other photo saw its rock from a suitable distance"
+        )
+    made = DepthMap.load(path)
+    photo = np.zeros((*made.depth.shape, 3), np.uint8)
+    usable = np.ones(made.depth.shape, bool)
+    straight = stage_folder(out, "straight")
+    if straight is not None and _depth_path(straight, name).exists():
+        taken = load_straight(_depth_path(straight, name))
+        if taken.pixels().shape == photo.shape:
+            photo, usable = taken.pixels(), taken.valid
+    has = made.depth > 0
+    low, high = depth_range(made.depth)
+    table = color_table()
+    normals = facing_colors(made.normals @ made.view.rotation)
+    confidence = table[made.confidence]
+    for picture in (normals, confidence):
+        picture[~has] = NOTHING
+    return DepthPictures(
+        photo,
+        made.depth,
+        low,
+        high,
+        depth_colors(made.depth, low, high, table),
+        confidence,
+        normals,
+        float((has & usable).sum() / max(1, usable.sum())),
+    )
+
+
+def coverage(out: Path, name: str) -> float | None:
+    """Share of a photo's usable pixels that have a depth; None where it has no depth map."""
+    from vomstudio.photogrammetry.pipeline.photo_results import load_straight
+
+    folder = stage_folder(out, "depths")
+    if folder is None or not _depth_path(folder, name).exists():
+        return None
+    try:
+        with np.load(_depth_path(folder, name)) as arrays:
+            has = arrays["depth"] > 0
+        straight = stage_folder(out, "straight")
+        if straight is not None:
+            usable = load_straight(_depth_path(straight, name)).valid
+            if usable.shape == has.shape:
+                return float((has & usable).sum() / max(1, usable.sum()))
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return None
+    return float(has.mean())
+
+
+def depth_range(depth: npt.NDArray[np.float32]) -> tuple[float, float]:
+    """Between which depths nearly all lie: 1 % are nearer, 1 % farther. (0, 1) where none is."""
+    known = depth[depth > 0]
+    if not len(known):
+        return 0.0, 1.0
+    low, high = (float(value) for value in np.percentile(known, (1, 99)))
+    return (low, high) if high > low else (low * 0.999, low * 1.001)
+
+
+def color_table() -> npt.NDArray[np.uint8]:
+    """(256, 3) viridis."""
+    from matplotlib import colormaps
+
+    table = colormaps["viridis"].resampled(256)(np.arange(256), bytes=True)
+    return np.ascontiguousarray(table[:, :3])
+
+
+def depth_colors(
+    depth: npt.NDArray[np.float32], low: float, high: float, table: npt.NDArray[np.uint8]
+) -> npt.NDArray[np.uint8]:
+    """(h, w, 3); pixels without a depth are NOTHING."""
+    place = np.clip((depth - low) / (high - low) * len(table), 0, len(table) - 1).astype(np.intp)
+    picture = table[place]
+    picture[depth <= 0] = NOTHING
+    return picture
+
+
+def facing_colors(normals: npt.NDArray[np.floating]) -> npt.NDArray[np.uint8]:
+    """(..., 3) of unit normals (..., 3) in the model's frame: the hue says toward which side the
+    surface faces (0 to the north, clockwise), paler the flatter it lies, darker where it overhangs.
+    """
+    x, y, z = np.moveaxis(np.asarray(normals, np.float32), -1, 0)
+    hue = (np.degrees(np.arctan2(x, y)) % 360.0) / 60.0
+    saturation = np.clip(np.hypot(x, y), 0, 1)
+    value = np.where(z < 0, 1.0 + 0.55 * np.clip(z, -1, 0), 1.0)
+    # Of hue, saturation and value (Smith 1978).
+    parts = [
+        value * (1 - saturation * np.clip(np.minimum(k, 4 - k), 0, 1))
+        for k in ((5 + hue) % 6, (3 + hue) % 6, (1 + hue) % 6)
+    ]
+    return np.asarray(np.round(255 * np.stack(parts, axis=-1)), np.uint8)

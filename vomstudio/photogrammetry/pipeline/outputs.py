@@ -1,0 +1,134 @@
+"""The folder of a reconstruction: its files, one run at a time, and a disk that may be full."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from vomstudio.errors import TargetError, VomError
+from vomstudio.files.lock import FolderLock
+from vomstudio.io.photos.cameras_file import FILE_NAME
+from vomstudio.photogrammetry.base.stage_folders import WORK
+
+RESULT = "reconstruction.json"
+# A worker whose window was killed may still be in native code that nothing interrupts.
+_LAST_BREATH_S = 5.0
+# What a library could not write was no larger than this, as a rule.
+_NO_ROOM = 1_000_000
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """The files of a reconstruction below `folder`."""
+
+    folder: Path
+
+    @property
+    def result(self) -> Path:
+        return self.folder / RESULT
+
+    @property
+    def request(self) -> Path:
+        return self.folder / "request.json"
+
+    @property
+    def log(self) -> Path:
+        return self.folder / "log.txt"
+
+    @property
+    def cameras(self) -> Path:
+        return self.folder / "cameras.csv"
+
+    @property
+    def poses(self) -> Path:
+        return self.folder / FILE_NAME
+
+    @property
+    def sparse(self) -> Path:
+        return self.folder / "sparse.ply"
+
+    @property
+    def dense(self) -> Path:
+        return self.folder / "dense.laz"
+
+    @property
+    def mesh(self) -> Path:
+        return self.folder / "model.obj"
+
+    @property
+    def others(self) -> tuple[Path, ...]:
+        return (self.folder / "model.glb", self.folder / "model.ply")
+
+    @property
+    def report(self) -> Path:
+        return self.folder / "report.html"
+
+
+def claim(out: Path) -> Outputs:
+    """The folder `out` for a reconstruction: a new one, an empty one, or one that was begun before.
+
+    Raises TargetError where something else is in it, or it cannot be made.
+    """
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        strangers = [p for p in out.iterdir() if not p.name.startswith(".")]
+    except (OSError, ValueError) as error:
+        if isinstance(error, FileExistsError | NotADirectoryError):
+            raise TargetError("is a file; name a folder for the model", file=out) from error
+        reason = getattr(error, "strerror", None) or error
+        raise TargetError(f"no folder can be made there ({reason})", file=out) from error
+    if strangers and not (out / RESULT).exists() and not (out / WORK).is_dir():
+        raise TargetError(
+            "holds other files; name a new or empty folder, or one of an earlier reconstruction",
+            file=out,
+        )
+    try:
+        (out / WORK).mkdir(exist_ok=True)
+    except OSError as error:
+        raise TargetError(f"cannot be written ({error.strerror})", file=out) from error
+    return Outputs(out)
+
+
+@contextlib.contextmanager
+def alone_in(outputs: Outputs) -> Iterator[None]:
+    """No other run works in the folder, and what a killed one has left half written is removed."""
+    lock = FolderLock(
+        outputs.folder / WORK / "lock",
+        "a reconstruction is at work in this folder ({}); wait for it, or name another folder",
+        "the folder cannot be written ({}); make room, or name another folder",
+        _LAST_BREATH_S,
+    )
+    try:
+        for path in outputs.folder.glob(".vom-*.part*"):
+            path.unlink(missing_ok=True)
+        yield
+    finally:
+        lock.release()
+
+
+@contextlib.contextmanager
+def disk_watched(folder: Path) -> Iterator[None]:
+    """Say that the disk is full where libraries say it in words of their own, or fail over it."""
+    try:
+        yield
+    except (VomError, MemoryError):
+        raise
+    except Exception as error:
+        full = isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT)
+        if not full and _room(folder) > _NO_ROOM:
+            raise
+        raise TargetError(
+            "the disk is full; what is finished is kept, make room and start again", file=folder
+        ) from error
+
+
+def _room(folder: Path) -> float:
+    """Bytes that are free; infinite where the system does not tell."""
+    try:
+        return shutil.disk_usage(folder).free
+    except OSError:
+        return float("inf")

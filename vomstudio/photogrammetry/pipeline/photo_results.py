@@ -1,0 +1,159 @@
+"""Results of single photos on the disk: each one whole, read when it is needed."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
+
+import numpy as np
+
+from vomstudio.errors import InputError
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Material, Mesh
+from vomstudio.io.photos.cameras_file import view_from_dict, view_to_dict
+from vomstudio.photogrammetry.base.checkpoints import file_name, write_whole
+
+if TYPE_CHECKING:
+    from vomstudio.photogrammetry.dense.undistortion import Undistorted
+
+Result = TypeVar("Result")
+
+
+class Kept(Sequence[Result], Generic[Result]):
+    """One file for each photo in `folder`."""
+
+    def __init__(
+        self,
+        folder: Path,
+        names: Sequence[str],
+        save: Callable[[Path, Result], None],
+        load: Callable[[Path], Result],
+    ) -> None:
+        self._folder, self.names = folder, list(names)
+        self._save, self._load = save, load
+
+    def at(self, folder: Path) -> Kept[Result]:
+        """The same results once their folder has its final name."""
+        return Kept(folder, self.names, self._save, self._load)
+
+    def chosen(self, numbers: Sequence[int]) -> Kept[Result]:
+        """Some of them, in this order."""
+        return Kept(self._folder, [self.names[n] for n in numbers], self._save, self._load)
+
+    def path(self, number: int) -> Path:
+        return self._folder / f"{file_name(self.names[number])}.npz"
+
+    def has(self, number: int) -> bool:
+        return self.path(number).exists()
+
+    def put(self, number: int, result: Result) -> None:
+        """Raises TargetError where the disk is full."""
+        write_whole(self.path(number), lambda path: self._save(path, result))
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    @overload
+    def __getitem__(self, number: int) -> Result: ...
+    @overload
+    def __getitem__(self, number: slice) -> list[Result]: ...
+    def __getitem__(self, number: int | slice) -> Result | list[Result]:
+        if isinstance(number, slice):
+            return [self[each] for each in range(*number.indices(len(self)))]
+        if not -len(self) <= number < len(self):
+            raise IndexError(number)
+        path = self.path(number % len(self))
+        return loaded(self._load, path)
+
+
+def loaded(load: Callable[[Path], Result], path: Path) -> Result:
+    """What is in a file. Raises InputError where a failing disk has damaged it."""
+    try:
+        return load(path)
+    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+        raise InputError(
+            f"is damaged ({type(error).__name__}); remove its folder and start again", file=path
+        ) from error
+
+
+def save_straight(path: Path, straight: Undistorted) -> None:
+    arrays = {"photo": np.frombuffer(straight.photo, np.uint8), "view": _words(straight.view)}
+    if straight.mask is not None:
+        arrays["mask"] = np.frombuffer(straight.mask, np.uint8)
+    _save(path, arrays)
+
+
+def load_straight(path: Path) -> Undistorted:
+    from vomstudio.photogrammetry.dense.undistortion import Undistorted
+
+    with np.load(path) as arrays:
+        mask = arrays["mask"].tobytes() if "mask" in arrays.files else None
+        view = view_from_dict(json.loads(str(arrays["view"])))
+        return Undistorted(arrays["photo"].tobytes(), mask, view)
+
+
+def _words(view: Any) -> np.ndarray[Any, Any]:
+    return np.array(json.dumps(view_to_dict(view)))
+
+
+def save_cloud(path: Path, cloud: PointCloud) -> None:
+    arrays: dict[str, Any] = {"points": cloud.points}
+    if cloud.colors is not None:
+        arrays["colors"] = cloud.colors
+    if cloud.normals is not None:
+        arrays["normals"] = cloud.normals
+    arrays |= {f"field:{name}": values for name, values in cloud.fields.items()}
+    _save(path, arrays)
+
+
+def load_cloud(path: Path) -> PointCloud:
+    with np.load(path) as arrays:
+        return PointCloud(
+            arrays["points"], arrays.get("colors"), arrays.get("normals"), _fields(arrays)
+        )
+
+
+def save_mesh(path: Path, mesh: Mesh) -> None:
+    """Materials by their names: their pictures are kept beside, see `load_mesh`."""
+    arrays: dict[str, Any] = {
+        "vertices": mesh.vertices,
+        "faces": mesh.faces,
+        "materials": np.array([material.name for material in mesh.materials], np.str_),
+        "material_offsets": mesh.material_offsets,
+    }
+    for name in ("uv", "colors"):
+        if (values := getattr(mesh, name)) is not None:
+            arrays[name] = values
+    arrays |= {f"field:{name}": values for name, values in mesh.fields.items()}
+    _save(path, arrays)
+
+
+def load_mesh(path: Path) -> Mesh:
+    """A material NAME wears NAME.jpg in the same folder."""
+    with np.load(path) as arrays:
+        return Mesh(
+            arrays["vertices"],
+            arrays["faces"],
+            tuple(
+                Material(str(name), path.with_name(f"{name}.jpg")) for name in arrays["materials"]
+            ),
+            arrays["material_offsets"],
+            arrays.get("uv"),
+            arrays.get("colors"),
+            _fields(arrays),
+        )
+
+
+def _fields(arrays: Any) -> dict[str, Any]:
+    return {
+        name.partition(":")[2]: arrays[name] for name in arrays.files if name.startswith("field:")
+    }
+
+
+def _save(path: Path, arrays: dict[str, Any]) -> None:
+    # A stream, since numpy adds an ending to names.
+    with path.open("wb") as stream:
+        np.savez(stream, **arrays)

@@ -1,0 +1,571 @@
+"""From a folder of photos to a textured model: the stages, in their order, each one resumable."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from vomstudio.errors import GeometryError, InputError, TargetError
+from vomstudio.files.atomic import atomic_write
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.photogrammetry.align.scene_check import check_scene
+from vomstudio.photogrammetry.base.checkpoints import Checkpoints, Stage, key_of, write_whole
+from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.photogrammetry.base.settings import Settings
+from vomstudio.photogrammetry.pipeline import report_data
+from vomstudio.photogrammetry.pipeline.outputs import WORK, Outputs, alone_in, claim, disk_watched
+from vomstudio.photogrammetry.pipeline.photo_results import (
+    Kept,
+    load_cloud,
+    load_mesh,
+    load_straight,
+    loaded,
+    save_cloud,
+    save_mesh,
+    save_straight,
+)
+from vomstudio.photogrammetry.pipeline.report_data import tie_points
+from vomstudio.photogrammetry.pipeline.stage_log import Diary
+from vomstudio.progress import Ahead, Executor, Progress
+from vomstudio.version import __version__
+
+if TYPE_CHECKING:
+    from vomstudio.geometry.cameras import View
+    from vomstudio.geometry.mesh import Mesh
+    from vomstudio.io.photos.reading import Photo, PhotoFolder
+    from vomstudio.photogrammetry.align.alignment import Alignment
+    from vomstudio.photogrammetry.dense.depthmaps import DepthMap
+    from vomstudio.photogrammetry.dense.pairs import Pairs
+    from vomstudio.photogrammetry.dense.undistortion import Undistorted
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+_CLOUD, _MESH = "cloud.npz", "mesh.npz"
+# Not work, but a choice that a run which goes on keeps.
+_SIZE = "size"
+
+
+def reconstruct(
+    folder: Path, out: Path, settings: Settings, executor: Executor, progress: Progress
+) -> dict[str, Any]:
+    """Make a model of the photos in `folder`; what an earlier run finished is not done again.
+
+    Returns the object that CLI.md promises for `reconstruct`, with more for the report; it is also
+    written to `reconstruction.json`. Raises InputError for photos of which nothing can be made,
+    TargetError for a disk that cannot hold it, and Cancelled.
+    """
+    photos = _photos(folder, settings, progress)
+    outputs = claim(out)
+    with alone_in(outputs), disk_watched(outputs.folder):
+        run = _Run(photos, outputs, settings, executor, Diary(outputs.log, progress))
+        try:
+            return run.all()
+        finally:
+            run.pause()
+
+
+def _photos(folder: Path, settings: Settings, progress: Progress) -> PhotoFolder:
+    """The photos; what can be known to fail after hours is refused here.
+
+    Raises InputError.
+    """
+    from vomstudio.io.control.control_files import agreed_crs
+    from vomstudio.io.control.tables import read_control, read_marks
+    from vomstudio.io.photos.reading import read_photos
+    from vomstudio.photogrammetry.place.control_check import check_control
+
+    points = [] if settings.control is None else read_control(settings.control)
+    marks = [] if settings.marks is None else read_marks(settings.marks)
+    if settings.control is not None:
+        agreed_crs(settings.control, settings.crs)
+    found = read_photos(folder, progress)
+    if len(found.photos) < 2:
+        name, reason = found.skipped[0] if found.skipped else ("", "")
+        raise InputError(
+            "holds one photo only that can be used"
+            + (f" ({name} {reason})" if name else "")
+            + "; a model needs at least two that overlap, better ten",
+            file=folder,
+        )
+    if settings.control is not None:
+        checked = check_control(points, marks, found.photos, settings.crs)
+        if checked.problem is not None:
+            raise InputError(checked.problem, file=settings.marks)
+    if settings.crs is not None and settings.control is None:
+        placed = sum(p.latitude_deg is not None and p.altitude_m is not None for p in found.photos)
+        if placed < 3:
+            raise InputError(
+                f"{placed or 'none'} of the {len(found.photos)} photos state where they were taken "
+                f"(latitude, longitude and altitude), and {settings.crs} needs at least 3: name "
+                "control points with --gcp, or leave out --crs",
+                file=folder,
+            )
+    return found
+
+
+@dataclass(frozen=True)
+class _Placed:
+    scene: SparseScene
+    registration: dict[str, Any]
+    stage: Stage
+
+
+@dataclass(frozen=True)
+class _Source:
+    """A photo as it was taken, for the texture; read when it is asked for."""
+
+    taken: Photo
+    view: View
+
+    @property
+    def photo(self) -> bytes:
+        return _bytes(self.taken.path)
+
+    @property
+    def mask(self) -> bytes | None:
+        return None if self.taken.mask is None else _bytes(self.taken.mask)
+
+
+class _Run:
+    def __init__(
+        self,
+        photos: PhotoFolder,
+        outputs: Outputs,
+        settings: Settings,
+        executor: Executor,
+        diary: Diary,
+    ) -> None:
+        self.photos, self.folder, self.outputs = photos, photos.folder, outputs
+        self.settings, self.executor, self.diary = settings, executor, diary
+        self.checkpoints = Checkpoints(outputs.folder / WORK)
+        self.checkpoints.tidy()
+
+    def all(self) -> dict[str, Any]:
+        self.diary.log(f"VOM Studio {__version__}, {self.settings.as_dict()}")
+        self._remember()
+        photos = self._checked()
+        alignment, aligned = self._join(*self._align(photos))
+        placed = self._place(alignment, photos, aligned)
+        self._write_cameras(alignment, placed)
+        straight, flat = self._undistort(placed, photos)
+        pairs, maps, deep = self._depths(placed.scene, straight, flat)
+        cloud, fused = self._fuse(placed.scene, pairs, straight, maps, deep)
+        mesh, surfaced = self._surface(cloud, placed, fused)
+        textured, dressed = self._texture(mesh, placed, photos, surfaced)
+        self._write_model(placed.scene, cloud, textured)
+        return self._finish(photos, alignment, placed, cloud, textured, dressed)
+
+    def pause(self) -> None:
+        self.diary.end_stage()
+        for stage in self.checkpoints.stages:
+            with contextlib.suppress(TargetError):
+                stage.pause()
+
+    # ------------------------------------------------------------------------------------------
+    def _checked(self) -> PhotoFolder:
+        found = self.photos
+        for name, reason in found.skipped:
+            self.diary.note(f"{name} was left out: {reason}")
+        for warning in found.warnings:
+            self.diary.note(warning)
+        self.hashes: dict[str, str] = {}
+        self.diary.stage("Checking photos", len(found.photos))
+        for number, photo in enumerate(found.photos):
+            self.diary.step(number)
+            self.hashes[photo.name] = _hash(photo)
+        return found
+
+    def _align(self, photos: PhotoFolder) -> tuple[Alignment, Stage]:
+        from vomstudio.photogrammetry.align.alignment import Alignment, Options, align
+
+        size, seed = self.settings.steps.align_px, self.settings.seed
+        stage = self.checkpoints.stage(
+            "alignment", versions("pycolmap"), size, seed, self.hashes, _said(photos.photos)
+        )
+        if not stage.done:
+            options = Options(max_size=size, seed=seed, threads=self.settings.threads)
+            try:
+                align(photos.photos, stage.folder, options, self.executor, self.diary)
+            except InputError as error:
+                raise InputError(error.message, file=error.file or self.folder) from error
+            stage.finish()
+        return Alignment.load(stage.folder), stage
+
+    def _join(self, alignment: Alignment, aligned: Stage) -> tuple[Alignment, Stage]:
+        """Parts that markers hold together; what is marked otherwise waits for the placing."""
+        from vomstudio.photogrammetry.place.joined_alignment import join_alignment
+
+        control, marks = self.settings.control, self.settings.marks
+        files = [path and hash_file(path) for path in (control, marks)]
+        alignment, stage, said = join_alignment(
+            alignment,
+            lambda: self.checkpoints.stage("joined", aligned.key, *files),
+            control,
+            marks,
+            self.settings.threads,
+            self.diary,
+        )
+        for text in said:
+            self.diary.note(text)
+        return alignment, stage or aligned
+
+    def _place(self, alignment: Alignment, photos: PhotoFolder, aligned: Stage) -> _Placed:
+        """The largest part in World where control or GPS allow it, else upright and local."""
+        from vomstudio.photogrammetry.place import georeference
+        from vomstudio.photogrammetry.place.local_frame import upright
+
+        settings = self.settings
+        marks = (settings.control, settings.marks)
+        stage = self.checkpoints.stage(
+            "frame", aligned.key, settings.crs, *(p and hash_file(p) for p in marks)
+        )
+        if not stage.done:
+            self.diary.stage("Registering")
+            part, facts = alignment.parts[0], {}
+            threads = settings.threads or -1
+            try:
+                if settings.control is not None:
+                    scene, fitted = georeference.by_control(
+                        part,
+                        settings.control,
+                        settings.marks,
+                        settings.crs,
+                        self.diary,
+                        threads=threads,
+                    )
+                    facts = report_data.control_registration(fitted)
+                else:
+                    scene, report = georeference.by_gps(
+                        part, photos.photos, settings.crs, threads=threads, progress=self.diary
+                    )
+                    facts = report_data.gps_registration(report)
+            except GeometryError as error:
+                if settings.control is not None or settings.crs is not None:
+                    raise
+                scene = upright(part, photos.photos)
+                facts = {"refused": error.message}
+            scene.save(stage.folder)
+            stage.finish(registration=facts)
+        for warning in stage.facts["registration"].get("warnings", []):
+            self.diary.note(warning)
+        if refused := stage.facts["registration"].get("refused"):
+            self.diary.note(f"The model keeps a local frame without scale: {refused}")
+        return _Placed(SparseScene.load(stage.folder), stage.facts["registration"], stage)
+
+    def _undistort(self, placed: _Placed, photos: PhotoFolder) -> tuple[Kept[Undistorted], Stage]:
+        """Photos without distortion, of the size in which every pixel gets a depth."""
+        from vomstudio.photogrammetry.dense import undistortion
+
+        views = placed.scene.views
+        size = self._dense_size(placed)
+        self.dense_px = size
+        stage = self.checkpoints.stage("straight", placed.stage.key, versions("cv2"), size)
+        by_name = {photo.name: photo for photo in photos.photos}
+
+        def task(number: int) -> undistortion.UndistortTask:
+            photo = by_name[views[number].name]
+            mask = None if photo.mask is None else _bytes(photo.mask)
+            return undistortion.UndistortTask(_bytes(photo.path), mask, views[number], size)
+
+        kept = Kept(stage.folder, [view.name for view in views], save_straight, load_straight)
+        lenses = [view.intrinsics for view in views]
+        needed = max(undistortion.memory_needed(n.width, n.height, size) for n in lenses)
+        self._each("Straightening photos", stage, kept, undistortion.undistort, task, needed)
+        return kept.at(stage.folder), stage
+
+    def _dense_size(self, placed: _Placed) -> int:
+        """What was chosen once is kept where it still fits, so that a run goes on with it."""
+        from vomstudio.photogrammetry.dense.depthmaps import fitting_size
+
+        wanted, lenses = self.settings.steps.dense_px, [v.intrinsics for v in placed.scene.views]
+        size = fitting_size(wanted, [(lens.width, lens.height) for lens in lenses])
+        stage = self.checkpoints.stage(_SIZE, placed.stage.key, wanted)
+        if not stage.done:
+            stage.finish(dense_px=size)
+        size = min(size, int(stage.facts["dense_px"]))
+        if size < wanted:
+            self.diary.note(
+                f"Depths are sought at {size} instead of {wanted} pixels along the long side, "
+                "since no more memory is free"
+            )
+        return size
+
+    def _depths(
+        self, scene: SparseScene, straight: Kept[Undistorted], flat: Stage
+    ) -> tuple[Pairs, Kept[DepthMap], Stage]:
+        from vomstudio.photogrammetry.dense import depthmaps
+        from vomstudio.photogrammetry.dense.pairs import choose_pairs
+
+        stage = self.checkpoints.stage("depths", flat.key, versions("cv2", "numba"))
+        pairs = choose_pairs(scene)
+        for text in pairs.left_out:
+            self.diary.note(f"No depths for {text}")
+
+        def task(number: int) -> depthmaps.DepthTask:
+            return depthmaps.make_task(pairs.plans[number], straight.__getitem__)
+
+        names = [scene.views[plan.view].name for plan in pairs.plans]
+        kept = Kept(stage.folder, names, _save_map, depthmaps.DepthMap.load)
+        lenses = [view.intrinsics for view in scene.views]
+        scales = [min(1.0, self.dense_px / max(n.width, n.height)) for n in lenses]
+        needed = max(
+            depthmaps.memory_needed(round(n.width * k), round(n.height * k))
+            for n, k in zip(lenses, scales, strict=True)
+        )
+        self._each("Finding depths", stage, kept, depthmaps.depth_map, task, needed)
+        return pairs, kept.at(stage.folder), stage
+
+    def _each(
+        self,
+        title: str,
+        stage: Stage,
+        kept: Kept[Result],
+        work: Callable[[Item], Result],
+        task: Callable[[int], Item],
+        needed: int,
+    ) -> None:
+        """Do what is not done yet of a stage whose results are one for each photo."""
+        if stage.done:
+            return
+        left = [number for number in range(len(kept)) if not kept.has(number)]
+        self.diary.stage(title, len(kept))
+        progress = Ahead(self.diary, len(kept) - len(left))
+        for done, result in self.executor.map(work, map(task, left), progress, needed):
+            kept.put(left[done], result)
+        stage.finish()
+
+    def _fuse(
+        self,
+        scene: SparseScene,
+        pairs: Pairs,
+        straight: Kept[Undistorted],
+        maps: Kept[DepthMap],
+        deep: Stage,
+    ) -> tuple[PointCloud, Stage]:
+        from vomstudio.photogrammetry.dense.fusion import fuse, neighbours_by_name
+
+        stage = self.checkpoints.stage("cloud", deep.key)
+        if not stage.done:
+            photos = straight.chosen([plan.view for plan in pairs.plans])
+            neighbours = neighbours_by_name(scene, pairs)
+            cloud = fuse(maps.names, maps, photos, neighbours, progress=self.diary)
+            write_whole(stage.folder / _CLOUD, lambda path: save_cloud(path, cloud))
+            stage.finish(points=len(cloud.points))
+        return loaded(load_cloud, stage.folder / _CLOUD), stage
+
+    def _surface(self, cloud: PointCloud, placed: _Placed, fused: Stage) -> tuple[Mesh, Stage]:
+        from vomstudio.photogrammetry.surface.meshing import (
+            SurfaceOptions,
+            build_surface,
+            fitting_points,
+        )
+
+        faces = self.settings.steps.faces
+        stage = self.checkpoints.stage("surface", fused.key, versions("open3d"), faces)
+        if not stage.done:
+            threads = self.settings.threads or os.cpu_count() or 1
+            options = SurfaceOptions(faces=faces, threads=threads, max_points=fitting_points())
+            made = build_surface(cloud, options, self.diary, placed.scene.centres)
+            write_whole(stage.folder / _MESH, lambda path: save_mesh(path, made.mesh))
+            stage.finish(facts=made.facts, warnings=list(made.warnings))
+        for warning in stage.facts["warnings"]:
+            self.diary.note(warning)
+        return loaded(load_mesh, stage.folder / _MESH), stage
+
+    def _texture(
+        self, mesh: Mesh, placed: _Placed, photos: PhotoFolder, surfaced: Stage
+    ) -> tuple[Mesh, Stage]:
+        """From the photos as they were taken: nothing is resampled twice."""
+        from vomstudio.photogrammetry.surface.atlas import AtlasOptions
+        from vomstudio.photogrammetry.surface.texture import TextureOptions, jpeg, make_texture
+
+        steps = self.settings.steps
+        stage = self.checkpoints.stage("texture", surfaced.key, steps.page_px, steps.pages)
+        if not stage.done:
+            by_name = {photo.name: photo for photo in photos.photos}
+            sources = [_Source(by_name[view.name], view) for view in placed.scene.views]
+            options = TextureOptions(atlas=AtlasOptions(page=steps.page_px, most_pages=steps.pages))
+            made = make_texture(mesh, sources, options, self.executor, self.diary)
+            for material, page in zip(made.mesh.materials, made.pages, strict=True):
+                picture = jpeg(page)
+                path = stage.folder / f"{material.name}.jpg"
+                write_whole(path, lambda p, picture=picture: p.write_bytes(picture))  # type: ignore[misc]
+            write_whole(stage.folder / _MESH, lambda path: save_mesh(path, made.mesh))
+            stage.finish(report=asdict(made.report))
+        for warning in stage.facts["report"]["warnings"]:
+            self.diary.note(warning)
+        return loaded(load_mesh, stage.folder / _MESH), stage
+
+    # ------------------------------------------------------------------------------------------
+    def _remember(self) -> None:
+        """What was asked for, so that an unfinished run can be offered again."""
+        request = {"photos": str(self.folder), **self.settings.as_dict()}
+        write_whole(self.outputs.request, lambda path: _write_json(path, request))
+
+    def _write_cameras(self, alignment: Alignment, placed: _Placed) -> None:
+        """Cameras and tie points are there before the hours of dense work."""
+        from vomstudio.io.models.writing import write_model
+        from vomstudio.io.photos.cameras_file import Cameras, write_cameras, write_cameras_csv
+
+        scene = placed.scene
+        cameras = Cameras(scene.views, self.folder, scene.origin, scene.crs, scene.scaled)
+        write_cameras_csv(self.outputs.cameras, cameras, force=True)
+        write_cameras(self.outputs.poses, cameras, force=True)
+        write_model(tie_points(scene), scene.crs, self.outputs.sparse, force=True)
+        # Of an earlier run, before markers joined them.
+        for folder in self.outputs.folder.glob("part[0-9]*"):
+            for name in (self.outputs.poses.name, self.outputs.sparse.name):
+                (folder / name).unlink(missing_ok=True)
+            with contextlib.suppress(OSError):
+                folder.rmdir()
+        for number, part in enumerate(alignment.parts[1:], start=2):
+            folder = self.outputs.folder / f"part{number}"
+            folder.mkdir(exist_ok=True)
+            cameras = Cameras(part.views, self.folder)
+            write_cameras(folder / self.outputs.poses.name, cameras, force=True)
+            write_model(tie_points(part), None, folder / self.outputs.sparse.name, force=True)
+
+    def _write_model(self, scene: SparseScene, cloud: PointCloud, textured: Mesh) -> None:
+        from vomstudio.io.models.writing import write_model
+
+        outputs = self.outputs
+        self.diary.stage("Writing", 2 + len(outputs.others))
+        world = replace(cloud, points=cloud.points + scene.origin)
+        write_model(world, scene.crs, outputs.dense, force=True)
+        mesh = replace(textured, vertices=textured.vertices + scene.origin)
+        for done, path in enumerate((outputs.mesh, *outputs.others), start=1):
+            self.diary.step(done)
+            write_model(mesh, scene.crs, path, force=True)
+        if scene.crs is not None:
+            from pyproj import CRS
+
+            with atomic_write(outputs.mesh.with_suffix(".prj"), True) as path:
+                path.write_text(CRS.from_user_input(scene.crs).to_wkt(), encoding="utf-8")
+
+    def _finish(
+        self,
+        photos: PhotoFolder,
+        alignment: Alignment,
+        placed: _Placed,
+        cloud: PointCloud,
+        textured: Mesh,
+        dressed: Stage,
+    ) -> dict[str, Any]:
+        self.diary.end_stage()
+        outputs, scene = self.outputs, placed.scene
+        for name, reason in alignment.unregistered:
+            self.diary.note(f"{name} {reason}")
+        for part in alignment.parts[1:]:
+            self.diary.note(
+                f"{len(part.views)} photos form a part of their own that no tie points join to the "
+                f"model: {', '.join(view.name for view in part.views[:5])}"
+                f"{' …' if len(part.views) > 5 else ''}"
+            )
+        placed_names = {view.name for view in scene.views}
+        missing = [p.name for p in photos.photos if p.name not in placed_names]
+        cameras = report_data.as_placed(alignment.cameras, scene, placed.registration)
+        survey = check_scene(
+            scene,
+            unregistered=missing,
+            other_parts=alignment.parts[1:],
+            cameras=cameras,
+        )
+        lengths = scene.track_lengths
+        rows = report_data.photo_rows(photos.photos, scene, placed.registration)
+        for row in rows:
+            gain = dressed.facts["report"]["gains"].get(row["name"])
+            row["exposure"] = None if gain is None else sum(gain) / 3
+        result = {
+            "photos": len(photos.photos),
+            "registered": len(scene.views),
+            "unregistered": missing,
+            "survey": survey.as_dict(),
+            "alignment_notes": list(alignment.notes),
+            "reprojection_error_px": float(alignment.reprojection_error_px),
+            "cameras": str(outputs.cameras),
+            "sparse": str(outputs.sparse),
+            "dense": str(outputs.dense),
+            "mesh": str(outputs.mesh),
+            "dense_points": len(cloud.points),
+            "faces": len(textured.faces),
+            "frame": scene.crs or "local",
+            "scaled": scene.scaled,
+            "seconds": {
+                s.name: round(s.seconds, 2) for s in self.checkpoints.stages if s.name != _SIZE
+            },
+            "peak_memory_mb": round(max(s.peak_bytes for s in self.checkpoints.stages) / 1e6),
+            "report": str(outputs.report),
+            "poses": str(outputs.poses),
+            "folder": str(self.folder),
+            "warnings": self.diary.notes,
+            "tie_points": len(scene.points),
+            "tie_points_of_3": int((lengths >= 3).sum()),
+            "photo_rows": rows,
+            "dense_gsd_m": report_data.dense_gsd(rows, self.dense_px),
+            "calibration": report_data.calibration(cameras, photos.photos),
+            "registration": placed.registration,
+            "model": report_data.model(cloud, textured, dressed.facts["report"]),
+            "settings": self.settings.as_dict(),
+            "versions": versions("pycolmap", "open3d", "cv2", "numba"),
+            "drawing": report_data.drawing(scene),
+        }
+        self.checkpoints.sweep()
+        result["work_mb"] = round(self.checkpoints.size() / 1e6, 1)
+        write_whole(outputs.result, lambda path: _write_json(path, result))
+        return result
+
+
+def _hash(photo: Photo) -> str:
+    """Of the file and its mask."""
+    return key_of(*(hash_file(path) for path in (photo.path, photo.mask) if path is not None))
+
+
+def _bytes(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise InputError(
+            f"cannot be read any more ({error.strerror}); put it back and start again", file=path
+        ) from error
+
+
+def hash_file(path: Path) -> str:
+    try:
+        with path.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror})", file=path) from error
+
+
+def versions(*packages: str) -> dict[str, str]:
+    """Of this program and of what its results rest on."""
+    import importlib
+
+    found = {"vomstudio": __version__}
+    for name in packages:
+        found[name] = str(importlib.import_module(name).__version__)
+    return found
+
+
+def _said(photos: Sequence[Photo]) -> list[Any]:
+    """What the alignment takes from the photos besides their pixels."""
+    return [[p.name, str(p.camera_key), p.latitude_deg, p.longitude_deg] for p in photos]
+
+
+def _save_map(path: Path, made: DepthMap) -> None:
+    made.save(path)
+
+
+def _write_json(path: Path, value: dict[str, Any]) -> None:
+    path.write_text(json.dumps(value, indent=1, default=_number), encoding="utf-8")
+
+
+def _number(value: Any) -> Any:
+    return value.tolist() if hasattr(value, "tolist") else str(value)

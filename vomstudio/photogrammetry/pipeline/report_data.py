@@ -1,0 +1,215 @@
+"""What a reconstruction is told by: photo by photo, and as a drawing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.photogrammetry.base.scene import SparseScene
+
+if TYPE_CHECKING:
+    from vomstudio.geometry.mesh import Mesh
+    from vomstudio.io.photos.reading import Photo
+    from vomstudio.photogrammetry.align.priors import Calibration
+    from vomstudio.photogrammetry.place.control import ControlReport
+    from vomstudio.photogrammetry.place.georeference import GpsReport
+
+_DRAWN = 4000
+
+
+def tie_points(scene: SparseScene) -> PointCloud:
+    """In World, with their mean reprojection error and the number of photos that see them."""
+    return PointCloud(
+        scene.points + scene.origin,
+        scene.colors,
+        fields={
+            "error_px": scene.errors_px.astype(np.float32),
+            "views": scene.track_lengths.astype(np.uint16),
+        },
+    )
+
+
+def photo_rows(
+    photos: Sequence[Photo], scene: SparseScene, registration: Mapping[str, Any]
+) -> list[dict[str, Any]]:
+    """For each photo: its tie points, their median reprojection error and ground sampling
+    distance, and by how much it misses its GPS position."""
+    numbers = {view.name: number for number, view in enumerate(scene.views)}
+    residuals = {row["name"]: row["error_m"] for row in registration.get("residuals", [])}
+    rows = []
+    for photo in photos:
+        row: dict[str, Any] = {
+            "name": photo.name,
+            "width": photo.width,
+            "height": photo.height,
+            "camera": photo.camera,
+            "placed": photo.name in numbers,
+            "tie_points": 0,
+            "error_px": None,
+            "gsd_m": None,
+            "residual_m": residuals.get(photo.name),
+        }
+        if photo.name in numbers:
+            row |= _of_view(scene, numbers[photo.name])
+        rows.append(row)
+    return rows
+
+
+def dense_gsd(rows: Sequence[Mapping[str, Any]], dense_px: int) -> float | None:
+    """Median size on the rock of a pixel of the depth maps, whose long side has `dense_px`."""
+    sizes = [
+        row["gsd_m"] * max(1.0, max(row["width"], row["height"]) / dense_px)
+        for row in rows
+        if row["gsd_m"] is not None
+    ]
+    return float(np.median(sizes)) if sizes else None
+
+
+def _of_view(scene: SparseScene, number: int) -> dict[str, Any]:
+    view = scene.views[number]
+    mine = scene.track_views == number
+    seen = scene.track_points[mine]
+    if not len(seen):
+        return {}
+    points = scene.points[seen]
+    misses = np.linalg.norm(view.project(points) - scene.track_pixels[mine], axis=1)
+    depth = float(np.median(view.depths(points)))
+    return {
+        "tie_points": len(seen),
+        "error_px": float(np.nanmedian(misses)),
+        "gsd_m": depth / float(np.mean(view.intrinsics.focal)),
+    }
+
+
+def gps_registration(report: GpsReport) -> dict[str, Any]:
+    """What a registration by camera positions says, as plain values."""
+    about_east, about_north, about_up = report.rotation_error_deg
+    residuals = [
+        {
+            "name": name,
+            "dx": float(miss[0]),
+            "dy": float(miss[1]),
+            "dz": float(miss[2]),
+            "error_m": float(np.linalg.norm(miss)),
+            "used": bool(used),
+        }
+        for name, miss, used in zip(report.names, report.residuals_m, report.used, strict=True)
+    ]
+    return {
+        "method": "camera positions (GPS)",
+        "crs": report.crs,
+        "heights": report.heights,
+        "positions": len(report.names),
+        "used": int(report.used.sum()),
+        "rms_m": report.rms_m,
+        "sigma_m": report.sigma_m,
+        "scale_error": report.scale_error,
+        "adjusted_together_with_the_cameras": report.adjusted,
+        "decisions": "; ".join(report.decisions),
+        "rotation_error_deg": {
+            "about_up": about_up,
+            "about_east": about_east,
+            "about_north": about_north,
+        },
+        "lenses": [asdict(lens) for lens in report.lenses],
+        "residuals": residuals,
+        "warnings": list(report.warnings),
+    }
+
+
+def control_registration(report: ControlReport) -> dict[str, Any]:
+    """What a registration by ground control says, as plain values."""
+    about_east, about_north, about_up = report.rotation_error_deg
+    return {
+        "method": "ground control points",
+        "crs": report.crs or "local, in metres",
+        "rms_control_m": report.control_rms_m,
+        "rms_check_m": report.check_rms_m,
+        "sigma_m": report.sigma_m,
+        "adjusted_together_with_the_cameras": report.adjusted,
+        "decisions": "; ".join(report.decisions) or None,
+        "rotation_error_deg": {
+            "about_up": about_up,
+            "about_east": about_east,
+            "about_north": about_north,
+        },
+        "lenses": [asdict(lens) for lens in report.lenses],
+        "points": [asdict(point) for point in report.points],
+        "warnings": list(report.warnings),
+    }
+
+
+def as_placed(
+    cameras: Sequence[Calibration], scene: SparseScene, registration: Mapping[str, Any]
+) -> list[Calibration]:
+    """The cameras as the adjustment to the ground has left them, where there was one."""
+    found = []
+    for camera in cameras:
+        photos = set(camera.photos)
+        for view in scene.views:
+            if view.name in photos and view.intrinsics.model == camera.model:
+                camera = replace(camera, values=tuple(view.intrinsics.params))
+                break
+        for lens in registration.get("lenses", []):
+            if photos & set(lens["photos"]):
+                reason = f"{camera.reason}. When the model was placed: {lens['reason']}"
+                camera = replace(camera, reason=reason)
+                if lens["freed"]:
+                    sigma = (lens["sigma_px"], *camera.sigma[1:])
+                    camera = replace(camera, focal="freed", sigma=sigma)
+        found.append(camera)
+    return found
+
+
+def calibration(cameras: Sequence[Calibration], photos: Sequence[Photo]) -> list[dict[str, Any]]:
+    """Each camera's parameters with their errors, and what was held."""
+    by_name = {photo.name: photo for photo in photos}
+    rows = []
+    for camera in cameras:
+        first = by_name[camera.photos[0]]
+        # What the ground freed has an error, but no correlations with what the photos freed.
+        alone = np.isfinite(camera.sigma) & np.isnan(np.diag(camera.correlation))
+        free = [i for i, value in enumerate(camera.sigma) if value != 0 and not alone[i]]
+        rows.append(
+            {
+                "camera": first.camera,
+                "model": camera.model,
+                "width": first.width,
+                "height": first.height,
+                "photos": len(camera.photos),
+                "names": list(camera.names),
+                "params": list(camera.values),
+                "sigma": [value if value == value else None for value in camera.sigma],
+                "free": [camera.names[i] for i in free],
+                "correlation": [[camera.correlation[i][j] for j in free] for i in free],
+                "focal": camera.focal,
+                "focal_exif_px": camera.exif_px,
+                "rule": f"Focal length {camera.reason}.",
+            }
+        )
+    return rows
+
+
+def model(cloud: PointCloud, mesh: Mesh, texture: Mapping[str, Any]) -> dict[str, Any]:
+    """Cloud, mesh and texture in numbers."""
+    return {
+        "points": len(cloud.points),
+        "faces": len(mesh.faces),
+        "texture_pages": ", ".join(f"{w} x {h}" for w, h in texture["pages"]),
+        "texel": texture["texel_m"],
+        "share_of_the_surface_that_no_photo_sees": texture["unseen_share"],
+    }
+
+
+def drawing(scene: SparseScene) -> dict[str, Any]:
+    """Some tie points, the cameras and their directions, less the origin."""
+    step = max(1, len(scene.points) // _DRAWN)
+    return {
+        "points": np.round(scene.points[::step], 3).tolist(),
+        "at": np.round(scene.centres, 3).tolist(),
+        "looks": [np.round(view.direction, 4).tolist() for view in scene.views],
+    }

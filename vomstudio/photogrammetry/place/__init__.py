@@ -1,0 +1,1 @@
+"""An aligned scene on the ground: by GPS, control points, markers."""

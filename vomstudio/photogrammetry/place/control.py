@@ -1,0 +1,290 @@
+"""The model placed by ground control points, and judged by check points."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError
+from vomstudio.io.control.tables import ControlPoint, Mark
+from vomstudio.photogrammetry.align.mapping import mean_error
+from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.photogrammetry.place.ground_adjustment import KnownPoint
+from vomstudio.photogrammetry.place.ground_calibration import LensVerdict, adjust_to_ground
+from vomstudio.photogrammetry.place.mark_observations import NOWHERE, Sighting, sightings
+from vomstudio.progress import Progress
+from vomstudio.registration.similarity import (
+    Similarity,
+    fit_robustly,
+    fit_similarity,
+    nearly_on_a_line,
+    rotation_covariance,
+)
+from vomstudio.survey.check_results import named
+
+Array = npt.NDArray[np.float64]
+
+WANTED_PHOTOS = 4
+"""A point should be marked in so many photos (textbook 3.2.2)."""
+WANTED_POINTS = 4
+_WARN_DEG = 1.0
+
+
+@dataclass(frozen=True)
+class PointFit:
+    """How a control or check point fits.
+
+    role : "control", "check", "left out" for a control point that contradicts the others, or
+        "unseen" for one that cannot be found in the model
+    photos : in which it is marked and that are placed
+    residual_m : (3,) its place in the model less the surveyed one, east, north, up; None where it
+        cannot be had, being marked in fewer than two placed photos
+    residual_px : root mean square distance of the surveyed point's projections from its marks
+    """
+
+    label: str
+    role: str
+    photos: int
+    residual_m: tuple[float, float, float] | None
+    residual_px: float | None
+
+    @property
+    def error_m(self) -> float | None:
+        return None if self.residual_m is None else math.dist(self.residual_m, (0.0, 0.0, 0.0))
+
+
+@dataclass(frozen=True)
+class ControlReport:
+    """points : all of the table, in its order
+    control_rms_m, check_rms_m : of the residuals' lengths; None without such points
+    sigma_m : error of one coordinate, from the residuals of a similarity or as surveyed, whichever
+        is more
+    scale : units of the scene to metres
+    rotation_error_deg : (about east, about north, about up), one sigma; tilt_error_deg : of the
+        vertical
+    adjusted : whether cameras and points were adjusted together with the control points
+    decisions : what became of the lenses then, in words; lenses : the same in numbers
+    """
+
+    points: tuple[PointFit, ...]
+    control_rms_m: float | None
+    check_rms_m: float | None
+    sigma_m: float
+    scale: float
+    rotation_error_deg: tuple[float, float, float]
+    tilt_error_deg: float
+    crs: str | None
+    adjusted: bool
+    decisions: tuple[str, ...]
+    lenses: tuple[LensVerdict, ...]
+    warnings: tuple[str, ...]
+
+
+def place_by_control(
+    scene: SparseScene,
+    control: Sequence[ControlPoint],
+    marks: Sequence[Mark],
+    crs: str | None = None,
+    *,
+    adjust: bool = True,
+    threads: int = -1,
+    progress: Progress | None = None,
+) -> tuple[SparseScene, ControlReport]:
+    """Place the scene by surveyed points and adjust it with them.
+
+    crs : of the points, "EPSG:n", or None for a local frame in metres
+    Raises GeometryError where fewer than three points, or points in one line, are marked in two or
+    more placed photos.
+    """
+    from vomstudio.photogrammetry.place.georeference import integer_origin, moved
+
+    seen, ties, unknown = _observations(scene, control, marks)
+    world = np.array([p.position for p in control], np.float64).reshape(-1, 3)
+    usable = [i for i, o in enumerate(seen) if np.isfinite(o.place(scene)).all()]
+    fitting = [i for i in usable if not control[i].check]
+    if len(fitting) < 3:
+        raise GeometryError(
+            f"{len(fitting) or 'none'} of the {sum(not p.check for p in control)} control points "
+            "can be found in the model; at least 3, each marked in two or more placed photos, are "
+            f"needed{unknown and '; ' + unknown[0]}"
+        )
+    origin = integer_origin(world[fitting])
+    local = world - origin
+    places = np.array([seen[i].place(scene) for i in fitting])
+    require_width(local[fitting])
+    stated = [p.sigma_m for p in (control[i] for i in fitting) if p.sigma_m is not None]
+    surveyed = float(np.median(stated)) if stated else 0.0
+    first = fit_similarity(places, local[fitting])
+    pixel = scene.pixel_at(places) * first.scale
+    floor = 3 * math.hypot(surveyed, 2 * pixel)
+
+    def judged(one: SparseScene) -> _Judged:
+        return _judge(one, fitting, seen, local, floor, surveyed)
+
+    def adjusted_with(used: Sequence[int]) -> tuple[SparseScene, tuple[LensVerdict, ...]]:
+        known = [
+            KnownPoint(
+                local[i], control[i].sigma_m or max(surveyed, pixel), seen[i].views, seen[i].pixels
+            )
+            for i in used
+        ]
+        known += [KnownPoint(None, 0.0, tie.views, tie.pixels) for tie in ties]
+        return adjust_to_ground(placed, known, threads=threads, progress=progress)
+
+    judgement = judged(scene)
+    fit = judgement.fit
+    placed = moved(scene, fit, origin, crs)
+    adjusted, decisions = False, []
+    told: tuple[LensVerdict, ...] = ()
+    if adjust:
+        better, lenses = adjusted_with(judgement.used)
+        # A wrong lens makes good points contradict each other: judged again without it.
+        again = judged(better)
+        if again.used != judgement.used:
+            better, lenses = adjusted_with(again.used)
+            again = judged(better)
+        # Control points that no bundle of rays can meet bend the model: the tie points tell.
+        adjusted = mean_error(better) <= 1.2 * mean_error(placed) + 0.1
+        if adjusted:
+            placed, judgement = better, again
+            told, decisions = lenses, [lens.reason for lens in lenses]
+            if ties:
+                decisions.append(
+                    f"{len(ties)} markers without coordinates took part in the adjustment"
+                )
+    used, sigma = judgement.used, judgement.sigma
+    turn = np.degrees(np.sqrt(np.diag(rotation_covariance(local[used], max(sigma, 1e-9)))))
+    points = tuple(
+        _fit_of(placed, point, local[i], seen[i], i in used) for i, point in enumerate(control)
+    )
+    report = ControlReport(
+        points,
+        _rms(points, "control"),
+        _rms(points, "check"),
+        sigma,
+        fit.scale,
+        (float(turn[0]), float(turn[1]), float(turn[2])),
+        math.hypot(turn[0], turn[1]),
+        crs,
+        adjusted,
+        tuple(decisions),
+        told,
+        (),
+    )
+    warnings = [*unknown, *_warnings(report, adjust)]
+    return placed, replace(report, warnings=tuple(warnings))
+
+
+@dataclass(frozen=True, eq=False)
+class _Judged:
+    """used : rows of the control points that agree; sigma : of one coordinate of these"""
+
+    fit: Similarity
+    used: list[int]
+    sigma: float
+
+
+def _judge(
+    scene: SparseScene,
+    fitting: Sequence[int],
+    seen: Sequence[Sighting],
+    local: Array,
+    floor: float,
+    surveyed: float,
+) -> _Judged:
+    places = np.array([seen[i].place(scene) for i in fitting])
+    wanted = local[list(fitting)]
+    fit, good = fit_robustly(places, wanted, floor=floor)
+    misses = (fit(places) - wanted)[good]
+    freedom = 3 * int(good.sum()) - 7
+    sigma = max(math.sqrt(float((misses**2).sum()) / freedom), surveyed)
+    return _Judged(fit, [i for i, keep in zip(fitting, good, strict=True) if keep], sigma)
+
+
+def _observations(
+    scene: SparseScene, control: Sequence[ControlPoint], marks: Sequence[Mark]
+) -> tuple[list[Sighting], list[Sighting], list[str]]:
+    """(of each point; of markers without coordinates that tie photos together; sentences about
+    marks that are of no use)."""
+    found, missing = sightings(scene, marks)
+    seen = [found.pop(point.label, NOWHERE) for point in control]
+    labels = {point.label for point in control}
+    ties = {label: s for label, s in found.items() if np.isfinite(s.place(scene)).all()}
+    useless = {mark.label for mark in marks} - labels - set(ties)
+    said = []
+    if missing:
+        said.append(f"marks in {named(sorted(missing))} are not used: no such photo is placed")
+    if useless:
+        said.append(
+            f"marks of {named(sorted(useless))} are not used: no such point in the table, and a "
+            "tie marker needs two placed photos"
+        )
+    return seen, list(ties.values()), said
+
+
+def require_width(local: Array) -> None:
+    """Raises GeometryError where points (n, 3) lie on one line."""
+    if nearly_on_a_line(local):
+        raise GeometryError(
+            "the control points lie on one line, about which the model could turn; add one "
+            "beside it"
+        )
+
+
+def _fit_of(
+    scene: SparseScene,
+    point: ControlPoint,
+    local: Array,
+    seen: Sighting,
+    used: bool,
+) -> PointFit:
+    place = seen.place(scene)
+    residual = None
+    if np.isfinite(place).all():
+        dx, dy, dz = (float(v) for v in place - local)
+        residual = (dx, dy, dz)
+    rows, pixels = seen.views, seen.pixels
+    distances = [
+        float(np.linalg.norm(scene.views[r].project(local)[0] - pixel))
+        for r, pixel in zip(rows, pixels, strict=True)
+    ]
+    finite = [d for d in distances if math.isfinite(d)]
+    role = "check" if point.check else "control" if used else "left out"
+    role = "unseen" if residual is None else role
+    pixel_rms = math.sqrt(sum(d * d for d in finite) / len(finite)) if finite else None
+    return PointFit(point.label, role, len(rows), residual, pixel_rms)
+
+
+def _rms(points: Sequence[PointFit], role: str) -> float | None:
+    errors = [p.error_m for p in points if p.role == role and p.error_m is not None]
+    return math.sqrt(sum(e * e for e in errors) / len(errors)) if errors else None
+
+
+def _warnings(report: ControlReport, adjust: bool) -> Iterator[str]:
+    used = [p for p in report.points if p.role == "control"]
+    out = [p.label for p in report.points if p.role == "left out"]
+    unseen = [p.label for p in report.points if p.role == "unseen"]
+    few = [p.label for p in used if p.photos < WANTED_PHOTOS]
+    if out:
+        yield f"control points that contradict the others were left out: {', '.join(out)}"
+    if unseen:
+        yield f"points marked in fewer than two placed photos tell nothing: {', '.join(unseen)}"
+    if len(used) < WANTED_POINTS:
+        yield "3 control points leave nothing over to find a mistake with; use 4 or more"
+    if few:
+        yield f"marked in fewer than {WANTED_PHOTOS} photos: {', '.join(few)}"
+    if not any(p.role == "check" for p in report.points):
+        yield "no check points judge the model independently of the points that placed it"
+    if max(report.tilt_error_deg, report.rotation_error_deg[2]) > _WARN_DEG:
+        yield (
+            "the control points leave the model turned by about "
+            f"{report.rotation_error_deg[2]:.1f}° and tilted by about "
+            f"{report.tilt_error_deg:.1f}°: dips and dip directions can be wrong by as much; "
+            "spread the points wider"
+        )
+    if adjust and not report.adjusted:
+        yield "the photos contradict the control points; the model was placed without bending it"

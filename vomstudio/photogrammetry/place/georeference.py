@@ -1,0 +1,318 @@
+"""Where on Earth the model is: by the cameras' GPS, or by ground control points."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError, UsageError
+from vomstudio.photogrammetry.align.matching import PhotoLike
+from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.photogrammetry.place.gps_priors import adjust_to_positions
+from vomstudio.photogrammetry.place.ground_calibration import LensVerdict
+from vomstudio.registration.similarity import (
+    Similarity,
+    fit_robustly,
+    nearly_on_a_line,
+    rotation_covariance,
+)
+
+if TYPE_CHECKING:
+    from vomstudio.photogrammetry.place.control import ControlReport
+    from vomstudio.progress import Progress
+
+Array = npt.NDArray[np.float64]
+
+# A direction worse than this is none.
+_WORST_DEG = 40.0
+_WARN_DEG = 2.0
+_SAME_SPOT_M = 0.5
+# Receivers state a horizontal radius of 68 %, which is so many errors of one coordinate.
+_RADIUS = 1.5
+# Radius of 68 % of an ordinary receiver's positions.
+_DEFAULT_ACCURACY_M = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class GpsReport:
+    """names : photos with a position
+    residuals_m : (n, 3) model less GPS, east, north, up
+    used : (n,) False for positions that were left out as wrong
+    rms_m : of the used residuals' lengths
+    sigma_m : error of one coordinate of a position: what the residuals say, or what the receiver
+        states where that is more
+    scale : units of the scene to metres
+    scale_error : relative, one sigma
+    rotation_error_deg : (about east, about north, about up), one sigma
+    tilt_error_deg : of the vertical; what dips may be wrong by
+    heights : "above sea level" or "above the ellipsoid", as the photos state
+    adjusted : whether the positions entered the adjustment; decisions : why or why not, and what
+        became of the lenses, in words; lenses : the latter in numbers
+    """
+
+    names: tuple[str, ...]
+    residuals_m: Array
+    used: npt.NDArray[np.bool_]
+    rms_m: float
+    sigma_m: float
+    scale: float
+    scale_error: float
+    rotation_error_deg: tuple[float, float, float]
+    tilt_error_deg: float
+    crs: str
+    heights: str
+    adjusted: bool
+    decisions: tuple[str, ...]
+    lenses: tuple[LensVerdict, ...]
+    warnings: tuple[str, ...]
+
+
+def by_gps(
+    scene: SparseScene,
+    photos: Sequence[PhotoLike],
+    crs: str | None = None,
+    *,
+    threads: int = -1,
+    progress: Progress | None = None,
+) -> tuple[SparseScene, GpsReport]:
+    """Place the scene by the positions that the photos state, and adjust it with them where they
+    are good enough (see `gps_priors`).
+
+    crs : a projected CRS in metres, "EPSG:n"; None for the UTM zone (WGS 84) of the photos
+    Raises GeometryError where the positions cannot place it, with the reason; UsageError or
+    InputError for a CRS that cannot be used.
+    """
+    by_name = {photo.name: photo for photo in photos}
+    rows, placed = [], []
+    for row, view in enumerate(scene.views):
+        photo = by_name.get(view.name)
+        if photo is not None and has_position(photo):
+            rows.append(row)
+            placed.append(photo)
+    if len(placed) < 3:
+        raise GeometryError(
+            f"{len(placed) or 'none'} of the {len(scene.views)} placed photos state where they "
+            "were taken (latitude, longitude and altitude); at least 3 are needed"
+        )
+    crs = crs_of(placed, crs)
+    world = world_positions(placed, crs)
+    spread = world - world.mean(axis=0)
+    # In plan: a receiver that has lost its satellites repeats a place and may still vary heights.
+    if float(np.linalg.norm(spread[:, :2], axis=1).max()) < _SAME_SPOT_M:
+        raise GeometryError(
+            f"the GPS positions of all {len(placed)} photos are the same spot; they place nothing"
+        )
+    centres = scene.centres[rows]
+    stated = _stated_accuracy(placed)
+    _require_width(centres, spread)
+    origin = integer_origin(world)
+    local = world - origin
+    # A receiver that states nothing is one that wanders: nothing within its reach is called wrong.
+    floor = 2.5 * (stated or _DEFAULT_ACCURACY_M / 2)
+    fit, used = fit_robustly(centres, local, floor=floor)
+    quality = _quality(fit(centres), local, used, stated)
+    better, entered = adjust_to_positions(
+        moved(scene, fit, origin, crs),
+        rows,
+        local,
+        _each_sigma(placed, stated or quality.sigma),
+        threads=threads,
+        progress=progress,
+    )
+    if entered.adjusted:
+        _, used = fit_robustly(better.centres[rows], local, floor=floor)
+        quality = _quality(better.centres[rows], local, used, stated)
+    turn = quality.turn_deg
+    report = GpsReport(
+        tuple(photo.name for photo in placed),
+        quality.residuals,
+        used,
+        float(np.sqrt((quality.residuals[used] ** 2).sum(1).mean())),
+        quality.sigma,
+        fit.scale,
+        quality.scale_error,
+        (float(turn[0]), float(turn[1]), float(turn[2])),
+        math.hypot(turn[0], turn[1]),
+        crs,
+        _heights(placed),
+        entered.adjusted,
+        (entered.said, *(lens.reason for lens in entered.lenses)),
+        entered.lenses,
+        (),
+    )
+    report = replace(report, warnings=tuple(_warnings(report, scene, placed)))
+    return better, report
+
+
+@dataclass(frozen=True, eq=False)
+class _Quality:
+    """residuals : (n, 3); sigma : of one coordinate; turn_deg : (3,) about the axes"""
+
+    residuals: Array
+    sigma: float
+    scale_error: float
+    turn_deg: Array
+
+
+def _quality(
+    centres: Array, local: Array, used: npt.NDArray[np.bool_], stated: float | None
+) -> _Quality:
+    """What placed cameras are worth. Raises GeometryError where that is nothing."""
+    residuals = centres - local
+    freedom = 3 * int(used.sum()) - 7
+    sigma = math.sqrt(float((residuals[used] ** 2).sum()) / freedom)
+    sigma = max(sigma, stated or 0.0)
+    inside = local[used] - local[used].mean(axis=0)
+    baseline = float(np.sqrt((inside**2).sum(1).mean()))
+    if sigma > 0.5 * baseline:
+        raise GeometryError(
+            f"the GPS positions err by {sigma:.1f} m, as much as the cameras are apart "
+            f"({baseline:.1f} m about their middle); use control points"
+        )
+    covariance = rotation_covariance(local[used], sigma)
+    worst = math.degrees(math.sqrt(float(np.linalg.eigvalsh(covariance)[-1])))
+    if worst > _WORST_DEG:
+        raise GeometryError(
+            f"with positions good to {sigma:.1f} m the model could still turn by {worst:.0f}° "
+            "about the line along which the photos were taken; use control points"
+        )
+    scale_error = float(sigma / math.sqrt(float((inside**2).sum())))
+    return _Quality(residuals, sigma, scale_error, np.degrees(np.sqrt(np.diag(covariance))))
+
+
+def by_control(
+    scene: SparseScene,
+    control: Path,
+    marks: Path | None,
+    crs: str | None = None,
+    progress: Progress | None = None,
+    *,
+    threads: int = -1,
+) -> tuple[SparseScene, ControlReport]:
+    """Place the scene by the tables of control points and of their marks (see `io.control`).
+
+    crs : of the points; None for what their file states, else a local frame in metres
+    Raises InputError for tables that cannot be read, GeometryError where they cannot place it.
+    """
+    from vomstudio.io.control.control_files import agreed_crs
+    from vomstudio.io.control.tables import read_control, read_marks
+    from vomstudio.photogrammetry.place.control import place_by_control
+
+    points = read_control(control)
+    if marks is None:
+        raise UsageError(
+            "control points need a table of their marks in the photos: label, photo, x, y",
+            field="--marks",
+        )
+    return place_by_control(
+        scene,
+        points,
+        read_marks(marks),
+        agreed_crs(control, crs),
+        threads=threads,
+        progress=progress,
+    )
+
+
+def moved(
+    scene: SparseScene, fit: Similarity, origin: tuple[int, int, int], crs: str | None
+) -> SparseScene:
+    """The scene after a similarity into World minus `origin`, in metres."""
+    return replace(
+        scene,
+        views=tuple(v.moved(fit.scale, fit.rotation, fit.translation) for v in scene.views),
+        points=fit(scene.points),
+        origin=origin,
+        crs=crs,
+        scaled=True,
+    )
+
+
+def crs_of(photos: Sequence[PhotoLike], crs: str | None) -> str:
+    """The CRS asked for, checked, or the UTM zone of the photos."""
+    from vomstudio.io.gis.crs import parse_crs, utm_zone
+
+    if crs is not None:
+        code, unit = parse_crs(crs)
+        if unit != 1.0:
+            raise UsageError("is not in metres; choose one that is", field="CRS")
+        return code
+    longitude = float(np.median([p.longitude_deg for p in photos]))
+    latitude = float(np.median([p.latitude_deg for p in photos]))
+    return utm_zone(longitude, latitude)
+
+
+def world_positions(photos: Sequence[PhotoLike], crs: str) -> Array:
+    """(n, 3) east, north and the stated altitude. Raises GeometryError outside of the CRS."""
+    from vomstudio.io.gis.crs import from_degrees
+
+    to_grid = from_degrees(crs)
+    rows = []
+    for photo in photos:
+        place = to_grid(float(photo.longitude_deg or 0), float(photo.latitude_deg or 0))
+        if place is None:
+            raise GeometryError(f"{photo.name} was taken outside of the area of {crs}")
+        rows.append((*place, float(photo.altitude_m or 0)))
+    return np.array(rows, np.float64)
+
+
+def integer_origin(positions: Array) -> tuple[int, int, int]:
+    """Whole hundreds of metres near the positions."""
+    x, y, z = (int(math.floor(v / 100) * 100) for v in np.median(positions, axis=0))
+    return x, y, z
+
+
+def has_position(photo: PhotoLike) -> bool:
+    """Whether it states latitude, longitude and altitude."""
+    values = (photo.latitude_deg, photo.longitude_deg, photo.altitude_m)
+    return all(v is not None and math.isfinite(v) for v in values)
+
+
+def _stated_accuracy(photos: Sequence[PhotoLike]) -> float | None:
+    """Of one coordinate, of most photos."""
+    stated = [p.gps_accuracy_m for p in photos if p.gps_accuracy_m]
+    return float(np.median(stated)) / _RADIUS if len(stated) > len(photos) / 2 else None
+
+
+def _each_sigma(photos: Sequence[PhotoLike], usual: float) -> Array:
+    """(n,) of one horizontal coordinate of each photo; `usual` where it states none."""
+    return np.array([(p.gps_accuracy_m or 0) / _RADIUS or usual for p in photos])
+
+
+def _require_width(centres: Array, spread: Array) -> None:
+    """Raises GeometryError where the cameras stand on one line, in the scene or by GPS."""
+    if nearly_on_a_line(centres) or nearly_on_a_line(spread):
+        raise GeometryError(
+            "the photos were taken along one straight line, about which the model could turn; "
+            "use control points"
+        )
+
+
+def _heights(photos: Sequence[PhotoLike]) -> str:
+    ellipsoid = sum(p.altitude_reference == "ellipsoid" for p in photos)
+    return "above the ellipsoid" if ellipsoid > len(photos) / 2 else "above sea level"
+
+
+def _warnings(report: GpsReport, scene: SparseScene, photos: Sequence[PhotoLike]) -> Any:
+    if report.tilt_error_deg > _WARN_DEG or report.rotation_error_deg[2] > _WARN_DEG:
+        yield (
+            f"camera GPS good to {report.sigma_m:.1f} m leaves the model turned by about "
+            f"{report.rotation_error_deg[2]:.1f}° about the vertical and tilted by about "
+            f"{report.tilt_error_deg:.1f}°: dips and dip directions can be wrong by as much; use "
+            "control points"
+        )
+    left = [n for n, u in zip(report.names, report.used, strict=True) if not u]
+    if left:
+        shown = ", ".join(left[:5]) + (" ..." if len(left) > 5 else "")
+        yield f"the GPS positions of {len(left)} photos contradict the others: {shown}"
+    references = {p.altitude_reference for p in photos if p.altitude_reference}
+    if len(references) > 1:
+        yield "some photos state heights above sea level, others above the ellipsoid"
+    if len(report.names) < len(scene.views):
+        yield f"{len(scene.views) - len(report.names)} placed photos state no position"

@@ -1,0 +1,118 @@
+"""Positions of cameras as observations in the adjustment, where they are good enough to tell the
+photos something about the shape of the block.
+
+Receivers that err by metres place and scale a model, but photos know its shape far better; the
+positions of real-time kinematic receivers, or of many photos, tell bowing and focal length. The
+rule: positions enter where their error over the root of their number is `USEFUL_PIXELS` pixels on
+the ground or less. Each weighs by its own error (heights by twice that), and less the farther off
+it is, so that a wrong one is not followed. What misses by more than it should counts as less
+accurate; positions that the tie points contradict are not used.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.photogrammetry.place.ground_adjustment import KnownCentre, adjust_tied
+from vomstudio.photogrammetry.place.ground_calibration import (
+    LensVerdict,
+    adjust_to_ground,
+    ground_misfit,
+)
+from vomstudio.progress import Progress
+
+Array = npt.NDArray[np.float64]
+
+USEFUL_PIXELS = 3.0
+FEWEST_POSITIONS = 5
+_LEAST_SIGMA_M = 0.005
+# Of satellites, all above the receiver.
+_HEIGHTS_WORSE = 2.0
+# Stated errors that are too small by more are not believed.
+_BELIEVED = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class PositionsUsed:
+    """adjusted : whether the positions entered the adjustment; said : why or why not, in words
+    sigma_m : error of a horizontal coordinate, as it was used, of the middle one
+    lenses : what became of the focal lengths
+    """
+
+    adjusted: bool
+    said: str
+    sigma_m: float
+    lenses: tuple[LensVerdict, ...] = ()
+
+
+def adjust_to_positions(
+    scene: SparseScene,
+    rows: Sequence[int],
+    positions: Array,
+    sigmas_m: Array,
+    *,
+    threads: int = -1,
+    progress: Progress | None = None,
+) -> tuple[SparseScene, PositionsUsed]:
+    """The scene, placed by the positions already, adjusted with them where that is of use.
+
+    rows : of the views; positions : (n, 3) in the frame of the scene; sigmas_m : (n,) errors
+    of their horizontal coordinates
+    Raises Cancelled.
+    """
+    sigmas = np.maximum(sigmas_m, _LEAST_SIGMA_M)
+    for _ in range(2):
+        middle = float(np.median(sigmas))
+        if refusal := _of_no_use(scene, sigmas):
+            return scene, PositionsUsed(False, refusal, middle)
+        # A bent block misses good positions by more than they err: first it is only drawn to them.
+        misses = np.linalg.norm(scene.centres[list(rows)] - positions, axis=1)
+        wide = float(np.median(misses))
+        start = scene
+        if wide > _BELIEVED * middle:
+            loose = _centres(rows, positions, np.maximum(sigmas, wide))
+            start = adjust_tied(scene, (), loose, threads=threads, progress=progress)
+        centres = _centres(rows, positions, sigmas)
+        bent, lenses = adjust_to_ground(start, (), centres, threads=threads, progress=progress)
+        misfit = ground_misfit(bent, (), centres)
+        if misfit <= _BELIEVED:
+            break
+        sigmas = sigmas * misfit
+    before, after = (float(np.nanmean(s.errors_px)) for s in (scene, bent))
+    if after > 1.1 * before + 0.02:
+        said = (
+            f"positions good to {middle:.2g} m did not enter the adjustment: with them tie points "
+            f"would miss by {after:.2f} px instead of {before:.2f}"
+        )
+        return scene, PositionsUsed(False, said, middle)
+    said = f"positions good to {middle:.2g} m entered the adjustment of cameras and tie points"
+    return bent, PositionsUsed(True, said, middle, lenses)
+
+
+def _of_no_use(scene: SparseScene, sigmas: Array) -> str:
+    """Why the positions are, or nothing."""
+    if len(sigmas) < FEWEST_POSITIONS:
+        return (
+            f"{len(sigmas)} positions did not enter the adjustment ({FEWEST_POSITIONS} wanted): "
+            "they leave nothing over to find a mistake with"
+        )
+    together = 1 / math.sqrt(float((sigmas**-2.0).sum()))
+    pixels = together / scene.pixel_at(scene.points)
+    if pixels <= USEFUL_PIXELS:
+        return ""
+    return (
+        f"positions good to {np.median(sigmas):.2g} m did not enter the adjustment: taken together "
+        f"they err by {pixels:.0f} pixels on the ground ({USEFUL_PIXELS:.0f} wanted), and the "
+        "photos know their shape better"
+    )
+
+
+def _centres(rows: Sequence[int], positions: Array, sigmas: Array) -> list[KnownCentre]:
+    each = sigmas[:, None] * [1.0, 1.0, _HEIGHTS_WORSE]
+    return [KnownCentre(int(r), p, s) for r, p, s in zip(rows, positions, each, strict=True)]

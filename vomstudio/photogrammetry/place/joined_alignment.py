@@ -1,0 +1,78 @@
+"""The stage in which parts of an alignment are joined by what was marked by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import numpy as np
+
+from vomstudio.io.control.tables import read_control, read_marks
+from vomstudio.photogrammetry.align import mapping
+from vomstudio.photogrammetry.align.alignment import Alignment
+from vomstudio.photogrammetry.base.checkpoints import Stage
+from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.photogrammetry.place.component_joining import JoinReport, Junction, join_parts
+from vomstudio.progress import Progress
+
+
+def join_alignment(
+    alignment: Alignment,
+    stage: Callable[[], Stage],
+    control: Path | None,
+    marks: Path | None,
+    threads: int | None,
+    progress: Progress,
+) -> tuple[Alignment, Stage | None, tuple[str, ...]]:
+    """(the alignment with joined parts, the stage in which it was done, what was done in words).
+
+    stage : makes the stage; it is asked only where there is something to join
+    Raises InputError for tables that cannot be read; Cancelled.
+    """
+    if marks is None or len(alignment.parts) < 2:
+        return alignment, None, ()
+    work = stage()
+    if not work.done:
+        progress.stage("Joining parts")
+        points = () if control is None else read_control(control)
+        parts, report = join_parts(
+            alignment.parts, read_marks(marks), points, threads=threads or -1, progress=progress
+        )
+        for number, part in enumerate(parts):
+            (work.folder / f"part{number}").mkdir(exist_ok=True)
+            part.save(work.folder / f"part{number}")
+        work.finish(parts=len(parts), said=list(_said(report)), report=asdict(report))
+    facts = work.facts
+    parts = tuple(SparseScene.load(work.folder / f"part{k}") for k in range(facts["parts"]))
+    return _with_parts(alignment, parts), work, tuple(facts["said"])
+
+
+def _with_parts(alignment: Alignment, parts: tuple[SparseScene, ...]) -> Alignment:
+    lengths = np.linalg.norm(mapping.residuals(parts[0]), axis=1)
+    return replace(
+        alignment,
+        parts=parts,
+        reprojection_error_px=float(np.nanmean(lengths)) if len(lengths) else float("nan"),
+        tie_points=int((parts[0].track_lengths >= 3).sum()),
+    )
+
+
+def _said(report: JoinReport) -> Iterator[str]:
+    for junction in report.joined:
+        yield _of(junction)
+        yield from junction.warnings
+    for text in report.apart:
+        yield text[0].upper() + text[1:]
+
+
+def _of(junction: Junction) -> str:
+    one, other = junction.photos
+    text = f"Parts of {one} and {other} photos were joined by "
+    if junction.rotation_error_deg is None or junction.rms_px is None:
+        return text + "the control points of each"
+    count = sum(marker.used for marker in junction.markers)
+    return text + (
+        f"{count} markers, whose places in both differ by {junction.rms_px:.1f} px (root mean "
+        f"square); one may be turned against the other by {max(junction.rotation_error_deg):.2f}°"
+    )

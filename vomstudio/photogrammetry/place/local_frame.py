@@ -1,0 +1,72 @@
+"""A frame for photos that know neither where they were taken nor how large anything is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.photogrammetry.base.scene import SparseScene
+
+if TYPE_CHECKING:
+    from vomstudio.io.photos.reading import Photo
+
+Array = npt.NDArray[np.float64]
+
+# Towards the sky in the camera frame (x right, y down) by the EXIF orientation tag: where the
+# stored picture's upper edge lies once it is turned upright.
+_UP = {
+    1: (0.0, -1.0), 2: (0.0, -1.0), 3: (0.0, 1.0), 4: (0.0, 1.0),
+    5: (-1.0, 0.0), 6: (-1.0, 0.0), 7: (1.0, 0.0), 8: (1.0, 0.0),
+}  # fmt: skip
+# Photos that look this steeply down tell nothing about the vertical by their upper edge.
+_LEVEL = 0.3
+
+
+def upright(scene: SparseScene, photos: Sequence[Photo]) -> SparseScene:
+    """Turn the scene so that z is up as the photos were held, x is to the right as seen from the
+    mean camera, and the median distance from a camera to what it sees is 10.
+
+    The vertical is that of people who hold a camera, within some degrees: good to look at, not to
+    measure with. `scaled` stays False.
+    """
+    orientation = {photo.name: photo.orientation for photo in photos}
+    ups = np.array(
+        [
+            np.array([*_UP[orientation.get(view.name, 1)], 0.0]) @ view.rotation
+            for view in scene.views
+        ]
+    )
+    forward = np.array([view.direction for view in scene.views]).mean(axis=0)
+    up = ups.mean(axis=0)
+    if np.linalg.norm(up) < _LEVEL:
+        # Held in all directions, as from a drone that looks down and turns.
+        up = -forward
+    up = up / np.linalg.norm(up)
+    right = np.cross(forward, up)
+    if np.linalg.norm(right) < 1e-3:
+        right = scene.views[0].rotation[0]
+        right = right - up * (right @ up)
+    right = right / np.linalg.norm(right)
+    turn = np.array([right, np.cross(up, right), up])
+    depths = [
+        float(np.median(view.depths(scene.points[seen])))
+        for number, view in enumerate(scene.views)
+        if len(seen := scene.seen_by(number))
+    ]
+    scale = 10.0 / float(np.median(depths)) if depths else 1.0
+    middle = np.median(scene.points, axis=0) if len(scene.points) else scene.centres.mean(axis=0)
+    shift = -scale * turn @ middle
+    return moved(scene, scale, turn, shift)
+
+
+def moved(scene: SparseScene, scale: float, rotation: Array, translation: Array) -> SparseScene:
+    """The scene after x' = scale * rotation @ x + translation."""
+    return replace(
+        scene,
+        views=tuple(view.moved(scale, rotation, translation) for view in scene.views),
+        points=scale * scene.points @ rotation.T + translation,
+    )

@@ -1,0 +1,53 @@
+"""Where marked points are seen: marks of a table joined to the photos of a scene by their names."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.io.control.tables import Mark
+from vomstudio.io.photos.names import photo_finder
+from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.photogrammetry.place.ground_adjustment import triangulate
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Sighting:
+    """views : (k,) rows of the views in which a point is marked; pixels : (k, 2)"""
+
+    views: npt.NDArray[np.int64]
+    pixels: Array
+
+    def place(self, scene: SparseScene) -> Array:
+        """(3,) in the frame of the scene; NaN where the rays do not say."""
+        return triangulate([scene.views[row] for row in self.views], self.pixels)
+
+
+NOWHERE = Sighting(np.zeros(0, np.int64), np.zeros((0, 2)))
+
+
+def sightings(scene: SparseScene, marks: Sequence[Mark]) -> tuple[dict[str, Sighting], set[str]]:
+    """(by label, in the order of the marks; names of photos that are marked and not placed).
+
+    Photos are found as `io.photo_names.photo_finder` does.
+    """
+    find = photo_finder([view.name for view in scene.views])
+    found: dict[str, tuple[list[int], list[tuple[float, float]]]] = {}
+    missing = set()
+    for mark in marks:
+        row = find(mark.photo)
+        if row is None:
+            missing.add(mark.photo)
+            continue
+        views, pixels = found.setdefault(mark.label, ([], []))
+        views.append(row)
+        pixels.append((mark.x, mark.y))
+    return {
+        label: Sighting(np.array(views, np.int64), np.array(pixels, np.float64).reshape(-1, 2))
+        for label, (views, pixels) in found.items()
+    }, missing

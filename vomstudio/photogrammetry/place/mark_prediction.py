@@ -1,0 +1,408 @@
+"""Points that are marked in photos by hand: control, check and tie points; where the cameras say
+that they are in the other photos, how well the marks fit, and what is still missing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError
+from vomstudio.geometry.cameras import View
+from vomstudio.io.control.tables import ControlPoint, Mark, read_control, read_marks
+from vomstudio.io.photos.cameras_file import FILE_NAME, Cameras, read_cameras
+from vomstudio.io.photos.names import photo_finder
+from vomstudio.photogrammetry.place.ground_adjustment import triangulate
+from vomstudio.registration.similarity import Similarity, fit_robustly, nearly_on_a_line
+
+Array = npt.NDArray[np.float64]
+Pixel = tuple[float, float]
+
+FEWEST_POINTS, FEWEST_PHOTOS = 3, 2
+BAD_PX = 2.0
+"""A mark that misses by more is pointed at."""
+_FEWEST_TO_SUSPECT = 4
+CONTROL, CHECK, TIE = "control", "check", "tie"
+
+
+@dataclass(frozen=True)
+class Marking:
+    """control : points with coordinates; marks : of these and, under other labels, of tie points
+    begun : labels that have neither coordinates nor marks yet
+    """
+
+    control: tuple[ControlPoint, ...] = ()
+    marks: tuple[Mark, ...] = ()
+    begun: tuple[str, ...] = ()
+
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        """Points with coordinates as in their table, then the others as they were made."""
+        named = [p.label for p in self.control]
+        others = [*(m.label for m in self.marks), *self.begun]
+        return tuple(dict.fromkeys([*named, *others]))
+
+    def point(self, label: str) -> ControlPoint | None:
+        return next((p for p in self.control if p.label == label), None)
+
+    def role(self, label: str) -> str:
+        point = self.point(label)
+        return TIE if point is None else CHECK if point.check else CONTROL
+
+    def of(self, label: str) -> dict[str, Pixel]:
+        """Marks of a point, by photo."""
+        return {m.photo: (m.x, m.y) for m in self.marks if m.label == label}
+
+    def within(self, photo: str) -> dict[str, Pixel]:
+        """Marks in a photo, by point."""
+        return {m.label: (m.x, m.y) for m in self.marks if m.photo == photo}
+
+    def free_label(self, prefix: str = "tie") -> str:
+        number = 1
+        while f"{prefix}{number}" in self.labels:
+            number += 1
+        return f"{prefix}{number}"
+
+    # --- changed ------------------------------------------------------------------------------
+    def marked(self, label: str, photo: str, pixel: Pixel) -> Marking:
+        """With this mark in place of the point's earlier one in the photo."""
+        made = Mark(label, photo, float(pixel[0]), float(pixel[1]))
+        there = [i for i, m in enumerate(self.marks) if (m.label, m.photo) == (label, photo)]
+        marks = list(self.marks)
+        if there:
+            marks[there[0]] = made
+        else:
+            marks.append(made)
+        return replace(self, marks=tuple(marks), begun=_without(self.begun, label))
+
+    def unmarked(self, label: str, photo: str) -> Marking:
+        kept = tuple(m for m in self.marks if (m.label, m.photo) != (label, photo))
+        begun = self.begun if label in self.begun else (*self.begun, label)
+        return replace(self, marks=kept, begun=begun)
+
+    def begun_with(self, label: str) -> Marking:
+        return self if label in self.labels else replace(self, begun=(*self.begun, label))
+
+    def placed(self, point: ControlPoint) -> Marking:
+        """With these coordinates of a point."""
+        points = tuple(point if p.label == point.label else p for p in self.control)
+        if point not in points:
+            points = (*points, point)
+        return replace(self, control=points, begun=_without(self.begun, point.label))
+
+    def unplaced(self, label: str) -> Marking:
+        """The point without its coordinates: a tie point."""
+        kept = tuple(p for p in self.control if p.label != label)
+        begun = self.begun if label in self.begun else (*self.begun, label)
+        return replace(self, control=kept, begun=begun)
+
+    def removed(self, label: str) -> Marking:
+        return Marking(
+            tuple(p for p in self.control if p.label != label),
+            tuple(m for m in self.marks if m.label != label),
+            _without(self.begun, label),
+        )
+
+    def renamed(self, old: str, new: str) -> Marking:
+        """Raises GeometryError where another point has that label, or it cannot be one."""
+        if new == old:
+            return self
+        check_label(new)
+        if new in self.labels:
+            raise GeometryError(f"another point is called {new} already; choose another label")
+        return Marking(
+            tuple(replace(p, label=new) if p.label == old else p for p in self.control),
+            tuple(replace(m, label=new) if m.label == old else m for m in self.marks),
+            tuple(new if label == old else label for label in self.begun),
+        )
+
+    def with_marks(self, marks: Iterable[Mark], photos: Sequence[str]) -> tuple[Marking, list[str]]:
+        """With marks from elsewhere, which replace those of the same point and photo; and the names
+        of photos that are not there, whose marks are kept."""
+        find, made, strangers = photo_finder(photos), self, []
+        for mark in marks:
+            number = find(mark.photo)
+            if number is None:
+                strangers.append(mark.photo)
+            name = mark.photo if number is None else photos[number]
+            made = made.marked(mark.label, name, (mark.x, mark.y))
+        return made, list(dict.fromkeys(strangers))
+
+
+def check_label(label: str) -> None:
+    """Raises GeometryError for what a table cannot hold as a label."""
+    if not label or label != label.strip() or not label.isprintable():
+        raise GeometryError("a label is one or more letters or digits")
+
+
+def _without(labels: tuple[str, ...], label: str) -> tuple[str, ...]:
+    return tuple(each for each in labels if each != label)
+
+
+# --- with cameras ---------------------------------------------------------------------------------
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """A point as the cameras see it.
+
+    expected : where it must be in photos that do not have a mark of it, and show that place
+    residuals_px : distance of each mark from where all marks of its part of the photos put it;
+        a part in which there is one mark only has none
+    pixel : size of a pixel at the point, in units of the part, in each photo of both
+    suspect : of marks that do not fit, the one without which the others fit best; None where there
+        are too few to tell, or all fit
+    """
+
+    expected: dict[str, Pixel]
+    residuals_px: dict[str, float]
+    pixel: dict[str, float]
+    suspect: str | None = None
+
+    @property
+    def worst(self) -> tuple[str, float] | None:
+        """Photo and residual of the mark that fits least."""
+        if not self.residuals_px:
+            return None
+        name = self.suspect or max(self.residuals_px, key=self.residuals_px.__getitem__)
+        return name, self.residuals_px[name]
+
+    @property
+    def by_use(self) -> list[str]:
+        """Photos that show the point and have no mark of it, the closest first."""
+        return sorted(self.expected, key=lambda name: self.pixel[name])
+
+
+def _misses(views: dict[str, View], marks: dict[str, Pixel], place: Array) -> dict[str, float]:
+    """Distance in pixels of each mark from the projection of a place (1, 3)."""
+    return {name: math.dist(views[name].project(place)[0], at) for name, at in marks.items()}
+
+
+NOTHING = Sight({}, {}, {})
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedPhotos:
+    """parts : the cameras of every connected part of the photos, the model's first."""
+
+    parts: tuple[Cameras, ...]
+
+    @classmethod
+    def read(cls, out: Path) -> PlacedPhotos:
+        """Of a reconstruction's folder. Raises InputError."""
+        found = [read_cameras(out / FILE_NAME)]
+        number = 2
+        while (path := out / f"part{number}" / FILE_NAME).exists():
+            found.append(read_cameras(path))
+            number += 1
+        return cls(tuple(found))
+
+    def part_of(self, photo: str) -> int | None:
+        for number, views in enumerate(self._views):
+            if photo in views:
+                return number
+        return None
+
+    @cached_property
+    def _views(self) -> tuple[dict[str, View], ...]:
+        return tuple({view.name: view for view in part.views} for part in self.parts)
+
+    def sight(self, marking: Marking, label: str) -> Sight:
+        marks = marking.of(label)
+        expected: dict[str, Pixel] = {}
+        residuals: dict[str, float] = {}
+        sizes: dict[str, float] = {}
+        suspect = None
+        for number, views in enumerate(self._views):
+            mine = {name: pixel for name, pixel in marks.items() if name in views}
+            place = self._place(views, mine)
+            if place is not None:
+                own = _misses(views, mine, place)
+                residuals |= own
+                worst = max(own.values())
+                if (
+                    len(own) >= _FEWEST_TO_SUSPECT
+                    and worst > BAD_PX
+                    and worst == max(residuals.values())
+                ):
+                    suspect = self._suspect(views, mine)
+            else:
+                place = self._by_coordinates(marking, label, number)
+            if place is None:
+                continue
+            for name, view in views.items():
+                (at,) = view.project(place)
+                if not np.isfinite(at).all() or not view.contains(at)[0]:
+                    continue
+                sizes[name] = float(view.depths(place)[0] / np.mean(view.intrinsics.focal))
+                if name not in marks:
+                    expected[name] = (float(at[0]), float(at[1]))
+        return Sight(expected, residuals, sizes, suspect)
+
+    def course(self, marking: Marking, label: str, photo: str) -> Array:
+        """(k, 2) pixels of a photo along which a point must lie that is marked in one other photo
+        of its part; none where two marks tell more."""
+        number = self.part_of(photo)
+        if number is None or photo in marking.of(label):
+            return np.zeros((0, 2))
+        views = self._views[number]
+        mine = [(views[name], pixel) for name, pixel in marking.of(label).items() if name in views]
+        if len(mine) != 1:
+            return np.zeros((0, 2))
+        (view, pixel), other = mine[0], views[photo]
+        apart = float(np.linalg.norm(other.centre - view.centre))
+        # Near the camera the steps must be small, far off nothing changes any more.
+        away = np.geomspace(0.05, 2000.0, 600)[:, None] * apart
+        pixels = other.project(view.centre + away * view.rays(pixel))
+        pixels = pixels[np.isfinite(pixels).all(axis=1)]
+        return pixels[other.contains(pixels)]
+
+    @staticmethod
+    def _place(views: dict[str, View], marks: dict[str, Pixel]) -> Array | None:
+        """(1, 3) in the part's frame, where two marks or more tell."""
+        place = triangulate([views[name] for name in marks], list(marks.values()))
+        return place[None] if np.isfinite(place).all() else None
+
+    def _suspect(self, views: dict[str, View], marks: dict[str, Pixel]) -> str | None:
+        """Least squares spread a mistake over all marks: that one is wrong without which the others
+        agree best (Baarda's data snooping, by leaving one out)."""
+        left: dict[str, float] = {}
+        for name in marks:
+            others = {n: p for n, p in marks.items() if n != name}
+            place = self._place(views, others)
+            if place is not None:
+                misses = _misses(views, others, place).values()
+                left[name] = sum(miss * miss for miss in misses)
+        return min(left, key=left.__getitem__) if left else None
+
+    def _by_coordinates(self, marking: Marking, label: str, number: int) -> Array | None:
+        """The place (1, 3) of a point with coordinates in the frame of a part."""
+        point = marking.point(label)
+        if point is None:
+            return None
+        part = self.parts[number]
+        if (frame := self._frame(marking, number)) is not None:
+            return frame(point.position)
+        if part.crs is None and not part.scaled:
+            return None
+        return (np.array(point.position) - part.origin)[None]
+
+    def _frame(self, marking: Marking, number: int) -> Similarity | None:
+        """From coordinates to the frame of a part, by the points that are marked in it."""
+        known, places = [], []
+        for point in marking.control:
+            mine = {n: p for n, p in marking.of(point.label).items() if n in self._views[number]}
+            place = self._place(self._views[number], mine)
+            if place is not None:
+                known.append(point.position)
+                places.append(place[0])
+        if len(known) < FEWEST_POINTS:
+            return None
+        try:
+            return fit_robustly(np.array(known), np.array(places))[0]
+        except GeometryError:
+            return None
+
+
+# --- tables ---------------------------------------------------------------------------------------
+def usable_tables(
+    control: Path | None, marks: Path | None, photos: Sequence[str]
+) -> tuple[Path | None, Path | None, str]:
+    """Of tables that were found and not asked for, those with which a model of these photos can be
+    made: without the control points where their marks do not suffice, and why, in words. Raises
+    InputError."""
+    if control is None or marks is None:
+        return None, marks, ""
+    find = photo_finder(photos)
+    rows = [(mark, find(mark.photo)) for mark in read_marks(marks)]
+    here = tuple(replace(mark, photo=photos[row]) for mark, row in rows if row is not None)
+    marking = Marking(tuple(read_control(control)), here)
+    good = ready(marking)
+    if len(good) < FEWEST_POINTS or _on_a_line(marking, good):
+        return None, marks, " ".join(missing(marking))
+    return control, marks, ""
+
+
+# --- what is missing ------------------------------------------------------------------------------
+def ready(marking: Marking, photos: Iterable[str] | None = None) -> list[str]:
+    """Control points that can place the model: those marked in two photos (of these)."""
+    allowed = None if photos is None else set(photos)
+    return [
+        p.label
+        for p in marking.control
+        if not p.check and len(_counted(marking, p.label, allowed)) >= FEWEST_PHOTOS
+    ]
+
+
+def missing(marking: Marking, placed: PlacedPhotos | None = None) -> list[str]:
+    """What a registration by control points, and a join of the parts, still need; in sentences."""
+    said = []
+    allowed = None if placed is None else {v.name for v in placed.parts[0].views}
+    control = [p.label for p in marking.control if not p.check]
+    good = ready(marking, allowed)
+    where = "photos" if placed is None else "photos that are placed"
+    if control and len(good) < FEWEST_POINTS:
+        lacking = [
+            f"{label} has {_marks(len(_counted(marking, label, allowed)))}"
+            for label in control
+            if label not in good
+        ]
+        more = FEWEST_POINTS - len(control)
+        if more > 0:
+            lacking.append(f"{more} more {'is' if more == 1 else 'are'} to be added")
+        said.append(
+            f"{FEWEST_POINTS} control points, each marked in {FEWEST_PHOTOS} {where}, are needed; "
+            + _some(lacking)
+        )
+    elif control and _on_a_line(marking, good):
+        said.append("The control points lie on one line; mark one beside it")
+    unseen = [
+        f"{p.label} has {_marks(count)}"
+        for p in marking.control
+        if p.check and (count := len(_counted(marking, p.label, allowed))) < FEWEST_PHOTOS
+    ]
+    if unseen:
+        said.append(f"Check points tell nothing before {FEWEST_PHOTOS} marks; " + _some(unseen))
+    for number, part in enumerate(() if placed is None else placed.parts[1:], start=2):
+        assert allowed is not None
+        other = {view.name for view in part.views}
+        counts = {
+            label: (
+                len(_counted(marking, label, allowed)),
+                len(_counted(marking, label, other)),
+            )
+            for label in marking.labels
+        }
+        joined = [label for label, both in counts.items() if min(both) >= FEWEST_PHOTOS]
+        if len(joined) < FEWEST_POINTS:
+            begun = [
+                f"{label} has {_marks(a)} in the model and {b or 'none'} in part {number}"
+                for label, (a, b) in counts.items()
+                if label not in joined and b
+            ]
+            said.append(
+                f"Part {number} ({len(other)} photos) is not joined to the model: "
+                f"{FEWEST_POINTS} points, each marked in {FEWEST_PHOTOS} photos of both, would "
+                "join it" + ("; " + _some(begun) if begun else "")
+            )
+    return said
+
+
+def _counted(marking: Marking, label: str, photos: set[str] | None) -> list[str]:
+    return [name for name in marking.of(label) if photos is None or name in photos]
+
+
+def _on_a_line(marking: Marking, labels: Sequence[str]) -> bool:
+    points = np.array([p.position for p in marking.control if p.label in labels], np.float64)
+    return nearly_on_a_line(points)
+
+
+def _marks(count: int) -> str:
+    return "no marks" if not count else "1 mark" if count == 1 else f"{count} marks"
+
+
+def _some(parts: Sequence[str]) -> str:
+    return ", ".join(parts[:4]) + (f" and {len(parts) - 4} more" if len(parts) > 4 else "")

@@ -1,0 +1,1 @@
+"""A mesh of the cloud, its texture atlas and its texture."""

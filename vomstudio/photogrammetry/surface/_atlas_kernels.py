@@ -1,0 +1,132 @@
+"""Compiled parts of texture atlases."""
+
+from __future__ import annotations
+
+import math
+
+from vomstudio.geometry.kernels.jit import kernel
+from vomstudio.photogrammetry.surface._triangle_parts import frame_of, weights_at
+
+
+@kernel("void(f8[:,::1], f8[:,::1], i4[:,::1], f8[:,::1], f8, f8, i8, i4[::1])")
+def settle_labels(smooth, exact, across, directions, least, joining, sweeps, labels):  # type: ignore[no-untyped-def]
+    """Give each face the direction that suits it and its neighbours (iterated conditional modes).
+
+    smooth, exact : normals (m, 3), averaged over a neighbourhood and as they are
+    least : cosine below which a face cannot be drawn along a direction. joining : gain of an equal
+    label across an edge
+    """
+    count = len(directions)
+    for _ in range(sweeps):
+        changed = 0
+        for f in range(len(labels)):
+            best, chosen = -1e9, labels[f]
+            for d in range(count):
+                ex, ey, ez = directions[d, 0], directions[d, 1], directions[d, 2]
+                value = smooth[f, 0] * ex + smooth[f, 1] * ey + smooth[f, 2] * ez
+                facing = exact[f, 0] * ex + exact[f, 1] * ey + exact[f, 2] * ez
+                if facing < least:
+                    value -= 4.0 * (least - facing) + 0.5
+                for side in range(3):
+                    g = across[f, side]
+                    if g >= 0 and labels[g] == d:
+                        value += joining
+                if value > best + 1e-12:
+                    best, chosen = value, d
+            if chosen != labels[f]:
+                labels[f] = chosen
+                changed += 1
+        if changed == 0:
+            break
+
+
+@kernel("void(f8[:,:,::1], i4[::1], i4[:,::1], b1[::1])")
+def find_overlap(corners, members, grid, overlaps):  # type: ignore[no-untyped-def]
+    """Draw faces into a grid of texels (-1 where free); mark those that fall onto another.
+
+    corners : (m, 3, 2) of all faces, x right and y down in texels. members : the faces to draw
+    """
+    h, w = grid.shape
+    for at in range(len(members)):
+        f = members[at]
+        ax, ay = corners[f, 0, 0], corners[f, 0, 1]
+        bx, by = corners[f, 1, 0], corners[f, 1, 1]
+        cx, cy = corners[f, 2, 0], corners[f, 2, 1]
+        ex, ey, fx, fy, inverse, i0, i1, j0, j1 = frame_of(ax, ay, bx, by, cx, cy, w, h)
+        if inverse == 0.0:
+            continue
+        clash = False
+        for j in range(j0, j1 + 1):
+            for i in range(i0, i1 + 1):
+                u, v = weights_at(i, j, ax, ay, ex, ey, fx, fy, inverse)
+                if u > 1e-6 and v > 1e-6 and u + v < 1 - 1e-6 and grid[j, i] >= 0:
+                    clash = True
+        if clash:
+            overlaps[f] = True
+            continue
+        for j in range(j0, j1 + 1):
+            for i in range(i0, i1 + 1):
+                u, v = weights_at(i, j, ax, ay, ex, ey, fx, fy, inverse)
+                if u >= -1e-9 and v >= -1e-9 and u + v <= 1 + 1e-9:
+                    grid[j, i] = f
+
+
+@kernel("void(f8[:,:,::1], i4[::1], f8, f8, f8, b1[:,::1])")
+def cover_cells(corners, members, shift, gutter, side, cells):  # type: ignore[no-untyped-def]
+    """Mark the cells, `side` texels wide, that faces and a gutter about them touch. `shift` is
+    added to the corners, texels."""
+    h, w = cells.shape
+    for at in range(len(members)):
+        f = members[at]
+        ax, ay = corners[f, 0, 0] + shift, corners[f, 0, 1] + shift
+        bx, by = corners[f, 1, 0] + shift, corners[f, 1, 1] + shift
+        cx, cy = corners[f, 2, 0] + shift, corners[f, 2, 1] + shift
+        i0 = max(math.floor((min(ax, bx, cx) - gutter) / side), 0)
+        i1 = min(math.floor((max(ax, bx, cx) + gutter) / side), w - 1)
+        j0 = max(math.floor((min(ay, by, cy) - gutter) / side), 0)
+        j1 = min(math.floor((max(ay, by, cy) + gutter) / side), h - 1)
+        det = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        sign = 1.0 if det >= 0 else -1.0
+        half = 0.5 * side + gutter
+        for j in range(j0, j1 + 1):
+            for i in range(i0, i1 + 1):
+                if cells[j, i]:
+                    continue
+                mx, my = (i + 0.5) * side, (j + 0.5) * side
+                # Outside, where the whole square lies beyond one edge.
+                outside = False
+                for k in range(3):
+                    if k == 0:
+                        px, py, qx, qy = ax, ay, bx, by
+                    elif k == 1:
+                        px, py, qx, qy = bx, by, cx, cy
+                    else:
+                        px, py, qx, qy = cx, cy, ax, ay
+                    dx, dy = sign * (qx - px), sign * (qy - py)
+                    value = dx * (my - py) - dy * (mx - px)
+                    if value + half * (abs(dx) + abs(dy)) < 0:
+                        outside = True
+                        break
+                if not outside:
+                    cells[j, i] = True
+
+
+@kernel("i8(b1[:,::1], b1[:,::1], i8, i8)")
+def place_chart(page, chart, first_row, last_row):  # type: ignore[no-untyped-def]
+    """First free place of a chart on a page, row by row: row * width + column, or -1. The page is
+    not changed."""
+    h, w = chart.shape
+    columns = page.shape[1]
+    for j in range(first_row, min(last_row, page.shape[0] - h) + 1):
+        for i in range(columns - w + 1):
+            free = True
+            for y in range(h):
+                for x in range(w):
+                    if chart[y, x] and page[j + y, i + x]:
+                        free = False
+                        break
+                if not free:
+                    break
+            if free:
+                return j * columns + i
+    return -1

@@ -1,0 +1,66 @@
+"""Compiled parts of surfaces from clouds."""
+
+from __future__ import annotations
+
+import math
+
+from vomstudio.geometry.kernels.jit import kernel
+
+ROUNDS = 3
+NORMAL_WIDTH = 0.5
+"""Neighbours whose normals differ by more than this (about 30 degrees) belong to another facet."""
+
+
+@kernel("void(f8[:,::1], f8[:,::1], i8[:,::1], f8[:,::1], f4[:,::1], f8, f8)")
+def pull_to_points(vertices, normals, near, points, point_normals, width, farthest):  # type: ignore[no-untyped-def]
+    """Move each vertex along the normal of its facet onto the points near it.
+
+    An implicit moving least squares surface whose weights fall with the distance, with the residual
+    and with the difference of the normals, so that edges between facets stay edges (Oztireli,
+    Guennebaud and Gross 2009, Feature preserving point set surfaces).
+
+    near : rows of `points`, by distance. width : of the weights. Vertices that would move farther
+    than `farthest` stay.
+    """
+    k = near.shape[1]
+    spread = 0.5 * width
+    for v in range(len(vertices)):
+        x0, y0, z0 = vertices[v, 0], vertices[v, 1], vertices[v, 2]
+        x, y, z = x0, y0, z0
+        gx, gy, gz = normals[v, 0], normals[v, 1], normals[v, 2]
+        sound = True
+        for outer in range(ROUNDS):
+            value = 0.0
+            for inner in range(2):
+                total, f = 0.0, 0.0
+                nx, ny, nz = 0.0, 0.0, 0.0
+                for j in range(k):
+                    p = near[v, j]
+                    dx, dy, dz = x - points[p, 0], y - points[p, 1], z - points[p, 2]
+                    ax, ay, az = point_normals[p, 0], point_normals[p, 1], point_normals[p, 2]
+                    off = dx * ax + dy * ay + dz * az
+                    w = math.exp(-(dx * dx + dy * dy + dz * dz) / (2 * width * width))
+                    ux, uy, uz = ax - gx, ay - gy, az - gz
+                    w *= math.exp(-(ux * ux + uy * uy + uz * uz) / (NORMAL_WIDTH * NORMAL_WIDTH))
+                    if outer > 0 or inner > 0:
+                        w *= math.exp(-((off - value) ** 2) / (spread * spread))
+                    total += w
+                    f += w * off
+                    nx += w * ax
+                    ny += w * ay
+                    nz += w * az
+                if total < 1e-9:
+                    sound = False
+                    break
+                value = f / total
+                length = math.sqrt(nx * nx + ny * ny + nz * nz)
+                if length < 1e-12:
+                    sound = False
+                    break
+                gx, gy, gz = nx / length, ny / length, nz / length
+            if not sound:
+                break
+            x, y, z = x - value * gx, y - value * gy, z - value * gz
+        moved = math.sqrt((x - x0) ** 2 + (y - y0) ** 2 + (z - z0) ** 2)
+        if sound and moved <= farthest:
+            vertices[v, 0], vertices[v, 1], vertices[v, 2] = x, y, z

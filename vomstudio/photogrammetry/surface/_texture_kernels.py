@@ -1,0 +1,294 @@
+"""Compiled parts of textures."""
+
+from __future__ import annotations
+
+from vomstudio.geometry.kernels.jit import kernel, part
+from vomstudio.photogrammetry.surface._triangle_parts import frame_of, weights_at
+
+
+@kernel("void(i4[::1], i4[::1], f4[::1], i4[:,::1], i8, f4[::1])")
+def smooth_quality(starts, views, quality, across, rounds, spare):  # type: ignore[no-untyped-def]
+    """Average the qualities of each view over neighbouring faces that it sees. Entries of face f
+    are starts[f] to starts[f + 1], sorted by view; `spare` is as long as `quality`."""
+    for _ in range(rounds):
+        for f in range(len(across)):
+            for e in range(starts[f], starts[f + 1]):
+                total, weight = 2.0 * quality[e], 2.0
+                for side in range(3):
+                    g = across[f, side]
+                    if g < 0:
+                        continue
+                    for o in range(starts[g], starts[g + 1]):
+                        if views[o] == views[e]:
+                            total += quality[o]
+                            weight += 1.0
+                            break
+                spare[e] = total / weight
+        for e in range(len(quality)):
+            quality[e] = spare[e]
+
+
+@kernel("void(i4[::1], i4[::1], f4[::1], i4[:,::1], f8, i8, i4[::1])")
+def choose_views(starts, views, quality, across, joining, sweeps, labels):  # type: ignore[no-untyped-def]
+    """The view from which each face is drawn, -1 where there is none: its quality relative to the
+    face's best, and `joining` for each neighbour that is drawn from it too (iterated conditional
+    modes)."""
+    for sweep in range(sweeps):
+        changed = 0
+        for f in range(len(labels)):
+            first, last = starts[f], starts[f + 1]
+            if first == last:
+                labels[f] = -1
+                continue
+            top = 1e-20
+            for e in range(first, last):
+                top = max(top, quality[e])
+            best, chosen = -1.0, labels[f]
+            for e in range(first, last):
+                value = quality[e] / top
+                if sweep > 0:
+                    for side in range(3):
+                        g = across[f, side]
+                        if g >= 0 and labels[g] == views[e]:
+                            value += joining
+                if value > best + 1e-9:
+                    best, chosen = value, views[e]
+            if chosen != labels[f]:
+                labels[f] = chosen
+                changed += 1
+        if changed == 0:
+            break
+
+
+@kernel("void(i4[::1], i4[::1], i4[::1], b1[::1], f4[:,::1], f4[:,::1], i8)")
+def diffuse(starts, links, some, counts, values, spare, rounds):  # type: ignore[no-untyped-def]
+    """Average the values of `some` vertices over themselves and those linked to them that count;
+    the others stay. `spare` (len(some), c)"""
+    channels = values.shape[1]
+    for _ in range(rounds):
+        for k in range(len(some)):
+            v = some[k]
+            count = 1.0
+            for c in range(channels):
+                spare[k, c] = values[v, c]
+            for at in range(starts[v], starts[v + 1]):
+                o = links[at]
+                if counts[o]:
+                    count += 1.0
+                    for c in range(channels):
+                        spare[k, c] += values[o, c]
+            for c in range(channels):
+                spare[k, c] /= count
+        for k in range(len(some)):
+            for c in range(channels):
+                values[some[k], c] = spare[k, c]
+
+
+@kernel("void(i4[::1], i4[::1], b1[::1], f4[:,::1], i4[::1])")
+def fill_outward(starts, links, known, values, queue):  # type: ignore[no-untyped-def]
+    """Give unknown vertices the mean of their known neighbours, ring by ring. `queue` holds n."""
+    n = len(known)
+    count = 0
+    for v in range(n):
+        if known[v]:
+            queue[count] = v
+            count += 1
+    at = 0
+    while at < count:
+        v = queue[at]
+        at += 1
+        for k in range(starts[v], starts[v + 1]):
+            o = links[k]
+            if known[o]:
+                continue
+            total = 0.0
+            for c in range(values.shape[1]):
+                values[o, c] = 0.0
+            for j in range(starts[o], starts[o + 1]):
+                p = links[j]
+                if known[p]:
+                    total += 1.0
+                    for c in range(values.shape[1]):
+                        values[o, c] += values[p, c]
+            for c in range(values.shape[1]):
+                values[o, c] /= total
+            known[o] = True
+            queue[count] = o
+            count += 1
+
+
+@kernel("void(i4[::1], f4[:,::1], f4[::1], f4[::1])")
+def from_median(starts, colors, distance, spread):  # type: ignore[no-untyped-def]
+    """How far the colour of each entry lies from the median of its vertex's entries, and how far
+    the nearer half of them does, each in the worst channel; 0 with fewer than three entries."""
+    for v in range(len(starts) - 1):
+        first, last = starts[v], starts[v + 1]
+        n = last - first
+        for e in range(first, last):
+            distance[e] = 0.0
+            spread[e] = 0.0
+        if n < 3:
+            continue
+        for c in range(3):
+            values = colors[first:last, c].copy()
+            values.sort()
+            middle = 0.5 * (values[(n - 1) // 2] + values[n // 2])
+            for k in range(n):
+                values[k] = abs(values[k] - middle)
+            values.sort()
+            # Of the nearer half: an outlier must not widen what it is measured by.
+            usual = values[(n - 1) // 2]
+            for e in range(first, last):
+                distance[e] = max(distance[e], abs(colors[e, c] - middle))
+                spread[e] = max(spread[e], usual)
+
+
+@kernel("void(f8[:,:,::1], f8, f8, i4[:,::1])")
+def draw_faces(corners, left, top, owner):  # type: ignore[no-untyped-def]
+    """Number of the face at each texel's centre; `owner` comes full of -1."""
+    h, w = owner.shape
+    for f in range(len(corners)):
+        ax, ay = corners[f, 0, 0] - left, corners[f, 0, 1] - top
+        bx, by = corners[f, 1, 0] - left, corners[f, 1, 1] - top
+        cx, cy = corners[f, 2, 0] - left, corners[f, 2, 1] - top
+        ex, ey, fx, fy, inverse, i0, i1, j0, j1 = frame_of(ax, ay, bx, by, cx, cy, w, h)
+        if inverse == 0.0:
+            continue
+        for j in range(j0, j1 + 1):
+            for i in range(i0, i1 + 1):
+                u, v = weights_at(i, j, ax, ay, ex, ey, fx, fy, inverse)
+                if u >= -1e-9 and v >= -1e-9 and u + v <= 1.0 + 1e-9 and owner[j, i] < 0:
+                    owner[j, i] = f
+
+
+@kernel("void(i4[:,::1], i4[:,::1], i8)")
+def grow_faces(owner, spare, rounds):  # type: ignore[no-untyped-def]
+    """Let faces own the texels about them, for the gutter."""
+    h, w = owner.shape
+    for _ in range(rounds):
+        for j in range(h):
+            for i in range(w):
+                found = owner[j, i]
+                if found < 0:
+                    for q in range(8):
+                        k = q if q < 4 else q + 1
+                        y, x = j + k // 3 - 1, i + k % 3 - 1
+                        if 0 <= y < h and 0 <= x < w and owner[y, x] >= 0:
+                            found = owner[y, x]
+                            break
+                spare[j, i] = found
+        for j in range(h):
+            for i in range(w):
+                owner[j, i] = spare[j, i]
+
+
+@part
+def _weight(t):  # type: ignore[no-untyped-def]
+    """Of a sample at distance t from a cubic convolution (Keys 1981, a = -1/2)."""
+    t = abs(t)
+    if t < 1.0:
+        return 1.0 + t * t * (1.5 * t - 2.5)
+    if t < 2.0:
+        return 2.0 - t * (4.0 - t * (2.5 - 0.5 * t))
+    return 0.0
+
+
+@kernel(
+    "void(i4[:,::1], f8[:,:,::1], f8, f8, i4[::1], f4[:,:,::1], f4[:,::1], f4[:,::1],"
+    " f4[:,:,::1], i4[::1], i8, u1[:,:,::1], f8[::1], f8, f4[:,:,::1])"
+)
+def add_view(  # type: ignore[no-untyped-def]
+    owner, corners, left, top, entry, pixels, depths, weights, offsets, level, wanted, picture,
+    gain, sharpening, total,
+):  # fmt: skip
+    """Add one view's colours to the texels whose faces are drawn from it.
+
+    owner (h, w) : face of each texel; corners : (m, 3, 2) on the page. entry (m,) : row of the face
+    in what follows, -1 where this view does not draw it. pixels (e, 3, 2), depths, weights (e, 3),
+    offsets (e, 3, 3) : at the corners. level (e,) : of the pyramid; only `wanted` ones are drawn,
+    from `picture` (BGR). total (h, w, 4) : sums of RGB and of weights
+    """
+    h, w = owner.shape
+    height, width = picture.shape[0], picture.shape[1]
+    scale = 1.0 / 2.0**wanted
+    for j in range(h):
+        for i in range(w):
+            f = owner[j, i]
+            if f < 0:
+                continue
+            e = entry[f]
+            if e < 0 or level[e] != wanted:
+                continue
+            ax, ay = corners[f, 0, 0], corners[f, 0, 1]
+            ex, ey = corners[f, 1, 0] - ax, corners[f, 1, 1] - ay
+            fx, fy = corners[f, 2, 0] - ax, corners[f, 2, 1] - ay
+            det = ex * fy - ey * fx
+            x, y = left + i + 0.5 - ax, top + j + 0.5 - ay
+            u = (x * fy - y * fx) / det
+            v = (ex * y - ey * x) / det
+            t = 1.0 - u - v
+            # Beyond the face, in the gutter, weights stay those of its border.
+            cu, cv = min(max(u, 0.0), 1.0), min(max(v, 0.0), 1.0)
+            ct = min(max(t, 0.0), 1.0)
+            near = ct + cu + cv
+            ct, cu, cv = ct / near, cu / near, cv / near
+            weight = ct * weights[e, 0] + cu * weights[e, 1] + cv * weights[e, 2]
+            if weight <= 1e-6:
+                continue
+            weight = weight**sharpening
+            za, zb, zc = t * depths[e, 0], u * depths[e, 1], v * depths[e, 2]
+            z = za + zb + zc
+            px = (za * pixels[e, 0, 0] + zb * pixels[e, 1, 0] + zc * pixels[e, 2, 0]) / z
+            py = (za * pixels[e, 0, 1] + zb * pixels[e, 1, 1] + zc * pixels[e, 2, 1]) / z
+            px, py = (px - 0.5) * scale, (py - 0.5) * scale
+            px, py = min(max(px, 0.0), width - 1.0), min(max(py, 0.0), height - 1.0)
+            i0, j0 = int(px), int(py)
+            r = g = b = 0.0
+            for dy in range(-1, 3):
+                wy = _weight(py - (j0 + dy))
+                if wy == 0.0:
+                    continue
+                jj = min(max(j0 + dy, 0), height - 1)
+                for dx in range(-1, 3):
+                    wx = _weight(px - (i0 + dx)) * wy
+                    ii = min(max(i0 + dx, 0), width - 1)
+                    b += wx * picture[jj, ii, 0]
+                    g += wx * picture[jj, ii, 1]
+                    r += wx * picture[jj, ii, 2]
+            for c in range(3):
+                seen = r if c == 0 else (g if c == 1 else b)
+                shift = ct * offsets[e, 0, c] + cu * offsets[e, 1, c] + cv * offsets[e, 2, c]
+                total[j, i, c] += weight * (gain[c] * seen + shift)
+            total[j, i, 3] += weight
+
+
+@kernel("void(i4[:,::1], f8[:,:,::1], f8, f8, f4[:,:,::1], f4[:,:,::1], u1[:,:,::1])")
+def finish(owner, corners, left, top, fallback, total, rgb):  # type: ignore[no-untyped-def]
+    """Colours of the texels: from the views, or where no view sees the face between the colours
+    of its corners, fallback (m, 3, 3)."""
+    h, w = owner.shape
+    for j in range(h):
+        for i in range(w):
+            f = owner[j, i]
+            if f < 0:
+                continue
+            weight = total[j, i, 3]
+            if weight > 0.0:
+                for c in range(3):
+                    value = total[j, i, c] / weight + 0.5
+                    rgb[j, i, c] = int(min(max(value, 0.0), 255.0))
+                continue
+            ax, ay = corners[f, 0, 0], corners[f, 0, 1]
+            ex, ey = corners[f, 1, 0] - ax, corners[f, 1, 1] - ay
+            fx, fy = corners[f, 2, 0] - ax, corners[f, 2, 1] - ay
+            det = ex * fy - ey * fx
+            x, y = left + i + 0.5 - ax, top + j + 0.5 - ay
+            u = min(max((x * fy - y * fx) / det, 0.0), 1.0)
+            v = min(max((ex * y - ey * x) / det, 0.0), 1.0 - u)
+            for c in range(3):
+                value = (
+                    (1 - u - v) * fallback[f, 0, c]
+                    + u * fallback[f, 1, c]
+                    + (v * fallback[f, 2, c])
+                )
+                rgb[j, i, c] = int(min(max(value + 0.5, 0.0), 255.0))

@@ -1,0 +1,115 @@
+"""Compiled parts of what a photo sees of a mesh."""
+
+from __future__ import annotations
+
+import math
+
+from vomstudio.geometry.kernels.jit import kernel
+from vomstudio.photogrammetry.surface._triangle_parts import frame_of, weights_at
+
+
+@kernel("void(f8[:,::1], f8[::1], i4[:,::1], i4[::1], f4[:,::1])")
+def draw_depths(pixels, depths, faces, chosen, buffer):  # type: ignore[no-untyped-def]
+    """Nearest depth at the centre of each pixel; `buffer` (h, w) comes full of infinity.
+
+    pixels (n, 2) : x right, y down, the first pixel's centre at 0.5. depths (n,) : along the axis;
+    their inverse is linear over a triangle's picture
+    """
+    h, w = buffer.shape
+    for at in range(len(chosen)):
+        f = chosen[at]
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        ax, ay = pixels[a, 0], pixels[a, 1]
+        ex, ey, fx, fy, inverse, i0, i1, j0, j1 = frame_of(
+            ax, ay, pixels[b, 0], pixels[b, 1], pixels[c, 0], pixels[c, 1], w, h
+        )
+        if inverse == 0.0:
+            continue
+        za, zb, zc = 1.0 / depths[a], 1.0 / depths[b], 1.0 / depths[c]
+        for j in range(j0, j1 + 1):
+            for i in range(i0, i1 + 1):
+                u, v = weights_at(i, j, ax, ay, ex, ey, fx, fy, inverse)
+                if u < -1e-9 or v < -1e-9 or u + v > 1.0 + 1e-9:
+                    continue
+                z = 1.0 / (za + u * (zb - za) + v * (zc - za))
+                if z < buffer[j, i]:
+                    buffer[j, i] = z
+
+
+@kernel(
+    "void(f8[:,::1], f8[::1], i4[:,::1], i4[::1], f4[:,::1], f4[:,::1], u1[:,::1], f8, f8, f8,"
+    " f4[::1], f4[::1])"
+)
+def count_seen(  # type: ignore[no-untyped-def]
+    pixels, depths, faces, chosen, buffer, nearest, usable, pixel, radius, slack, seen, clear
+):
+    """Which share of each chosen face's pixels is in sight, `seen`, and by a margin, `clear`.
+
+    buffer : of `draw_depths`. nearest : its least value within `radius` pixels. usable : 0 where
+    the photo is masked. pixel : size of a pixel at depth 1. slack : pixels by which a surface may
+    lie behind the nearest one and still be it
+    """
+    h, w = buffer.shape
+    for at in range(len(chosen)):
+        f = chosen[at]
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        ax, ay = pixels[a, 0], pixels[a, 1]
+        ex, ey, fx, fy, inverse, i0, i1, j0, j1 = frame_of(
+            ax, ay, pixels[b, 0], pixels[b, 1], pixels[c, 0], pixels[c, 1], w, h
+        )
+        if inverse == 0.0:
+            continue
+        za, zb, zc = 1.0 / depths[a], 1.0 / depths[b], 1.0 / depths[c]
+        # Change of the inverse depth from pixel to pixel.
+        gx = ((zb - za) * fy - (zc - za) * ey) * inverse
+        gy = ((zc - za) * ex - (zb - za) * fx) * inverse
+        slope = abs(gx) + abs(gy)
+        total, good, free = 0, 0, 0
+        for attempt in range(2):
+            if attempt == 1:
+                if total > 0:
+                    break
+                # No pixel's centre lies in the face: ask the one below its middle.
+                i0 = i1 = math.floor(ax + (ex + fx) / 3.0)
+                j0 = j1 = math.floor(ay + (ey + fy) / 3.0)
+                if i0 < 0 or j0 < 0 or i0 >= w or j0 >= h:
+                    break
+            for j in range(j0, j1 + 1):
+                for i in range(i0, i1 + 1):
+                    u, v = weights_at(i, j, ax, ay, ex, ey, fx, fy, inverse)
+                    if attempt == 1:
+                        u = v = 1.0 / 3.0
+                    elif u < 0.0 or v < 0.0 or u + v > 1.0:
+                        continue
+                    total += 1
+                    if usable[j, i] == 0:
+                        continue
+                    near = za + u * (zb - za) + v * (zc - za)
+                    z = 1.0 / near
+                    # The depth that this face's own slope allows nearby.
+                    steep = slope * z * z
+                    here = slack * pixel * z + (steep if attempt == 1 else 0.0)
+                    if z <= buffer[j, i] + here:
+                        good += 1
+                        if z <= nearest[j, i] + here + radius * steep:
+                            free += 1
+        if total > 0:
+            seen[at] = good / total
+            clear[at] = free / total
+
+
+@kernel("void(u1[:,:,::1], f8[:,::1], f4[:,::1])")
+def look_up(picture, places, values):  # type: ignore[no-untyped-def]
+    """Bilinear values (n, c) of a picture (h, w, c) at pixels (n, 2), the first one's centre at
+    0.5; clamped to the picture."""
+    h, w, channels = picture.shape
+    for k in range(len(places)):
+        x = min(max(places[k, 0] - 0.5, 0.0), w - 1.0)
+        y = min(max(places[k, 1] - 0.5, 0.0), h - 1.0)
+        i, j = int(x), int(y)
+        fx, fy = x - i, y - j
+        i1, j1 = min(i + 1, w - 1), min(j + 1, h - 1)
+        for c in range(channels):
+            values[k, c] = (1 - fy) * (
+                (1 - fx) * picture[j, i, c] + fx * picture[j, i1, c]
+            ) + fy * ((1 - fx) * picture[j1, i, c] + fx * picture[j1, i1, c])

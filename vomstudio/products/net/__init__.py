@@ -1,0 +1,1 @@
+"""The stereonet as a figure."""

@@ -1,0 +1,63 @@
+"""Selected features, over a net that is already drawn."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vomstudio.geology import stereonet as nets
+from vomstudio.geology.orientation import Array
+from vomstudio.products.net.contents import AUTO_CIRCLES, NetContents
+from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, crowding
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+
+
+def draw_emphasis(
+    ax: Axes, net: NetContents, style: NetStyle, positions: list[Array]
+) -> list[Artist]:
+    """Selected features: the same colour, larger, ringed, their great circles cased, as long as
+    these are few enough to be told apart."""
+    from matplotlib.collections import LineCollection
+
+    made: list[Artist] = []
+    chosen = [
+        np.array([i for i, name in enumerate(s.ids) if name in net.selected], dtype=np.intp)
+        if net.selected
+        else np.zeros(0, dtype=np.intp)
+        for s in net.sets
+    ]
+    planes = sum(len(rows) for s, rows in zip(net.sets, chosen, strict=True) if s.kind == "plane")
+    circles = planes <= AUTO_CIRCLES or not net.poles
+    # Rings around thousands would be one black blot.
+    many = float(np.interp(math.log10(1 + sum(map(len, chosen))), [1.5, 3.0], [0.0, 1.0]))
+    size = style.marker_pt * crowding(sum(len(s) for s in net.sets))
+    size = max(size * (1.7 - 0.5 * many), (1.5 - 0.8 * many) * style.marker_pt)
+    ring = (1.6 - 1.2 * many) * style.line_pt
+    for s, at, rows in zip(net.sets, positions, chosen, strict=True):
+        if not len(rows):
+            continue
+        color = style.color(s.color)
+        if s.kind == "plane" and circles:
+            steps = 181 if planes <= AUTO_CIRCLES else 31
+            arcs = nets.great_circles(s.azimuth_deg[rows], s.angle_deg[rows], net.projection, steps)
+            for ink, width, order in ((style.ink, 3.4, 5.5), (color, 2.0, 5.6)):
+                lines = LineCollection(
+                    list(arcs), colors=ink, linewidths=width * style.line_pt, zorder=order
+                )
+                made.append(ax.add_collection(lines, autolim=False))
+        if net.poles:
+            made += ax.plot(
+                at[rows, 0], at[rows, 1], linestyle="none", marker=s.marker,
+                markersize=size * SYMBOL_SIZES.get(s.marker, 1.0),
+                markerfacecolor=style.symbol(s)[0], markeredgecolor=style.ink,
+                markeredgewidth=ring, zorder=6.5,
+            )  # fmt: skip
+    for e in net.ellipses:
+        for part in e.outline(net.projection):
+            made += ax.plot(*part.T, color=style.ink, linewidth=1.2 * style.line_pt, zorder=6.4)
+    return made

@@ -1,0 +1,181 @@
+"""The net as a figure: one drawing for the window's dock and for `vomstudio stereonet`.
+
+Everything is drawn in our own projected coordinates on one plain Axes that covers the figure: one
+net unit is the radius of the net. That redraws in milliseconds, picks with plain arithmetic, and
+leaves every artist an ordinary one (a map projection Axes transforms each vertex again at every
+redraw). Matplotlib is imported where it is first needed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import UsageError
+from vomstudio.geology import stereonet as nets
+from vomstudio.geology.orientation import Array, Line
+from vomstudio.products.net.contents import AnyEllipse, NetContents
+from vomstudio.products.net.emphasis import draw_emphasis
+from vomstudio.products.net.page import Page
+from vomstudio.products.net.style import PRINT, NetStyle
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+
+FORMATS = ("svg", "pdf", "png")
+PRINT_SIZE_MM = (170.0, 115.0)
+
+
+@dataclass(eq=False)
+class NetArtists:
+    """The drawn net, and what a pointer needs to know of it.
+
+    Pixels are matplotlib's display pixels: from the bottom left corner, y up.
+    """
+
+    axes: Axes
+    contents: NetContents
+    style: NetStyle
+    radius_px: float
+    centre_px: tuple[float, float]
+    positions: list[Array]
+    """Per set (n, 2) net positions of poles or lines."""
+    arcs: list[Array]
+    """Per set (m, k, 2) great circles as drawn (m = 0: none)."""
+    arc_rows: list[npt.NDArray[np.intp]]
+    """Per set (m,) rows of the set that the arcs belong to."""
+    poles: list[Line2D]
+    emphasis: list[Artist]
+    text_boxes: list[tuple[float, float, float, float]]
+    """Pixel boxes (x0, y0, x1, y1) of all text, for tests of overlap."""
+
+    def to_net(self, x_px: float, y_px: float) -> tuple[float, float]:
+        """Net position (unit circle) of a pixel."""
+        cx, cy = self.centre_px
+        return (x_px - cx) / self.radius_px, (y_px - cy) / self.radius_px
+
+    def line_at(self, x_px: float, y_px: float) -> Line | None:
+        """The line under a pixel, None outside the net."""
+        return nets.line_at(*self.to_net(x_px, y_px), self.contents.projection)
+
+    def feature_at(self, x_px: float, y_px: float, reach_px: float = 6.0) -> str | None:
+        """Id of the nearest pole or line within reach, else of the nearest great circle drawn
+        within half of it, else None. Among equals the one drawn last, which is on top."""
+        point = np.array(self.to_net(x_px, y_px))
+        best, found = reach_px / self.radius_px, None
+        if self.contents.poles:
+            for s, at in zip(self.contents.sets, self.positions, strict=True):
+                if s.ids and len(at):
+                    away = np.hypot(*(at - point).T)
+                    row = len(away) - 1 - int(np.argmin(away[::-1]))
+                    if away[row] <= best:
+                        best, found = float(away[row]), s.ids[row]
+        if found is not None:
+            return found
+        best = max(2.0, reach_px / 2.0) / self.radius_px
+        for s, arcs, rows in zip(self.contents.sets, self.arcs, self.arc_rows, strict=True):
+            if s.ids and len(arcs):
+                away = _distance_to_arcs(point, arcs)
+                i = int(np.argmin(away))
+                if away[i] <= best:
+                    best, found = float(away[i]), s.ids[int(rows[i])]
+        return found
+
+    def features_within(self, polygon_px: Sequence[tuple[float, float]]) -> frozenset[str]:
+        """Ids of the poles and lines inside a polygon of pixels (a lasso)."""
+        from matplotlib.path import Path as Outline
+
+        outline = Outline([self.to_net(x, y) for x, y in polygon_px])
+        return frozenset(
+            s.ids[int(i)]
+            for s, at in zip(self.contents.sets, self.positions, strict=True)
+            if s.ids and len(at)
+            for i in np.flatnonzero(outline.contains_points(at))
+        )
+
+    def select(self, selected: Iterable[str], ellipses: Sequence[AnyEllipse] = ()) -> None:
+        """Emphasises other features and leaves the rest; the caller redraws the canvas. All is
+        drawn anew only where the legend gains, loses or renames the ellipse."""
+        before = [type(e) for e in self.contents.ellipses]
+        self.contents = self.contents.with_selection(selected, ellipses)
+        if before != [type(e) for e in ellipses] and not self.contents.compact:
+            figure = self.axes.get_figure(root=True)
+            assert figure is not None
+            anew = draw_stereonet(figure, self.contents, self.style)
+            self.__dict__.update(anew.__dict__)
+            return
+        for artist in self.emphasis:
+            artist.remove()
+        self.emphasis = draw_emphasis(self.axes, self.contents, self.style, self.positions)
+
+
+def draw_stereonet(figure: Figure, net: NetContents, style: NetStyle = PRINT) -> NetArtists:
+    """Draws the net over the whole figure, which is cleared first. Lays itself out by the figure's
+    size: legend beside the net where the figure is wide, below it where it is not. Call it again
+    after a resize."""
+    if net.contour is not None and net.contour not in nets.DENSITY_METHODS:
+        raise UsageError(
+            f"“{net.contour}” is no way to contour; use one of {', '.join(nets.DENSITY_METHODS)}."
+        )
+    figure.clear()
+    figure.set_facecolor(style.paper)
+    page = Page(figure, net, style)
+    ax = page.axes
+    page.draw_frame()
+    if net.contour is not None:
+        page.draw_contours(net.contour)
+    positions = [nets.project(s.vectors(), net.projection) for s in net.sets]
+    arcs, rows = page.draw_circles()
+    poles = page.draw_poles(positions)
+    if net.fold is not None:
+        page.draw_fold(net.fold)
+    emphasis = draw_emphasis(ax, net, style, positions)
+    page.draw_legend()
+    page.draw_means_and_labels()  # last, so that labels can keep clear of all other text
+    return NetArtists(
+        ax, net, style, page.radius * page.px, (page.cx * page.px, page.cy * page.px),
+        positions, arcs, rows, poles, emphasis,
+        [tuple(v * page.px for v in box) for box in page.text_boxes],
+    )  # fmt: skip
+
+
+def write_stereonet(
+    target: str | Path | IO[bytes],
+    net: NetContents,
+    *,
+    format: str,
+    style: NetStyle = PRINT,
+    size_mm: tuple[float, float] = PRINT_SIZE_MM,
+    dpi: float = 300.0,
+) -> None:
+    """Writes the figure as svg, pdf or png (text stays text in svg and pdf)."""
+    if format not in FORMATS:
+        raise UsageError(f"A net cannot be written as “{format}”; use svg, pdf or png.")
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(size_mm[0] / 25.4, size_mm[1] / 25.4), dpi=dpi)
+    FigureCanvasAgg(figure)
+    draw_stereonet(figure, net, style)
+    metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}[format]
+    with rc_context({"svg.fonttype": "none", "pdf.fonttype": 42, "svg.hashsalt": "vomstudio"}):
+        figure.savefig(target, format=format, dpi=dpi, facecolor=style.paper, metadata=metadata)
+
+
+def _distance_to_arcs(point: Array, arcs: Array) -> Array:
+    """Distance (m,) of a point (2,) from polylines (m, k, 2)."""
+    a, b = arcs[:, :-1], arcs[:, 1:]
+    along = b - a
+    square = np.maximum(np.sum(along**2, axis=-1), 1e-300)
+    t = np.clip(np.sum((point - a) * along, axis=-1) / square, 0.0, 1.0)
+    nearest = a + t[..., None] * along
+    return np.min(np.hypot(*np.moveaxis(nearest - point, -1, 0)), axis=1)

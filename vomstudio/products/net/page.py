@@ -1,0 +1,468 @@
+"""A page with a net: where everything goes, and all that is drawn but the selection."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geology import stereonet as nets
+from vomstudio.geology.folds import FoldAxis
+from vomstudio.geology.notation import format_line
+from vomstudio.geology.orientation import Array
+from vomstudio.products.net.contents import AUTO_CIRCLES, NetContents, circles_shown
+from vomstudio.products.net.legend import Entry, legend_entries, shortened, text_width
+from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, crowding
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+
+DENSITY_NAMES = {
+    "kamb": "Density after Kamb, 3 σ",
+    "exponential_kamb": "Density, exponential Kamb, 3 σ",
+    "linear_kamb": "Density, linear Kamb, 3 σ",
+    "schmidt": "Density after Schmidt",
+}
+
+PROJECTION_NAMES = {"area": "Equal area", "angle": "Equal angle"}
+
+Box = tuple[float, float, float, float]
+
+
+class Page:
+    """The layout of one figure, in points from its bottom left corner."""
+
+    def __init__(self, figure: Figure, net: NetContents, style: NetStyle) -> None:
+        self.net, self.style = net, style
+        self.width, self.height = (72.0 * float(v) for v in figure.get_size_inches())
+        self.px = figure.dpi / 72.0
+        self.font = style.font_pt
+        self.row = 1.45 * self.font
+        self.pad = 0.8 * self.font
+        self.entries = legend_entries(net, style)
+        self.foot = list(net.notes)
+        planes = sum(len(s) for s in net.sets if s.kind == "plane")
+        if net.circles is None and planes > AUTO_CIRCLES:
+            self.foot.append(f"great circles left out ({planes:,} planes)")
+        self.foot.append(f"{PROJECTION_NAMES[net.projection]}, lower hemisphere")
+        self.heading = 1.9 * self.row if net.title else 0.0
+        self.text_boxes: list[Box] = []
+        self.outlines: list[Array] = []
+        """Points of curves that labels should not lie on, on the net."""
+        self.levels: list[float] = []
+        self.colors: list[object] = []
+        self._arrange()
+        self.axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        r = self.radius
+        self.axes.set_xlim(-self.cx / r, (self.width - self.cx) / r)
+        self.axes.set_ylim(-self.cy / r, (self.height - self.cy) / r)
+        self.axes.set_axis_off()
+        self.axes.set_autoscale_on(False)
+
+    # Layout
+
+    def _arrange(self) -> None:
+        """Where the net goes, and where legend and colour bar have room: beside the net or below
+        it, whichever leaves the larger net."""
+        head = self.row + 0.6 * self.font  # N and its tick
+        tick = 0.9 * self.font
+        foot = len(self.foot)
+        bar = 4.5 * self.font if self.net.contour is not None else 0.0
+
+        gap = tick + 1.5 * self.font
+        column = self._column_width()
+        beside = min(
+            self.height - head - tick - self.pad,
+            self.width - 2 * self.pad - tick - gap - column,
+        )
+
+        rows = self._flow(self.width - 2 * self.pad)
+        low = (len(rows) + foot) * self.row + self.pad
+        while len(rows) > 1 and self.height - head - tick - low < 0.55 * self.height:
+            rows.pop()
+            low = (len(rows) + foot) * self.row + self.pad
+        below = min(
+            self.height - head - tick - low - self.heading,
+            self.width - 2 * (self.pad + tick) - bar,
+        )
+
+        self.beside = beside >= below
+        self.radius = max(beside, below, 20.0) / 2.0
+        if self.beside:
+            room = self.height - 2 * self.pad - self._foot() - self.heading
+            most = int(room / (1.15 * self.row))
+            self.rows = [[(0.0, e)] for e in self.entries[: max(most, 1)]]
+            self.cx = self.pad + tick + self.radius
+            self.cy = self.height - head - self.radius - self.pad / 2
+            self.legend_x = self.cx + self.radius + gap
+            self.legend_width = self.width - self.legend_x - self.pad
+        else:
+            self.rows = rows
+            self.cx = (self.width - bar) / 2.0
+            self.cy = self.height - self.heading - head - self.radius
+            self.legend_x = self.pad
+            self.legend_width = self.width - 2 * self.pad
+
+    def _column_width(self) -> float:
+        """Width of a legend beside the net; long names are shortened rather than the net."""
+        texts = [*self.foot]
+        if self.net.title:
+            texts.append(self.net.title[:40] + 4 * " ")
+        if self.net.contour is not None:
+            texts += [DENSITY_NAMES[self.net.contour], nets.DENSITY_UNITS[self.net.contour]]
+        entries = [2.2 * self.font + text_width(e.text, self.font) for e in self.entries]
+        widest = min(max(entries, default=0.0), 24.0 * self.font)
+        return 1.05 * max(widest, *(text_width(t, self.font) for t in texts))
+
+    def _foot(self) -> float:
+        """Height of what stands under a legend beside the net: the caption and the colour bar."""
+        under = (len(self.foot) + 1.0) * self.row
+        return under + (12.0 * self.font + 3.0 * self.row if self.net.contour else 0.0)
+
+    def _flow(self, width: float) -> list[list[tuple[float, Entry]]]:
+        """Entries set side by side in rows: (offset, entry)."""
+        rows: list[list[tuple[float, Entry]]] = []
+        x = 0.0
+        for e in self.entries:
+            need = 2.2 * self.font + text_width(e.text, self.font)
+            if rows and x + need <= width:
+                rows[-1].append((x, e))
+            else:
+                rows.append([(0.0, e)])
+                x = 0.0
+            x += need + 1.6 * self.font
+        return rows
+
+    def net_of(self, x: float, y: float) -> tuple[float, float]:
+        return (x - self.cx) / self.radius, (y - self.cy) / self.radius
+
+    def text(
+        self,
+        x: float,
+        y: float,
+        text: str,
+        *,
+        align: str = "left",
+        color: str | None = None,
+        weight: str = "normal",
+        halo: bool = False,
+        size: float = 1.0,
+    ) -> None:
+        """Text at a place in points, y its middle; its box is remembered."""
+        from matplotlib import patheffects
+
+        width = text_width(text, self.font * size)
+        left = {"left": x, "center": x - width / 2, "right": x - width}[align]
+        half = 0.5 * self.font * size
+        self.text_boxes.append((left, y - half, left + width, y + half))
+        artist = self.axes.text(
+            *self.net_of(x, y), text, ha=align, va="center_baseline", fontsize=self.font * size,
+            color=color or self.style.ink, weight=weight, zorder=9, parse_math=False,
+        )  # fmt: skip
+        if halo:
+            ring = patheffects.withStroke(linewidth=0.3 * self.font, foreground=self.style.net)
+            artist.set_path_effects([ring])
+
+    # Drawing
+
+    def draw_frame(self) -> None:
+        from matplotlib.collections import LineCollection
+        from matplotlib.patches import Circle
+
+        style, ax = self.style, self.axes
+        ax.add_patch(Circle((0, 0), 1.0, facecolor=style.net, edgecolor="none", zorder=0))
+        self.rim = Circle((0, 0), 1.0, facecolor="none", edgecolor=style.ink,
+                          linewidth=1.25 * style.line_pt, zorder=5)  # fmt: skip
+        ax.add_patch(self.rim)
+        azimuth = np.radians(np.arange(0, 360, 10))
+        unit = np.stack([np.sin(azimuth), np.cos(azimuth)], axis=1)
+        long = np.arange(36) % 9 == 0
+        length = np.where(long, 0.6, 0.3)[:, None] * self.font / self.radius
+        cross = 0.35 * self.font / self.radius
+        ticks = [*np.stack([unit, unit * (1 + length)], axis=1)]
+        ticks += [np.array([[-cross, 0], [cross, 0]]), np.array([[0, -cross], [0, cross]])]
+        ax.add_collection(
+            LineCollection(ticks, colors=style.ink, linewidths=style.line_pt, zorder=5)
+        )
+        self.text(
+            self.cx, self.cy + self.radius + 0.6 * self.font + 0.62 * self.row, "N",
+            align="center", weight="bold", size=1.15,
+        )  # fmt: skip
+
+    def draw_contours(self, method: str) -> None:
+        from matplotlib import colormaps
+
+        vectors = [s.vectors() for s in self.net.sets if len(s)]
+        if not vectors:
+            return
+        x, y, values = nets.density_grid(np.vstack(vectors), method, self.net.projection)
+        self.levels = _levels(float(values.max()), method)
+        if not self.levels:
+            return
+        shades = np.linspace(0.12, 0.62, len(self.levels))
+        if self.style.contour_map == "dark":
+            shades = np.linspace(0.1, 0.75, len(self.levels))
+            self.colors = [colormaps["cividis"](float(s)) for s in shades]
+        else:
+            self.colors = [colormaps["Greys"](float(s)) for s in shades]
+        filled = self.axes.contourf(
+            x, y, values, levels=self.levels, colors=self.colors, extend="max",
+            zorder=1, antialiased=True,
+        )  # fmt: skip
+        filled.set_clip_path(self.rim)
+        lines = self.axes.contour(
+            x, y, values, levels=self.levels, colors=self.style.soft,
+            linewidths=0.6 * self.style.line_pt, zorder=4.2,
+        )  # fmt: skip
+        lines.set_clip_path(self.rim)
+        self._draw_bar(method)
+
+    def _draw_bar(self, method: str) -> None:
+        from matplotlib.patches import Rectangle
+
+        n = len(self.levels)
+        thick = 1.0 * self.font
+        if self.beside:
+            tall = min(1.5 * self.font * n, 0.4 * self.height)
+            left, low = self.legend_x, self.pad + (len(self.foot) + 0.8) * self.row
+            self.text(left, low + tall + 0.8 * self.row, nets.DENSITY_UNITS[method])
+            self.text(left, low + tall + 1.8 * self.row, DENSITY_NAMES[method])
+        else:
+            tall = min(1.5 * self.font * n, 1.2 * self.radius)
+            left, low = self.width - self.pad - 3.2 * self.font, self.cy - tall / 2
+            short = "σ" if method != "schmidt" else "% / 1 %"
+            self.text(self.width - self.pad, low + tall + 0.8 * self.row, short, align="right")
+        for i, (level, color) in enumerate(zip(self.levels, self.colors, strict=True)):
+            y = low + tall * i / n
+            self.axes.add_patch(
+                Rectangle(
+                    self.net_of(left, y), thick / self.radius, tall / n / self.radius,
+                    facecolor=color, edgecolor=self.style.soft,
+                    linewidth=0.5 * self.style.line_pt, zorder=5,
+                )
+            )  # fmt: skip
+            self.text(left + thick + 0.4 * self.font, y, f"{level:g}", color=self.style.ink)
+
+    def draw_circles(self) -> tuple[list[Array], list[npt.NDArray[np.intp]]]:
+        from matplotlib.collections import LineCollection
+
+        net, style = self.net, self.style
+        many = sum(len(s) for s in net.sets if s.kind == "plane")
+        all_of_them = circles_shown(net)
+        steps = 61 if many <= 100 else 31
+        arcs: list[Array] = []
+        rows: list[npt.NDArray[np.intp]] = []
+        for s in net.sets:
+            keep = np.arange(len(s) if s.kind == "plane" and all_of_them else 0)
+            lines = nets.great_circles(
+                s.azimuth_deg[keep], s.angle_deg[keep], net.projection, steps
+            )
+            arcs.append(lines)
+            rows.append(keep)
+            if len(keep) <= AUTO_CIRCLES:
+                self.outlines += list(lines[:, ::4])
+            if len(keep):
+                self.axes.add_collection(
+                    LineCollection(
+                        list(lines), colors=style.outline(style.color(s.color)),
+                        linewidths=style.line_pt,
+                        alpha=min(1.0, max(0.15, 12.0 / math.sqrt(many) / 3.0)), zorder=2,
+                    )
+                )  # fmt: skip
+        return arcs, rows
+
+    def draw_poles(self, positions: list[Array]) -> list[Line2D]:
+        net, style = self.net, self.style
+        total = sum(len(s) for s in net.sets)
+        size = style.marker_pt * crowding(total)
+        dots = net.contour is not None and total > 500  # so that the contours stay visible
+        if dots:
+            size *= 0.5
+        drawn = []
+        for s, at in zip(net.sets, positions, strict=True):
+            shown = at if net.poles else at[:0]
+            # Directed lines that point up are shown by their lower end, hollow.
+            up = (s.angle_deg < 0) if s.kind == "line" else np.zeros(len(s), dtype=bool)
+            up = up[: len(shown)]
+            color = style.color(s.color)
+            face, rim, edge = style.symbol(s)
+            if rim == style.net and (dots or len(at) > 2000):
+                edge = 0.0
+            own = size * SYMBOL_SIZES.get(s.marker, 1.0)
+            (line,) = self.axes.plot(
+                shown[~up, 0], shown[~up, 1], linestyle="none", marker=s.marker, markersize=own,
+                markerfacecolor=face, markeredgecolor=rim, markeredgewidth=edge, zorder=4,
+                alpha=0.4 if dots else 1.0,
+            )  # fmt: skip
+            drawn.append(line)
+            if up.any():
+                self.axes.plot(
+                    shown[up, 0], shown[up, 1], linestyle="none", marker=s.marker,
+                    markersize=own, markerfacecolor=style.net, markeredgecolor=color,
+                    markeredgewidth=1.2 * style.line_pt, zorder=4,
+                )  # fmt: skip
+        return drawn
+
+    def draw_fold(self, fold: FoldAxis) -> None:
+        net, style = self.net, self.style
+        circle = nets.great_circle(fold.pi_plane, net.projection)
+        self.outlines.append(circle)
+        self.axes.plot(
+            *circle.T, color=style.ink, linewidth=1.3 * style.line_pt, dashes=(5, 3), zorder=4.5
+        )
+        if fold.max_confidence95_deg and fold.min_confidence95_deg and fold.confidence_axis:
+            for part in nets.confidence_ellipse(
+                fold.beta.vector(), fold.confidence_axis.vector(),
+                fold.max_confidence95_deg, fold.min_confidence95_deg, net.projection,
+            ):  # fmt: skip
+                self.axes.plot(*part.T, color=style.ink, linewidth=style.line_pt, zorder=4.5)
+                self.outlines.append(part)
+        x, y = nets.project(fold.beta.vector(), net.projection)[0]
+        self.axes.plot(
+            [x], [y], marker="*", markersize=2.4 * style.marker_pt, markerfacecolor=style.ink,
+            markeredgecolor=style.net, markeredgewidth=style.line_pt, linestyle="none", zorder=6,
+        )  # fmt: skip
+
+    def draw_means_and_labels(self) -> None:
+        net, style = self.net, self.style
+        wanted: list[tuple[Array, str, str]] = []
+        for mean in net.means:
+            at = nets.project(mean.line.vector(), net.projection)[0]
+            color = style.outline(style.color(mean.color))
+            self.axes.plot(
+                *at[:, None], marker=mean.marker, markersize=2.0 * style.marker_pt,
+                markerfacecolor=style.net, markeredgecolor=color,
+                markeredgewidth=2.4 * style.line_pt, linestyle="none", zorder=6,
+            )  # fmt: skip
+            wanted.append((at, mean.label, style.ink))
+        if net.fold is not None:
+            at = nets.project(net.fold.beta.vector(), net.projection)[0]
+            text = f"β {format_line(net.fold.beta, net.decimals)}"
+            wanted.append((at, text, style.ink))
+        crowd = np.vstack(
+            [np.zeros((0, 2)), *self.outlines]
+            + [part for e in net.ellipses for part in e.outline(net.projection)]
+            + [nets.project(s.vectors(), net.projection) for s in net.sets if net.poles and len(s)]
+        )
+        crowd = np.array([self.cx, self.cy]) + self.radius * crowd
+        marks = [np.array([self.cx, self.cy]) + self.radius * at for at, _, _ in wanted]
+        for mark, (_, text, color) in zip(marks, wanted, strict=True):
+            place = self._free_place(mark, text, crowd, marks)
+            if place is not None:
+                self.text(*place, text, color=color, halo=True)
+
+    def _free_place(
+        self, mark: Array, text: str, crowd: Array, marks: list[Array]
+    ) -> tuple[float, float] | None:
+        """Left end and middle height of a label near a mark: the place that meets no other text
+        or mark, stays in the figure, and hides the fewest poles; None where there is no room."""
+        width, half = text_width(text, self.font), 0.62 * self.font
+        best, cost = None, math.inf
+        for reach in (1.0, 1.7, 2.6, 4.0):
+            away = reach * 1.1 * self.font
+            for i in range(12):
+                angle = math.radians(30.0 * i)
+                dx, dy = math.cos(angle), math.sin(angle)
+                x = float(mark[0]) + away * dx - width * (0.5 - 0.5 * dx)
+                y = float(mark[1]) + away * dy
+                box = (x - 2, y - half, x + width + 2, y + half)
+                if box[0] < 2 or box[2] > self.width - 2:
+                    continue
+                if box[1] < 2 or box[3] > self.height - 2:
+                    continue
+                if any(_meet(box, other) for other in self.text_boxes):
+                    continue
+                gaps = [_gap(box, m) for m in marks]
+                if min(gaps) < _gap(box, mark):  # it would be read as another mark's
+                    continue
+                hits = sum(_holds(box, m, 0.6 * self.font) for m in marks)
+                inside = ((crowd > [box[0], box[1]]) & (crowd < [box[2], box[3]])).all(axis=1).sum()
+                corner = max(
+                    math.hypot(cx - self.cx, cy - self.cy) for cx in box[::2] for cy in box[1::2]
+                )
+                rim = 3.0 if corner > self.radius else 0.0  # would lie across the rim
+                now = 30.0 * hits + float(inside) + rim + 1.5 * reach
+                if now < cost:
+                    best, cost = (x, y), now
+        return best
+
+    def draw_legend(self) -> None:
+        if self.net.title:
+            room = self.legend_width if self.beside else self.width - 2 * self.pad
+            title = shortened(self.net.title, 1.15 * self.font, room)
+            top = self.height - self.pad - 0.5 * self.row
+            self.text(self.legend_x, top, title, weight="bold", size=1.15)
+        if self.beside:
+            y = self.height - self.pad - 0.5 * self.row - self.heading
+        else:
+            y = self.pad + (len(self.rows) + len(self.foot) - 0.5) * self.row
+        hidden = len(self.entries) - sum(len(r) for r in self.rows)
+        step = self.row * (1.15 if self.beside else 1.0)
+        for i, row in enumerate(self.rows):
+            for offset, entry in row:
+                room = self.legend_width - offset - 2.2 * self.font
+                text = entry.text
+                if hidden and i == len(self.rows) - 1 and (offset, entry) == row[-1]:
+                    text = f"and {hidden + 1} more"
+                    self._legend_entry(offset, y, replace(entry, text=text, marker=None, line=None))
+                    continue
+                text = shortened(text, self.font, room)
+                self._legend_entry(offset, y, replace(entry, text=text))
+            y -= step
+        for i, line in enumerate(reversed(self.foot)):
+            y = self.pad + (i + 0.5) * self.row
+            text = shortened(line, self.font, self.legend_width)
+            self.text(self.legend_x, y, text, color=self.style.soft)
+
+    def _legend_entry(self, offset: float, y: float, entry: Entry) -> None:
+        style = self.style
+        x = self.legend_x + offset
+        left, right = self.net_of(x, y), self.net_of(x + 1.6 * self.font, y)
+        if entry.line is not None:
+            self.axes.plot(
+                [left[0], right[0]], [left[1], right[1]], color=entry.color, zorder=8,
+                linewidth=1.3 * style.line_pt, linestyle="-" if entry.line == "-" else (0, (3, 2)),
+            )  # fmt: skip
+        if entry.marker is not None:
+            big = 1.6 if entry.marker == "*" or entry.outlined else 1.1
+            face, edge = entry.color, style.ink if entry.outlined else style.paper
+            width = (1.4 if entry.outlined else 0.5) * style.line_pt
+            if entry.like is not None:
+                face, edge, width = style.symbol(entry.like)
+                big = 1.1 * SYMBOL_SIZES.get(entry.marker, 1.0)
+            self.axes.plot(
+                [(left[0] + right[0]) / 2], [left[1]], marker=entry.marker, zorder=8,
+                markersize=big * style.marker_pt, linestyle="none", markerfacecolor=face,
+                markeredgecolor=edge, markeredgewidth=width,
+            )  # fmt: skip
+        self.text(x + 2.2 * self.font, y, entry.text)
+
+
+def _levels(top: float, method: str) -> list[float]:
+    """At most 8 round levels: every 2 (or more) standard deviations, or round shares."""
+    steps = (2, 4, 5, 10, 20, 50, 100, 200, 500) if method != "schmidt" else (1, 2, 5, 10, 20, 50)
+    for step in steps:
+        if top / step <= 8:
+            count = math.ceil(top / step) - 1
+            return [float(step * (i + 1)) for i in range(max(count, 0))]
+    return [float(steps[-1])]
+
+
+def _meet(a: Box, b: Box) -> bool:
+    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
+
+
+def _gap(box: Box, mark: Array) -> float:
+    """Distance of a mark from a box."""
+    dx = max(box[0] - float(mark[0]), 0.0, float(mark[0]) - box[2])
+    dy = max(box[1] - float(mark[1]), 0.0, float(mark[1]) - box[3])
+    return math.hypot(dx, dy)
+
+
+def _holds(box: Box, mark: Array, margin: float) -> bool:
+    x, y = float(mark[0]), float(mark[1])
+    return box[0] - margin < x < box[2] + margin and box[1] - margin < y < box[3] + margin

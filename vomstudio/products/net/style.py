@@ -1,0 +1,106 @@
+"""How a net looks: colours, symbols and sizes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+
+import numpy as np
+
+from vomstudio.products.net.contents import NetSet
+
+SYMBOL_SIZES = {"P": 1.4, "X": 1.3, "*": 1.5, "D": 0.85, "^": 1.1, "v": 1.1, "p": 1.15}
+"""Symbols of the same size do not look so: by how much each is drawn larger."""
+
+
+@dataclass(frozen=True)
+class NetStyle:
+    """Colours and sizes; sizes in points (1/72 inch of the figure)."""
+
+    ink: str = "#1a1a1a"
+    soft: str = "#7a7a7a"
+    paper: str = "#ffffff"
+    net: str = "#ffffff"
+    font_pt: float = 8.0
+    marker_pt: float = 4.5
+    line_pt: float = 0.8
+    swaps: Mapping[str, str] = field(default_factory=dict)
+    contour_map: str = "light"
+
+    @classmethod
+    def dock(cls, dark: bool = False, dpi: float = 100.0, font_px: float = 11.0) -> NetStyle:
+        """Sizes in pixels of a screen, light or dark."""
+        px = 72.0 / dpi
+        sizes = {"font_pt": font_px * px, "marker_pt": 6.0 * px, "line_pt": 1.1 * px}
+        return replace(cls.dark() if dark else cls(), **sizes)  # type: ignore[arg-type]
+
+    @classmethod
+    def dark(cls) -> NetStyle:
+        return cls(
+            ink="#e8e8e8",
+            soft="#9a9a9a",
+            paper="#202124",
+            net="#2a2b2e",
+            # Black and the deepest blue vanish on a dark ground.
+            swaps={"#000000": "#ffffff", "#0072B2": "#3d9be0"},
+            contour_map="dark",
+        )
+
+    def color(self, color: str) -> str:
+        for name, other in self.swaps.items():
+            if name.casefold() == color.casefold():
+                return other
+        # A type's colour is made for a photograph: on a dark net a deep one is lifted.
+        if _lightness(self.net) < 0.2:
+            while _contrast(color, self.net) < 3.0:
+                color = _mixed(color, self.ink, 0.15)
+        return color
+
+    def symbol(self, s: NetSet) -> tuple[str, str, float]:
+        """Face and edge colour of a set's symbols, and the edge's width in points."""
+        color = self.color(s.color)
+        if s.variant % 4 == 1:
+            return self.net, self.outline(color), 1.5 * self.line_pt
+        if s.variant % 4 == 2:
+            return _mixed(color, self.net), self.outline(color), 1.2 * self.line_pt
+        face = color if s.variant % 4 == 0 else _mixed(color, self.ink)
+        edge = self.outline(face)
+        if s.marker in "PX" and edge == face:  # a light rim would leave little of their arms
+            return face, face, 0.5 * self.line_pt
+        return (face, self.net, 0.5 * self.line_pt) if edge == face else (face, edge, self.line_pt)
+
+    def outline(self, color: str) -> str:
+        """A colour for thin lines: yellow would be lost on white paper."""
+        return _mixed(color, self.ink) if _contrast(color, self.net) < 1.8 else color
+
+
+def _mixed(color: str, other: str, share: float = 0.5) -> str:
+    from matplotlib.colors import to_hex, to_rgb
+
+    pairs = zip(to_rgb(color), to_rgb(other), strict=True)
+    return to_hex([(1.0 - share) * a + share * b for a, b in pairs])
+
+
+@lru_cache(maxsize=256)
+def _lightness(color: str) -> float:
+    """Relative luminance, 0 to 1 (WCAG 2)."""
+    from matplotlib.colors import to_rgb
+
+    linear = [v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in to_rgb(color)]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def _contrast(a: str, b: str) -> float:
+    """Contrast ratio of two colours, 1 to 21 (WCAG 2)."""
+    low, high = sorted((_lightness(a), _lightness(b)))
+    return (high + 0.05) / (low + 0.05)
+
+
+def crowding(n: int) -> float:
+    """How much smaller symbols get as they become many."""
+    return float(np.interp(math.log10(max(n, 1)), [2.0, 3.0, 4.0], [1.0, 0.7, 0.4]))
+
+
+PRINT = NetStyle()

@@ -1,0 +1,1 @@
+"""Scale-true pictures along a direction."""

@@ -1,0 +1,71 @@
+"""Compiled splatting of points."""
+
+from __future__ import annotations
+
+import math
+
+from vomstudio.geometry.kernels.jit import kernel
+
+NEAR_SPACINGS = 3.0
+"""Points within so many radii behind the nearest one are of the same surface."""
+
+
+@kernel("void(f8[:,::1], f8[::1], f8, f8, f8, i8, i8, i8, i8[::1], i4[::1])")
+def bin_points(view, reach, left, top, side, margin, columns, rows, starts, members):  # type: ignore[no-untyped-def]
+    """Which points may be seen in which tile; as `bin_faces`, with the reach of each point and
+    `margin` (metres) more."""
+    fill = len(members) > 0
+    for p in range(len(view)):
+        r = reach[p] + margin
+        i0 = max(math.floor((view[p, 0] - r - left) / side), 0)
+        i1 = min(math.floor((view[p, 0] + r - left) / side), columns - 1)
+        j0 = max(math.floor((view[p, 1] - r - top) / side), 0)
+        j1 = min(math.floor((view[p, 1] + r - top) / side), rows - 1)
+        for j in range(j0, j1 + 1):
+            for i in range(i0, i1 + 1):
+                t = j * columns + i
+                if fill:
+                    members[starts[t]] = p
+                    starts[t] += 1
+                else:
+                    starts[t + 1] += 1
+
+
+@kernel(
+    "void(i4[::1], f8[:,::1], f8[::1], u1[:,::1], f8, f8, f8, f4[:,::1], f4[:,:,::1], f4[:,::1],"
+    " f8[:,::1])"
+)
+def splat(  # type: ignore[no-untyped-def]
+    chosen, view, reach, colors, left, top, gsd, nearest, color, weight, depth
+):
+    """Discs that face the viewer, twice over: first how near the surface is in each pixel, then
+    the mean of the points at that depth, weighted by their distance from the pixel's centre.
+
+    A nearest disc that covered the others would shift everything on a slope toward its near side;
+    a weighted mean does not. nearest comes full of infinity, color, weight and depth of zero.
+    """
+    h, w = nearest.shape
+    for turn in range(2):
+        for at in range(len(chosen)):
+            p = chosen[at]
+            x = (view[p, 0] - left) / gsd
+            y = (view[p, 1] - top) / gsd
+            z = view[p, 2]
+            r = reach[p] / gsd
+            i0, i1 = max(math.ceil(x - r - 0.5), 0), min(math.floor(x + r - 0.5), w - 1)
+            j0, j1 = max(math.ceil(y - r - 0.5), 0), min(math.floor(y + r - 0.5), h - 1)
+            limit = z - NEAR_SPACINGS * reach[p]
+            for j in range(j0, j1 + 1):
+                for i in range(i0, i1 + 1):
+                    dx, dy = i + 0.5 - x, j + 0.5 - y
+                    k = 1.0 - (dx * dx + dy * dy) / (r * r)
+                    if k <= 0.0:
+                        continue
+                    if turn == 0:
+                        nearest[j, i] = min(nearest[j, i], z)
+                    elif limit <= nearest[j, i]:
+                        k = k * k
+                        weight[j, i] += k
+                        depth[j, i] += k * z
+                        for c in range(3):
+                            color[j, i, c] += k * colors[p, c]

@@ -1,0 +1,225 @@
+"""A mesh as parallel rays see it: one ray per pixel, four more where depth jumps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geometry.kernels.jit import for_kernels
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.rays.raycast import GridHits, cast_grid, cast_quarters
+from vomstudio.products.ortho.textures import TextureStore, picture_size
+from vomstudio.products.ortho.tiles import TILE, Grid, Tile, TilePicture, empty
+
+Array = npt.NDArray[np.float64]
+
+PLAIN = (200.0, 200.0, 200.0)
+"""Colour of a surface that has none."""
+
+
+class MeshSource:
+    """Draws tiles of a mesh.
+
+    Textured faces show their texture, averaged over each pixel's footprint; others the colours of
+    their vertices; others their material's colour, or grey, darker the more they are turned away
+    from the viewer, for else nothing of their shape would be seen.
+    """
+
+    def __init__(self, mesh: Mesh, view: Array, grid: Grid) -> None:
+        """view : (n, 3) the mesh's vertices as `ViewFrame.to_view` gives them."""
+        from vomstudio.products.ortho._mesh_kernels import bin_faces
+
+        self._mesh = mesh
+        self._view = np.ascontiguousarray(view)
+        self._faces = for_kernels(mesh.faces, np.int32)
+        self._grid = grid
+        g = grid.gsd
+        starts = np.zeros(grid.columns * grid.rows + 1, np.int64)
+        where = (self._view, self._faces, grid.left, grid.top, TILE * g, 2 * g)
+        bin_faces(*where, grid.columns, grid.rows, starts, np.empty(0, np.int32))
+        starts = np.cumsum(starts)
+        self._members = np.empty(starts[-1], np.int32)
+        if len(self._members):
+            bin_faces(*where, grid.columns, grid.rows, starts[:-1].copy(), self._members)
+        self._starts = starts
+        self._store = TextureStore(self._coarser())
+        self._uv = np.zeros((0, 2), np.float32)
+        self._mapped = np.zeros(len(self._faces), bool)
+        if mesh.uv is not None:
+            self._uv = for_kernels(mesh.uv, np.float32)
+            whole = np.asarray(np.isfinite(self._uv).all(axis=1))
+            self._mapped = np.asarray(whole[self._faces].all(axis=1))
+
+    def draw(self, tile: Tile) -> TilePicture:
+        from vomstudio.products.ortho._mesh_kernels import find_edges
+
+        chosen = self._members[self._starts[tile.number] : self._starts[tile.number + 1]]
+        if not len(chosen):
+            return empty(tile)
+        g = self._grid.gsd
+        view, faces = self._view, self._faces
+        left = self._grid.left + tile.column * g
+        top = self._grid.top + tile.row * g
+        # One pixel more all round, for the edges between tiles.
+        h, w = tile.height + 2, tile.width + 2
+        hits = cast_grid(view, faces, chosen, left=left - g, top=top - g, step=g, width=w, height=h)
+        edge = np.zeros((h, w), bool)
+        find_edges(view, faces, hits.face, hits.depth, g, edge)
+        inner = (slice(1, -1), slice(1, -1))
+        face = hits.face[inner].ravel()
+        met = face >= 0
+        rgba = np.zeros((len(face), 4), np.uint8)
+        rgba[:, :3] = self._shade(face, np.ascontiguousarray(hits.weights[inner]).reshape(-1, 2))
+        rgba[:, 3] = np.where(met, 255, 0)
+        depth = np.where(met, hits.depth[inner].ravel(), np.nan).astype(np.float32)
+        edge = np.ascontiguousarray(edge[inner])
+        if edge.any():
+            quarters = cast_quarters(view, faces, chosen, edge, left=left, top=top, step=g)
+            self._smooth(quarters, np.flatnonzero(edge), rgba, depth)
+        shape = (tile.height, tile.width)
+        return TilePicture(rgba.reshape(*shape, 4), depth.reshape(shape))
+
+    def warnings(self) -> list[str]:
+        return [
+            f"{path}: this texture cannot be read; its faces are drawn without it."
+            for path in sorted(self._store.unreadable)
+        ]
+
+    def _smooth(
+        self,
+        hits: GridHits,
+        at: npt.NDArray[np.intp],
+        rgba: npt.NDArray[np.uint8],
+        depth: npt.NDArray[np.float32],
+    ) -> None:
+        """Colour and opacity of the edge pixels `at` from four rays each. The depth stays that of
+        the centre, and where only the others meet something it is the nearest of theirs."""
+        colors = self._shade(hits.face.ravel(), hits.weights.reshape(-1, 2), 0.5).reshape(-1, 4, 3)
+        met = hits.face >= 0
+        count = met.sum(axis=1)
+        some = count > 0
+        at, met, count = at[some], met[some], count[some]
+        mean = (colors[some].astype(np.float64) * met[:, :, None]).sum(axis=1) / count[:, None]
+        rgba[at, :3] = np.rint(mean)
+        rgba[at, 3] = np.rint(count * 63.75)
+        nearest = hits.depth[some].min(axis=1)
+        depth[at] = np.where(np.isnan(depth[at]), nearest, depth[at])
+
+    def _shade(
+        self, face: npt.NDArray[np.int32], weights: Array, footprint: float = 1.0
+    ) -> npt.NDArray[np.uint8]:
+        """(n, 3) colours of hits, face (n,), weights (n, 2); black where nothing was met."""
+        from vomstudio.products.ortho._mesh_kernels import blend_corners
+        from vomstudio.products.ortho._texture_kernels import sample
+
+        mesh = self._mesh
+        rgb = np.zeros((len(face), 3), np.uint8)
+        for number, rows in self._by_material(face):
+            material = None if number is None else mesh.materials[number]
+            if material is not None and material.texture is not None and mesh.uv is not None:
+                pyramid = self._store.get(material.texture)
+                mapped = self._mapped[face[rows]]
+                if pyramid is not None and mapped.any():
+                    sample(
+                        pyramid.texels, pyramid.offsets, pyramid.sizes, *pyramid.size,
+                        rows[mapped], face, weights, self._view, self._faces, self._uv,
+                        self._grid.gsd * footprint, rgb,
+                    )  # fmt: skip
+                    rows = rows[~mapped]
+            if not len(rows):
+                continue
+            if mesh.colors is not None:
+                colors = for_kernels(mesh.colors, np.uint8)
+                blend_corners(rows, face, weights, self._faces, colors, rgb)
+            else:
+                color = PLAIN if material is None or material.diffuse is None else [
+                    255.0 * c for c in material.diffuse
+                ]  # fmt: skip
+                light = _facing(self._view[self._faces[face[rows]]])
+                rgb[rows] = np.clip(np.rint(light[:, None] * np.array(color)), 0, 255)
+        return rgb
+
+    def _by_material(
+        self, face: npt.NDArray[np.int32]
+    ) -> Iterator[tuple[int | None, npt.NDArray[np.int64]]]:
+        """Rows of `face` that met something, by the material that is worn there."""
+        pixels = np.flatnonzero(face >= 0)
+        offsets, count = self._mesh.material_offsets, len(self._mesh.materials)
+        if not count:
+            yield None, pixels
+        elif count == 1 and offsets[0] == 0 and offsets[1] == len(self._faces):
+            yield 0, pixels
+        else:
+            wears = np.searchsorted(offsets, face[pixels], side="right") - 1
+            for number in np.unique(wears).tolist():
+                yield number if 0 <= number < count else None, pixels[wears == number]
+
+    def _coarser(self) -> dict[Path, int]:
+        """How many of the finest levels of each texture no pixel will need."""
+        return {
+            path: max(0, math.floor(math.log2(max(self._grid.gsd / low, 1.0))))
+            for path, (low, _, _) in texel_sizes(self._mesh, self._view).items()
+        }
+
+
+def texel_sizes(mesh: Mesh, vertices: Array) -> dict[Path, tuple[float, float, float]]:
+    """Per texture: the smallest size of a texel on the surface (but for 1 % of the area), the
+    median by area, both in units of `vertices`, and the surface's area."""
+    found: dict[Path, tuple[float, float, float]] = {}
+    if mesh.uv is None:
+        return found
+    sizes: dict[Path, list[Array]] = {}
+    areas: dict[Path, list[Array]] = {}
+    for k, material in enumerate(mesh.materials):
+        pixels = None if material.texture is None else picture_size(material.texture)
+        if material.texture is None or pixels is None:
+            continue
+        faces = mesh.faces[mesh.material_offsets[k] : mesh.material_offsets[k + 1]]
+        faces = faces[:: max(1, len(faces) // 200_000)]
+        p, t = vertices[faces], mesh.uv[faces].astype(np.float64) * pixels
+        area = 0.5 * np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1)
+        a, b = t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]
+        texels = 0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+        good = (texels > 1e-9) & (area > 0)
+        sizes.setdefault(material.texture, []).append(np.sqrt(area[good] / texels[good]))
+        areas.setdefault(material.texture, []).append(area[good])
+    for path, parts in sizes.items():
+        size, area = np.concatenate(parts), np.concatenate(areas[path])
+        if not len(size):
+            continue
+        order = np.argsort(size)
+        share = np.cumsum(area[order]) / area.sum()
+        at = np.minimum(np.searchsorted(share, (0.01, 0.5)), len(size) - 1)
+        low, middle = size[order][at].tolist()
+        found[path] = (low, middle, float(area.sum()))
+    return found
+
+
+def share_facing_away(view: Array, faces: npt.NDArray[np.int32], rays: int = 256) -> float:
+    """Of what parallel rays along +z meet first, the share that turns its back to the viewer, by
+    the order of its corners (counter-clockwise from outside). NaN where nothing is met."""
+    low, high = view.min(axis=0), view.max(axis=0)
+    step = max(float((high - low)[:2].max()), 1e-12) / rays
+    width, height = (max(1, math.ceil(v / step)) for v in (high - low)[:2].tolist())
+    faces = for_kernels(faces, np.int32)
+    everything = np.arange(len(faces), dtype=np.int32)
+    face = cast_grid(
+        np.ascontiguousarray(view), faces, everything,
+        left=float(low[0]), top=float(low[1]), step=step, width=width, height=height,
+    ).face  # fmt: skip
+    corners = view[faces[face[face >= 0]]]
+    if not len(corners):
+        return float("nan")
+    a, b, c = (corners[:, k] for k in range(3))
+    return float((np.cross(b - a, c - a)[:, 2] > 0).mean())
+
+
+def _facing(corners: Array) -> Array:
+    """From 1 where a face looks at the viewer to 0.35 where it is seen edge-on."""
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(normal, axis=1)
+    return 0.35 + 0.65 * np.abs(normal[:, 2]) / np.where(length > 0, length, 1.0)

@@ -1,0 +1,144 @@
+"""The sheet of an orthophoto: the picture with scale bar, which way is which, and the view."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import UsageError
+from vomstudio.geometry.view_frame import STEEP_DEG
+
+if TYPE_CHECKING:
+    from vomstudio.products.ortho.orthophoto import View
+
+FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".pdf": "PDF"}
+
+_INK = (20, 20, 20)
+_NARROWEST = 640
+_WINDS = (
+    "N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE",
+    "S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW",
+)  # fmt: skip
+
+
+def format_of(path: str | Path) -> str:
+    """Pillow's name of the format that the ending asks for. Raises UsageError."""
+    ending = Path(path).suffix.lower()
+    if ending not in FORMATS:
+        raise UsageError(
+            "the ending says how the sheet is written: .png, .jpg or .pdf.",
+            file=path,
+            field="--sheet",
+        )
+    return FORMATS[ending]
+
+
+def bar_length(width_m: float) -> float:
+    """A length of 1, 2 or 5 times a power of ten, a tenth to a quarter of the picture's width."""
+    limit = 0.25 * width_m
+    power = 10.0 ** math.floor(math.log10(limit))
+    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= limit)
+
+
+def end_labels(view: View) -> tuple[str, str, str]:
+    """What stands at the left end, at the right end and beside the arrow that points up."""
+    frame = view.frame
+    azimuth = math.degrees(math.atan2(frame.right[0], frame.right[1])) % 360.0
+    steep = abs(view.plunge_deg) >= STEEP_DEG
+    if not view.north_known:
+        left, right = (f"{round(a) % 360:03d}, local" for a in (azimuth + 180.0, azimuth))
+        return left, right, "y" if steep else "up"
+    return _wind(azimuth + 180.0), _wind(azimuth), "N" if steep else "up"
+
+
+def draw_sheet(
+    path: Path, rgba: npt.NDArray[np.uint8], metres_per_pixel: float, view: View
+) -> None:
+    """Write the sheet; `rgba` is the picture, reduced to a size for reading.
+
+    All text is drawn beside the picture, never into it, and reads the same whichever way the view
+    is flipped.
+    """
+    from PIL import Image, ImageDraw, ImageFont
+
+    format_ = format_of(path)
+    picture = Image.fromarray(rgba)
+    enlarge = max(1, -(-_NARROWEST // max(picture.size)))
+    if enlarge > 1:
+        picture = picture.resize(
+            (picture.width * enlarge, picture.height * enlarge), Image.Resampling.NEAREST
+        )
+        metres_per_pixel /= enlarge
+    size = max(14, round(max(picture.size) / 70))
+    font = ImageFont.load_default(size)
+    pad, line = 2 * size, round(1.5 * size)
+    left, right, up = end_labels(view)
+    unknown = [
+        *([] if view.north_known else ["north"]),
+        *([] if view.metric else ["scale"]),
+    ]
+    text = [
+        f"View toward {view.trend_deg % 360:05.1f}/{view.plunge_deg:.1f} (trend/plunge, deg), "
+        f"{view.sense}",
+        *_wrapped(view.reason, max(30, round((picture.width - pad) / (0.52 * size)))),
+        *([f"Not registered: {' and '.join(unknown)} not known"] if unknown else []),
+    ]
+    width = max(picture.width, _NARROWEST, round(font.getlength(text[0]))) + 2 * pad
+    bottom = pad + line + picture.height
+    height = bottom + pad + line * (len(text) + 2) + pad
+    sheet = Image.new("RGB", (width, height), (255, 255, 255))
+    x = (width - picture.width) // 2
+    sheet.paste(picture, (x, pad + line), picture)
+    draw: Any = ImageDraw.Draw(sheet)
+    draw.rectangle(
+        (x - 1, pad + line - 1, x + picture.width, bottom), outline=_INK, width=max(1, size // 12)
+    )
+    draw.text((x, pad // 2), left, _INK, font)
+    draw.text((x + picture.width, pad // 2), right, _INK, font, anchor="ra")
+    _arrow(draw, width // 2, pad // 2, size, up, font)
+    length = bar_length(picture.width * metres_per_pixel)
+    words = _metres(length) if view.metric else f"{length:g} units"
+    _bar(draw, x, bottom + pad // 2, words, length / metres_per_pixel, size, font)
+    for i, words in enumerate(text):
+        draw.text((x, bottom + pad // 2 + round(line * (i + 2.2))), words, _INK, font)
+    options: dict[str, Any] = {"resolution": 150} if format_ == "PDF" else {}
+    sheet.save(path, format_, **options)
+
+
+def _arrow(draw: Any, x: int, y: int, size: int, label: str, font: Any) -> None:
+    half = size // 3
+    draw.polygon(((x, y), (x - half, y + size // 2), (x + half, y + size // 2)), _INK)
+    draw.line((x, y + size // 2, x, y + size + half), _INK, max(1, size // 8))
+    draw.text((x + size // 2 + 2, y), label, _INK, font)
+
+
+def _bar(draw: Any, x: int, y: int, length: str, pixels: float, size: int, font: Any) -> None:
+    """Two halves, dark and light, with 0 and the length at their ends."""
+    thick = max(4, size // 3)
+    draw.rectangle((x, y, x + pixels, y + thick), (255, 255, 255), _INK)
+    draw.rectangle((x, y, x + pixels / 2, y + thick), _INK, _INK)
+    draw.text((x, y + thick + 2), "0", _INK, font)
+    draw.text((x + pixels, y + thick + 2), length, _INK, font, anchor="ma")
+
+
+def _metres(length: float) -> str:
+    if length >= 1000:
+        return f"{length / 1000:g} km"
+    if length >= 1:
+        return f"{length:g} m"
+    return f"{length * 100:g} cm" if length >= 0.01 else f"{length * 1000:g} mm"
+
+
+def _wind(azimuth_deg: float) -> str:
+    whole = round(azimuth_deg) % 360
+    return f"{_WINDS[round(azimuth_deg / 22.5) % 16]} ({whole:03d})"
+
+
+def _wrapped(text: str, width: int) -> list[str]:
+    import textwrap
+
+    return textwrap.wrap(text, width)

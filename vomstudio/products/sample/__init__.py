@@ -1,0 +1,1 @@
+"""The sample outcrop measured and held against its truth."""

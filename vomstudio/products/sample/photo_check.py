@@ -1,0 +1,137 @@
+"""What the program made of the sample's photos, beside what they were taken from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.planes import fit_planes
+from vomstudio.io.photos.cameras_file import Cameras
+from vomstudio.io.project.sample import SamplePicks, SampleTruth
+from vomstudio.products.sample.check import Check, plane_check
+
+Array = npt.NDArray[np.float64]
+
+# What lies within so many ground sampling distances of the model is in it.
+_NEAR_GSD = 4.0
+_FEWEST = 20
+_OFF, _CENTRES = "model off the outcrop, median", "camera centres, median"
+_DRAWN = 40_000
+
+
+def check_photos(
+    found: Cameras,
+    true: Cameras,
+    cloud: Array,
+    outcrop: Mesh,
+    picks: SamplePicks,
+    truth: SampleTruth,
+    gsd: float,
+) -> tuple[Check, ...]:
+    """Compare a model with the outcrop that its photos show.
+
+    found, true : cameras of the reconstruction, and those that took the photos
+    cloud : (n, 3) dense points in World
+    outcrop : the true surface in World
+    gsd : ground sampling distance of the depth maps, m
+    """
+    from scipy.spatial import cKDTree
+
+    shift = np.array(true.origin, np.float64)
+    points = cloud - shift
+    surface, normals = _spread(outcrop, shift)
+    # The photos show what is about the outcrop too.
+    low, high = surface.min(axis=0) - 0.2, surface.max(axis=0) + 0.2
+    inside = points[((points > low) & (points < high)).all(axis=1)]
+    distance, nearest = cKDTree(surface).query(inside[:: max(1, len(inside) // _DRAWN)])
+    sample = inside[:: max(1, len(inside) // _DRAWN)]
+    # Across the surface: how far the next point of the outcrop lies along it says nothing.
+    off = np.abs(((sample - surface[nearest]) * normals[nearest]).sum(axis=1))
+    off = np.where(distance < 0.25, off, distance)
+    tree = cKDTree(inside)
+    seen = surface[_seen(true, surface, normals)]
+    reached, _ = tree.query(seen)
+    return (
+        _camera_check(found, true),
+        _length(_OFF, float(np.median(off))),
+        _length("model off the outcrop, 90 %", float(np.percentile(off, 90))),
+        _length("outcrop off the model, median", float(np.median(reached))),
+        *_plane_checks(inside, tree, picks, truth, shift, gsd),
+    )
+
+
+def in_words(checks: Sequence[Check]) -> str:
+    """What the photos' model is worth, in a sentence."""
+    by_name = {check.name: check for check in checks}
+    stated = [check for check in checks if check.within is not None]
+    held = sum(bool(check.within) for check in stated)
+    worst = max((check.error for check in stated), default=0.0)
+    off, cameras = (1000 * by_name[name].error for name in (_OFF, _CENTRES))
+    return (
+        f"The model of the sample's photos lies {off:.0f} mm off the outcrop (median), its cameras "
+        f"{cameras:.0f} mm; the truth lies within the stated 95 % for {held} of {len(stated)} "
+        f"planes on it, the worst is {worst:.1f} degrees off."
+    )
+
+
+def _length(name: str, value: float) -> Check:
+    return Check(name, 0.0, value, value, None, None, "m")
+
+
+def _camera_check(found: Cameras, true: Cameras) -> Check:
+    """Median distance of the camera centres."""
+    places = {view.name: view.centre + true.origin for view in true.views}
+    misses = [
+        float(np.linalg.norm(view.centre + found.origin - places[view.name]))
+        for view in found.views
+        if view.name in places
+    ]
+    return _length(_CENTRES, float(np.median(misses)))
+
+
+def _spread(mesh: Mesh, shift: Array) -> tuple[Array, Array]:
+    """Points over the faces by area, and the normals there."""
+    corners = mesh.vertices[mesh.faces] - shift
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    size = np.linalg.norm(across, axis=1)
+    rng = np.random.default_rng(0)
+    chosen = rng.choice(len(corners), 4 * _DRAWN, p=size / size.sum())
+    b = rng.random((len(chosen), 2))
+    folded = b.sum(axis=1) > 1
+    b[folded] = 1 - b[folded]
+    a = corners[chosen]
+    points = a[:, 0] + b[:, :1] * (a[:, 1] - a[:, 0]) + b[:, 1:] * (a[:, 2] - a[:, 0])
+    return points, across[chosen] / size[chosen, None]
+
+
+def _seen(cameras: Cameras, points: Array, normals: Array) -> npt.NDArray[np.bool_]:
+    """Which points face three of the photos or more and lie in them; what stands before them is
+    not asked."""
+    count = np.zeros(len(points), int)
+    for view in cameras.views:
+        pixels = view.project(points)
+        with np.errstate(invalid="ignore"):
+            ahead = ((view.centre - points) * normals).sum(axis=1) > 0
+            count += ahead & view.contains(pixels)
+    return count >= 3
+
+
+def _plane_checks(
+    points: Array, tree: Any, picks: SamplePicks, truth: SampleTruth, shift: Array, gsd: float
+) -> list[Check]:
+    """Every pick of the sample, on the model: its planes beside the true ones."""
+    checks = []
+    for i, (name, kind) in enumerate(zip(picks.names, picks.kinds, strict=True)):
+        distance, nearest = tree.query(picks.of(i) - shift)
+        there = nearest[distance < _NEAR_GSD * gsd]
+        # In the order of the trace, along which neighbours err together.
+        there = there[np.sort(np.unique(there, return_index=True)[1])]
+        if len(there) < _FEWEST or name not in truth.planes:
+            continue
+        fit = fit_planes(points[there], np.array([0, len(there)]))[0]
+        checks.append(plane_check(f"{kind} {name} on the photos' model", fit, truth.planes[name]))
+    return checks

@@ -1,0 +1,90 @@
+"""The sample outcrop's checks as a page to read: plain text, and HTML with the pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import Any
+
+from vomstudio.products.sample.check import Check
+from vomstudio.version import __version__
+
+TITLE = "The sample outcrop, measured"
+
+
+def as_text(checks: Sequence[Check], notes: Sequence[str]) -> str:
+    """A table with one line for every check, and how many of the stated regions hold the truth."""
+    rows = [("", "truth", "measured", "error", "stated 95 %", "within"), *map(_cells, checks)]
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    lines = [
+        "  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]
+    return "\n".join([f"{TITLE} (VOM Studio {__version__})", "", *lines, "", tally(checks), *notes])
+
+
+def tally(checks: Sequence[Check]) -> str:
+    """In words, how often the truth lies within what was stated."""
+    stated = [check for check in checks if check.within is not None]
+    held = sum(bool(check.within) for check in stated)
+    return (
+        f"The truth lies within the stated 95 % in {held} of {len(stated)} checks; "
+        "about 1 in 20 should miss."
+    )
+
+
+def as_html(
+    checks: Sequence[Check], notes: Sequence[str], images: Mapping[str, str], seconds: float
+) -> str:
+    """images: file name beside the page -> what it shows."""
+    head, *body = [
+        ("", "truth", "measured", "error", "stated 95 %", "within"),
+        *map(_cells, checks),
+    ]
+    rows = "\n".join(
+        f'<tr class="{"" if check.within else "out"}">'
+        + "".join(f"<td>{escape(cell)}</td>" for cell in cells)
+        + "</tr>"
+        for cells, check in zip(body, checks, strict=True)
+    )
+    pictures = "\n".join(
+        f'<figure><img src="{escape(name)}" alt="{escape(text)}">'
+        f"<figcaption>{escape(text)}</figcaption></figure>"
+        for name, text in images.items()
+    )
+    said = "".join(f"<p>{escape(note)}</p>" for note in (tally(checks), *notes))
+    return f"""<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><title>{TITLE}</title><style>
+body {{ font: 15px/1.4 sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; }}
+table {{ border-collapse: collapse; }}
+td, th {{ padding: .15em .8em .15em 0; text-align: left; border-bottom: 1px solid #ddd; }}
+td {{ font-variant-numeric: tabular-nums; }} tr.out td {{ background: #fbe9d0; }}
+img {{ max-width: 100%; }} figure {{ margin: 1.5em 0; }}
+</style></head><body><h1>{TITLE}</h1>{said}
+{pictures}
+<table><tr>{"".join(f"<th>{cell}</th>" for cell in head)}</tr>
+{rows}</table>
+<p>VOM Studio {__version__}, {seconds:.1f} s. Angles in degrees: planes as dip direction/dip, lines
+as trend/plunge, to grid north; lengths in metres.</p></body></html>
+"""
+
+
+def _cells(check: Check) -> tuple[str, ...]:
+    digits, unit = (2, "°") if check.unit == "deg" else (3, f" {check.unit}")
+    stated = "not stated" if check.stated_95 is None else f"{check.stated_95:.{digits}f}{unit}"
+    within = {True: "yes", False: "NO", None: "-"}[check.within]
+    return (
+        check.name,
+        _value(check.truth),
+        _value(check.measured),
+        f"{check.error:.{digits}f}{unit}",
+        stated,
+        within,
+    )
+
+
+def _value(value: Mapping[str, float] | float | Any) -> str:
+    if isinstance(value, Mapping):
+        azimuth, angle = value.values()
+        return f"{azimuth:05.1f}/{angle:04.1f}"
+    return f"{value:.3f} m"

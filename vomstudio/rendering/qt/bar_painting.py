@@ -1,0 +1,219 @@
+"""Colour bars and the clipping box over the drawn outcrop. Qt, but no VTK."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+import numpy.typing as npt
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen
+
+from vomstudio.rendering.qt.painting import DARK, MARGIN, PANEL, TEXT, scale_bar_box, system_font
+from vomstudio.rendering.view.clipping import EDGES, FACES
+from vomstudio.rendering.view.scalars import MISSING, Scale
+
+Array = npt.NDArray[np.float64]
+
+BAR_WIDTH = 16.0
+TALLEST = 300.0
+TOP = 42.0
+"""Below the bar that messages are shown in."""
+PAD = 9.0
+WIDEST_TITLE = 190.0
+MISSING_WORDS = "no value"
+
+BOX_COLOR = QColor("#f0e442")
+HANDLE_RADIUS = 12.5
+
+
+class ColorBar:
+    """One bar, laid out with its top right corner at (right, top) and no lower than `bottom`.
+
+    captions : the title and what is said below it, such as the model's name
+    """
+
+    def __init__(
+        self, scale: Scale, captions: Sequence[str], right: float, top: float, bottom: float
+    ) -> None:
+        self.scale = scale
+        self._bold, self._font = system_font(bold=True), system_font()
+        bold, plain = QFontMetricsF(self._bold), QFontMetricsF(self._font)
+        self._line = plain.height()
+        title = captions[0] + (f" [{scale.unit}]" if scale.unit else "")
+        elide = Qt.TextElideMode.ElideRight
+        self._captions = [bold.elidedText(title, elide, WIDEST_TITLE)]
+        self._captions += [plain.elidedText(t, elide, WIDEST_TITLE) for t in captions[1:] if t]
+        self._head = bold.height() + self._line * (len(self._captions) - 1) + 5.0
+        self._foot = self._line + 5.0 if scale.missing else 0.0
+        wide = [bold.horizontalAdvance(self._captions[0])]
+        wide += [plain.horizontalAdvance(t) for t in self._captions[1:]]
+        room = max(bottom - top, 40.0)
+        self._left_out = 0
+        if scale.kind == "categories":
+            row = self._line + 3.0
+            most = max(1, int((room - self._head - self._foot - 2.0 * PAD) / row))
+            self._rows = list(scale.categories)
+            if len(self._rows) > most:
+                self._left_out = len(self._rows) - (most - 1)
+                self._rows = self._rows[: most - 1]
+            words = [c.name for c in self._rows] + self._more()
+            inner = row * len(words)
+        else:
+            inner = min(TALLEST, room) - self._head - self._foot - 2.0 * PAD
+            words = [text for _, text in self._ticks(inner)]
+        beside = max([plain.horizontalAdvance(w) for w in words], default=0.0)
+        wide.append(BAR_WIDTH + 8.0 + beside)
+        if scale.missing:
+            wide.append(BAR_WIDTH + 8.0 + plain.horizontalAdvance(MISSING_WORDS))
+        width = max(wide) + 2.0 * PAD
+        height = self._head + inner + self._foot + 2.0 * PAD
+        self._inner = inner
+        self.box = QRectF(right - width, top, width, height)
+
+    def _more(self) -> list[str]:
+        return [f"and {self._left_out} more"] if self._left_out else []
+
+    def _ticks(self, tall: float) -> list[tuple[float, str]]:
+        """Place 0..1 from the bottom and words: the ends, and the round values between that keep
+        clear of them and of each other."""
+        scale, width = self.scale, self.scale.high - self.scale.low
+        if width <= 0.0:
+            return []
+        if scale.kind == "cyclic":
+            return [((v - scale.low) / width, text) for v, text in scale.ticks()]
+        low, high = scale.end_words()
+        ends = [
+            (0.0, ("≤ " if scale.below else "") + low),
+            (1.0, ("≥ " if scale.above else "") + high),
+        ]
+        clear = 1.25 * self._line / max(tall, 1.0)
+        most = max(1, int(1.0 / max(1.6 * clear, 0.14)))
+        between = [
+            ((v - scale.low) / width, text)
+            for v, text in scale.ticks(most)
+            if clear <= (v - scale.low) / width <= 1.0 - clear
+        ]
+        return [ends[0], *between, ends[1]]
+
+    def paint(self, painter: QPainter) -> None:
+        painter.save()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(PANEL)
+        painter.drawRoundedRect(self.box, 5.0, 5.0)
+        left, y = self.box.left() + PAD, self.box.top() + PAD
+        painter.setPen(TEXT)
+        for k, text in enumerate(self._captions):
+            font = self._font if k else self._bold
+            metrics = QFontMetricsF(font)
+            painter.setFont(font)
+            painter.drawText(QPointF(left, y + metrics.ascent()), text)
+            y += metrics.height()
+        top = self.box.top() + PAD + self._head
+        painter.setFont(self._font)
+        if self.scale.kind == "categories":
+            self._paint_categories(painter, left, top)
+        else:
+            self._paint_ramp(painter, left, top)
+        if self.scale.missing:
+            self._swatch(painter, left, top + self._inner + 5.0, MISSING, MISSING_WORDS)
+        painter.restore()
+
+    def _swatch(
+        self, painter: QPainter, left: float, y: float, rgb: Iterable[int], text: str
+    ) -> None:
+        metrics = QFontMetricsF(self._font)
+        painter.setPen(QPen(TEXT, 0.6))
+        painter.setBrush(QColor(*rgb))
+        side = metrics.ascent()
+        painter.drawRect(QRectF(left + 1.0, y + 1.0, BAR_WIDTH - 2.0, side - 1.0))
+        painter.setPen(TEXT)
+        painter.drawText(QPointF(left + BAR_WIDTH + 8.0, y + metrics.ascent()), text)
+
+    def _paint_categories(self, painter: QPainter, left: float, top: float) -> None:
+        row = self._line + 3.0
+        for k, category in enumerate(self._rows):
+            self._swatch(painter, left, top + k * row, category.rgb, category.name)
+        for text in self._more():
+            y = top + len(self._rows) * row + QFontMetricsF(self._font).ascent()
+            painter.drawText(QPointF(left, y), text)
+
+    def _paint_ramp(self, painter: QPainter, left: float, top: float) -> None:
+        table = np.ascontiguousarray(self.scale.table[::-1])
+        strip = QImage(table.data, 1, len(table), 3, QImage.Format.Format_RGB888)
+        metrics = QFontMetricsF(self._font)
+        # Half a line above and below, where the words of the ends stand out.
+        half = metrics.capHeight() / 2.0 + 1.0
+        ramp = QRectF(left, top + half, BAR_WIDTH, self._inner - 2.0 * half)
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, False)
+        painter.drawImage(ramp, strip)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setPen(QPen(TEXT, 0.8))
+        painter.drawRect(ramp)
+        for place, text in self._ticks(self._inner):
+            y = ramp.bottom() - place * ramp.height()
+            painter.setPen(QPen(TEXT, 1.0))
+            painter.drawLine(QPointF(ramp.right(), y), QPointF(ramp.right() + 4.0, y))
+            at = QPointF(ramp.right() + 8.0, y + metrics.capHeight() / 2.0)
+            painter.drawText(at, text)
+
+
+def lay_out_bars(
+    shown: Sequence[tuple[Scale, Sequence[str]]], width: float, height: float
+) -> list[ColorBar]:
+    """Bars side by side from the right, above the scale bar; those without room are left out."""
+    bars: list[ColorBar] = []
+    right, bottom = width - MARGIN, scale_bar_box(width, height).top() - 10.0
+    for scale, captions in shown:
+        bar = ColorBar(scale, captions, right, TOP, bottom)
+        if bar.box.left() < MARGIN or (bars and bar.box.left() < width / 2.0):
+            break
+        bars.append(bar)
+        right = bar.box.left() - 8.0
+    return bars
+
+
+# -- clipping box
+
+
+def draw_clip_box(
+    painter: QPainter,
+    corners: Array,
+    centres: Array,
+    usable: Sequence[bool],
+    hot: int | None,
+    letters: str,
+) -> None:
+    """Edges and handles of a clipping box.
+
+    corners : pixels (8, 2) of ClipBox.corners, NaN behind the viewer
+    centres : pixels (6, 2) of the handles, in the order of FACES
+    letters : names of the three axes
+    """
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    for tint, width in ((QColor(20, 20, 22, 150), 3.0), (BOX_COLOR, 1.2)):
+        painter.setPen(QPen(tint, width))
+        for a, b in EDGES:
+            if np.isfinite(corners[[a, b]]).all():
+                painter.drawLine(QPointF(*corners[a]), QPointF(*corners[b]))
+    font = system_font(bold=True)
+    metrics = QFontMetricsF(font)
+    painter.setFont(font)
+    for k, (axis, side) in enumerate(FACES):
+        if not np.isfinite(centres[k]).all():
+            continue
+        x, y = centres[k]
+        reach = HANDLE_RADIUS + (1.5 if k == hot else 0.0)
+        fill = QColor(BOX_COLOR if k == hot else "#ffffff")
+        fill.setAlphaF(0.95 if usable[k] else 0.35)
+        painter.setPen(QPen(DARK, 1.6))
+        painter.setBrush(fill)
+        painter.drawEllipse(QPointF(x, y), reach, reach)
+        letter = letters[axis] + ("+" if side else "−")
+        painter.setPen(DARK)
+        painter.drawText(
+            QPointF(x - metrics.horizontalAdvance(letter) / 2.0, y + metrics.capHeight() / 2.0),
+            letter,
+        )
+    painter.setBrush(Qt.BrushStyle.NoBrush)

@@ -1,0 +1,59 @@
+"""Which feature is meant by a pixel."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.rendering.view.camera import Camera
+from vomstudio.rendering.view.drawing import FeatureDrawing
+
+Array = npt.NDArray[np.float64]
+
+FEATURE_PIXELS = 7.0
+
+
+def feature_at(
+    shown: Sequence[FeatureDrawing],
+    x: float,
+    y: float,
+    camera: Camera,
+    extent: tuple[float, float],
+    *,
+    discs: bool = True,
+) -> str | None:
+    """Id of the feature whose line or, failing that, front-most disc lies under a pixel of a
+    picture of this extent."""
+    lines = [d for d in shown if len(d.line) >= 2]
+    if lines:
+        sizes = [len(d.line) for d in lines]
+        pixels, _ = camera.project(
+            np.concatenate([np.asarray(d.line, float) for d in lines]), extent
+        )
+        owner = np.repeat(np.arange(len(lines)), sizes)
+        a, b = pixels[:-1], pixels[1:]
+        ab = b - a
+        with np.errstate(invalid="ignore", divide="ignore"):
+            t = np.einsum("ij,ij->i", np.array([x, y]) - a, ab) / np.einsum("ij,ij->i", ab, ab)
+            t = np.clip(np.nan_to_num(t), 0.0, 1.0)
+            off = np.hypot(*(a + t[:, None] * ab - np.array([x, y])).T)
+        off[(owner[:-1] != owner[1:]) | ~np.isfinite(off)] = np.inf
+        if len(off) and off.min() <= FEATURE_PIXELS:
+            return lines[int(owner[int(np.argmin(off))])].id
+    best, found = np.inf, None
+    for d in shown if discs else ():
+        if d.disc is None:
+            continue
+        ring, depth = camera.project(np.asarray(d.disc, float), extent)
+        if np.isfinite(ring).all() and inside_convex(ring, x, y) and depth.mean() < best:
+            best, found = float(depth.mean()), d.id
+    return found
+
+
+def inside_convex(ring: Array, x: float, y: float) -> bool:
+    """Whether a pixel lies inside a convex ring (n, 2) of either sense."""
+    a, b = ring, np.roll(ring, -1, axis=0)
+    side = (b[:, 0] - a[:, 0]) * (y - a[:, 1]) - (b[:, 1] - a[:, 1]) * (x - a[:, 0])
+    return bool((side >= 0.0).all() or (side <= 0.0).all())

@@ -1,0 +1,298 @@
+"""What the mouse does over the viewport: moving about, and what it tells the tools.
+
+A click is press and release within `CLICK_PIXELS`; a longer way is a drag, whose meaning is settled
+when it begins.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from PySide6.QtCore import QObject, QPointF, Qt, QTimer, Signal
+from PySide6.QtGui import QMouseEvent, QWheelEvent
+
+from vomstudio.tools.types import Button, Pointer, PointerEvent
+
+if TYPE_CHECKING:
+    from vomstudio.rendering.qt.viewport import Viewport
+
+CLICK_PIXELS = 4.0
+HANDLE_PIXELS = 9.0
+HOVER_S = 0.016
+STILL_MS = 150
+BRUSH_STEPS = 40
+DEGREES_PER_PIXEL = 0.35
+ZOOM_PER_NOTCH = 0.85
+
+BUTTONS = {
+    Qt.MouseButton.LeftButton: Button.LEFT,
+    Qt.MouseButton.MiddleButton: Button.MIDDLE,
+    Qt.MouseButton.RightButton: Button.RIGHT,
+}
+
+
+class Gestures(QObject):
+    """orbit_button : the right one leaves drags with the left one to the tool, from the press on
+    cursor : where the mouse is, None outside; hot_handle : the vertex of the preview under it
+    held_face : the face of the clipping box that is held
+    """
+
+    pointer = Signal(object)
+    """PointerEvent"""
+
+    def __init__(self, view: Viewport) -> None:
+        super().__init__(view)
+        self._view = view
+        self.orbit_button = Qt.MouseButton.LeftButton
+        self._turntable = True
+        self.cursor: QPointF | None = None
+        self.hot_handle: int | None = None
+        self.held_face: int | None = None
+        self._press: QPointF | None = None
+        self._button = Qt.MouseButton.NoButton
+        self._held_handle: int | None = None
+        self._last = QPointF()
+        self._action: str | None = None
+        self._action_depth: float | None = None
+        self._after_double_click = False
+        self._last_hover = 0.0
+        self._hover_event: PointerEvent | None = None
+        self._hover = QTimer(self)
+        self._hover.setSingleShot(True)
+        self._hover.timeout.connect(self._emit_hover)
+        # A tool whose figures lag behind its drag catches up where the cursor stands still.
+        self._still = QTimer(self)
+        self._still.setInterval(STILL_MS)
+        self._still.timeout.connect(self._stand_still)
+
+    def set_turntable(self, on: bool) -> None:
+        """Orbit with Z up, or else freely as with a trackball."""
+        self._turntable = on
+
+    def stop(self) -> None:
+        self._hover.stop()
+        self._still.stop()
+
+    def handle_at(self, x: float, y: float) -> int | None:
+        """The vertex of the preview under a pixel."""
+        preview = self._view.preview
+        if preview is None or not len(preview.line):
+            return None
+        pixels, _ = self._view.camera.project(np.asarray(preview.line, float), self._view.extent())
+        off = np.hypot(pixels[:, 0] - x, pixels[:, 1] - y)
+        off = np.where(np.isfinite(off), off, np.inf)
+        best = int(np.argmin(off))
+        return best if off[best] <= HANDLE_PIXELS else None
+
+    def _event(
+        self,
+        kind: Pointer,
+        at: QPointF,
+        button: Qt.MouseButton,
+        event: QMouseEvent,
+        hit: bool = True,
+    ) -> PointerEvent:
+        modifiers = event.modifiers()
+        return PointerEvent(
+            kind,
+            at.x(),
+            at.y(),
+            BUTTONS.get(button, Button.NONE),
+            bool(modifiers & Qt.KeyboardModifier.ShiftModifier),
+            bool(modifiers & Qt.KeyboardModifier.ControlModifier),
+            self._view.pick(at.x(), at.y()) if hit else None,
+            self.handle_at(at.x(), at.y()),
+        )
+
+    # -- drags and clicks
+
+    def press(self, event: QMouseEvent) -> None:
+        if self._press is not None:
+            return
+        at = event.position()
+        self._press = self._last = at
+        self._button = event.button()
+        self._action = None
+        left = event.button() == Qt.MouseButton.LeftButton
+        shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+        self._held_handle = self.handle_at(at.x(), at.y()) if left and not shift else None
+        free = left and not shift and self._held_handle is None
+        self.held_face = self._view.face_at(at.x(), at.y()) if free else None
+        event.accept()
+
+    def _begin_action(self, event: QMouseEvent) -> None:
+        """The button has moved far enough to be a drag: say what it does."""
+        assert self._press is not None
+        if self.held_face is not None:
+            self._action = "face"
+            return
+        view = self._view
+        shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+        button = self._button
+        hit = view.pick(self._press.x(), self._press.y())
+        at = None if hit is None else view.world_of(hit)
+        if self._held_handle is not None:
+            self._action = "handle"
+            start = self._event(Pointer.DRAG_START, self._press, button, event)
+            self.pointer.emit(replace(start, handle=self._held_handle))
+        elif button == Qt.MouseButton.MiddleButton or (
+            button == Qt.MouseButton.LeftButton and shift
+        ):
+            self._action = "pan"
+            self._action_depth = (
+                None if at is None else float((at - view.camera.position) @ view.camera.direction)
+            )
+        elif button == self.orbit_button:
+            self._action = "orbit"
+            if at is not None:
+                view.camera.set_pivot(at)
+        elif button == Qt.MouseButton.LeftButton:
+            self._action = "tool"
+            self.pointer.emit(self._event(Pointer.DRAG_START, self._press, button, event))
+        elif button == Qt.MouseButton.RightButton:
+            self._action = "zoom"
+            if at is not None:
+                view.camera.set_pivot(at)
+        else:
+            self._action = "none"
+
+    def move(self, event: QMouseEvent) -> None:
+        at = event.position()
+        self.cursor = at
+        if self._press is None:
+            self._hover_later(event)
+            return
+        if self._action is None:
+            if max(abs(at.x() - self._press.x()), abs(at.y() - self._press.y())) <= CLICK_PIXELS:
+                return
+            self._begin_action(event)
+            self._last = self._press
+        dx, dy = at.x() - self._last.x(), at.y() - self._last.y()
+        self._last = at
+        if self._action == "face":
+            assert self.held_face is not None
+            self._view.drag_face(self.held_face, at.x(), at.y())
+        elif self._action == "handle":
+            move = self._event(Pointer.DRAG_MOVE, at, self._button, event)
+            self.pointer.emit(replace(move, handle=self._held_handle))
+        elif self._action == "tool":
+            self._drag_tool(event, at, at - QPointF(dx, dy))
+        elif self._action != "none":
+            self._move_camera(dx, dy)
+
+    def _move_camera(self, dx: float, dy: float) -> None:
+        camera = self._view.camera
+        if self._action == "orbit":
+            turn = camera.orbit if self._turntable else camera.tumble
+            turn(dx * DEGREES_PER_PIXEL, dy * DEGREES_PER_PIXEL)
+        elif self._action == "pan":
+            camera.pan(dx, dy, self._view.extent()[1], self._action_depth)
+        else:
+            camera.zoom(ZOOM_PER_NOTCH ** (-dy / 30.0), camera.pivot)
+        self._view.moved()
+
+    def _drag_tool(self, event: QMouseEvent, at: QPointF, last: QPointF) -> None:
+        """Tell the tool of the way from `last` to `at`, in steps that leave no gap between the
+        places of its brush."""
+        way, steps = at - last, 1
+        preview, camera = self._view.preview, self._view.camera
+        brush = preview.brush if preview is not None else None
+        if brush is not None:
+            depth = float((brush.centre - camera.position) @ camera.direction)
+            pixels = brush.radius / camera.metres_per_pixel(self._view.extent()[1], depth)
+            length = max(abs(way.x()), abs(way.y()))
+            steps = min(max(1, math.ceil(2.0 * length / max(pixels, 2.0))), BRUSH_STEPS)
+        self._still.start()
+        for step in range(1, steps + 1):
+            there = last + way * (step / steps)
+            move = self._event(Pointer.DRAG_MOVE, there, self._button, event)
+            self.pointer.emit(replace(move, handle=None, more=step < steps))
+
+    def _stand_still(self) -> None:
+        if self._action != "tool" or self._press is None:
+            self._still.stop()
+            return
+        x, y = self._last.x(), self._last.y()
+        button = BUTTONS.get(self._button, Button.NONE)
+        self.pointer.emit(PointerEvent(Pointer.DRAG_MOVE, x, y, button, hit=self._view.pick(x, y)))
+
+    def release(self, event: QMouseEvent) -> None:
+        if self._press is None or event.button() != self._button:
+            return
+        action, self._action = self._action, None
+        press, self._press = self._press, None
+        face, self.held_face = self.held_face, None
+        if face is not None:
+            self._view.face_left()
+            return
+        if action == "handle":
+            end = self._event(Pointer.DRAG_END, event.position(), event.button(), event)
+            self.pointer.emit(replace(end, handle=self._held_handle))
+        elif action == "tool":
+            end = self._event(Pointer.DRAG_END, event.position(), event.button(), event)
+            self.pointer.emit(replace(end, handle=None))
+        elif action is None and not self._after_double_click:
+            click = self._event(Pointer.CLICK, press, event.button(), event)
+            self.pointer.emit(click)
+        self._after_double_click = False
+        self._held_handle = None
+
+    def double_click(self, event: QMouseEvent) -> None:
+        if self.orbit_button != Qt.MouseButton.LeftButton:
+            # Quick strokes of a brush are strokes.
+            self.press(event)
+            return
+        self._press = self._last = event.position()
+        self._button = event.button()
+        self._action = None
+        self._held_handle = None
+        self._after_double_click = True
+        made = self._event(Pointer.DOUBLE_CLICK, event.position(), event.button(), event)
+        if event.button() == Qt.MouseButton.LeftButton and made.hit is not None:
+            self._view.set_pivot(self._view.world_of(made.hit))
+        self.pointer.emit(made)
+
+    def wheel(self, event: QWheelEvent) -> None:
+        notches = event.angleDelta().y() / 120.0
+        if notches == 0.0:
+            return
+        view, at = self._view, event.position()
+        hit = view.pick(at.x(), at.y())
+        if hit is not None:
+            about = view.world_of(hit)
+        else:
+            about = view.camera.at_depth(at.x(), at.y(), view.extent(), view.camera.distance)
+        view.camera.zoom(ZOOM_PER_NOTCH**notches, about)
+        view.moved()
+        event.accept()
+
+    # -- hovering
+
+    def _hover_later(self, event: QMouseEvent) -> None:
+        self._hover_event = self._event(
+            Pointer.MOVE, event.position(), Qt.MouseButton.NoButton, event, hit=False
+        )
+        wait = self._last_hover + HOVER_S - time.perf_counter()
+        if wait <= 0.0:
+            self._emit_hover()
+        elif not self._hover.isActive():
+            self._hover.start(max(1, int(wait * 1000.0)))
+
+    def _emit_hover(self) -> None:
+        event, self._hover_event = self._hover_event, None
+        if event is None or self._press is not None:
+            return
+        self._last_hover = time.perf_counter()
+        if event.handle != self.hot_handle:
+            self.hot_handle = event.handle
+            self._view.update()
+        self._view.hover(event.x, event.y, free=event.handle is None)
+        self.pointer.emit(replace(event, hit=self._view.pick(event.x, event.y)))
+
+    def leave(self) -> None:
+        self.cursor = None
+        self._hover_event = None

@@ -1,0 +1,88 @@
+"""What is painted over the picture of the outcrop and moves only with the camera."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+from PySide6.QtGui import QPainter
+
+from vomstudio.rendering.qt import bar_painting, painting
+from vomstudio.rendering.qt.annotations import Annotations
+from vomstudio.rendering.view.camera import Camera
+from vomstudio.rendering.view.drawing import FeatureDrawing
+from vomstudio.rendering.view.scalars import Scale
+
+Array = npt.NDArray[np.float64]
+Size = tuple[float, float]
+
+
+class Overlays:
+    """Labels, colour bars, compass and scale bar.
+
+    north_known, unit_known : whether World's y is North and its unit the metre
+    captions : names the models by id where several show a field
+    """
+
+    def __init__(self, camera: Camera) -> None:
+        self._camera = camera
+        self.annotations = Annotations()
+        self.north_known = True
+        self.unit_known = True
+        self.captions: dict[str, str] = {}
+        self.bars: list[bar_painting.ColorBar] = []
+
+    def paint(
+        self,
+        painter: QPainter,
+        size: Size,
+        features: Mapping[str, FeatureDrawing],
+        selected: frozenset[str],
+        scales: list[tuple[Scale, str]],
+        project: Callable[[Array], tuple[Array, npt.NDArray[np.bool_]]],
+        *,
+        moving: bool,
+    ) -> None:
+        """scales : of the fields that are shown, with the ids of their models; project : pixels of
+        World points, and which of them are seen."""
+        width, height = size
+        self.bars = self._lay_out_bars(scales, size)
+        self.annotations.paint(
+            painter,
+            features,
+            selected,
+            self._camera,
+            project,
+            size,
+            kept_free=(
+                painting.compass_box(height),
+                painting.scale_bar_box(width, height),
+                *(bar.box for bar in self.bars),
+            ),
+            moving=moving,
+        )
+        for bar in self.bars:
+            bar.paint(painter)
+        painting.draw_compass(painter, self._camera.frame, height, self.north_known)
+        painting.draw_scale_bar(
+            painter,
+            self._camera.metres_per_pixel(height),
+            width,
+            height,
+            orthographic=self._camera.orthographic,
+            unit_known=self.unit_known,
+        )
+
+    def _lay_out_bars(
+        self, scales: list[tuple[Scale, str]], size: Size
+    ) -> list[bar_painting.ColorBar]:
+        if not self.unit_known:
+            scales = [(replace(s, unit="units") if s.unit == "m" else s, id_) for s, id_ in scales]
+        several = len(scales) > 1
+        captioned = [
+            (scale, (scale.title, self.captions.get(model_id, "") if several else ""))
+            for scale, model_id in scales
+        ]
+        return bar_painting.lay_out_bars(captioned, *size)

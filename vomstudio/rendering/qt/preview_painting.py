@@ -1,0 +1,107 @@
+"""Paints what an unfinished tool shows over the picture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+from PySide6.QtCore import QPointF
+from PySide6.QtGui import QColor, QPainter
+
+from vomstudio.geometry.discs import disc
+from vomstudio.rendering.qt import painting
+from vomstudio.tools.types import BrushRing, Preview
+
+Array = npt.NDArray[np.float64]
+
+
+class Eye(Protocol):
+    """What looks at World: the viewport's camera, or a photo."""
+
+    @property
+    def direction(self) -> Array: ...
+
+    def project(self, points: Array, size: tuple[float, float]) -> tuple[Array, Array]: ...
+
+
+class PreviewPainter:
+    """For one paint event. `project` gives pixels of World points and which of them are seen."""
+
+    def __init__(
+        self,
+        painter: QPainter,
+        camera: Eye,
+        extent: tuple[float, float],
+        project: Callable[[Array], tuple[Array, npt.NDArray[np.bool_]]],
+    ) -> None:
+        self._painter, self._camera = painter, camera
+        self._extent, self._project = extent, project
+
+    def paint(self, preview: Preview, cursor: QPointF | None, hot_handle: int | None) -> None:
+        painter = self._painter
+        width, height = self._extent
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        color = painting.to_color(preview.color)
+        line = np.asarray(preview.line, float).reshape(-1, 3)
+        if preview.patch is not None:
+            ring, _ = self._camera.project(np.asarray(preview.patch, float), (width, height))
+            tint = painting.VERDICT_COLORS.get(preview.verdict or "")
+            painting.draw_ring(painter, ring, QColor(tint) if tint else color)
+        if len(line) >= 2:
+            self._paint_line(line, color, 2.4)
+        if preview.rubber is not None and len(line):
+            band = np.stack([line[-1], np.asarray(preview.rubber, float)])
+            pixels, _ = self._camera.project(band, (width, height))
+            if np.isfinite(pixels).all():
+                painting.draw_rubber(painter, pixels, color)
+        if len(line):
+            pixels, seen = self._project(line)
+            for i, (x, y) in enumerate(pixels):
+                if np.isfinite(x) and np.isfinite(y):
+                    painting.draw_handle(
+                        painter,
+                        x,
+                        y,
+                        color,
+                        seen=bool(seen[i]),
+                        hot=i == hot_handle,
+                        marked=i == preview.marked,
+                    )
+        clear = 0.0
+        if preview.brush is not None:
+            clear = self._paint_brush(preview.brush, color)
+        if cursor is not None:
+            painting.draw_reading(
+                painter,
+                cursor.x(),
+                cursor.y(),
+                preview.reading,
+                preview.verdict,
+                width,
+                height,
+                clear=min(clear, 0.2 * width),
+            )
+
+    def _paint_brush(self, brush: BrushRing, color: QColor) -> float:
+        """Flat on the surface where it is known how that lies, else towards the viewer. Its half
+        width in pixels."""
+        normal = self._camera.direction if brush.normal is None else brush.normal
+        ring, _ = self._camera.project(disc(brush.centre, normal, brush.radius), self._extent)
+        painting.draw_brush(self._painter, ring, color, removes=brush.removes)
+        return float(np.ptp(ring[:, 0])) / 2.0 if np.isfinite(ring).all() else 0.0
+
+    def _paint_line(self, line: Array, color: QColor, wide: float) -> None:
+        """A World line, cut finely enough to tell its hidden parts."""
+        pixels, _ = self._camera.project(line, self._extent)
+        if not np.isfinite(pixels).all():
+            return
+        steps = np.clip(np.hypot(*np.diff(pixels, axis=0).T) / 6.0, 1, 400).astype(int)
+        fine = [
+            line[i] + (line[i + 1] - line[i]) * np.linspace(0.0, 1.0, n, endpoint=False)[:, None]
+            for i, n in enumerate(steps)
+        ]
+        points = np.concatenate([*fine, line[-1:]])
+        pixels, seen = self._project(points)
+        painting.draw_runs(self._painter, pixels, seen, color, wide)

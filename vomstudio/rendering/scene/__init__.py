@@ -1,0 +1,1 @@
+"""The scene in VTK: models, features, cameras, picking."""

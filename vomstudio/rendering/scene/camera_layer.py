@@ -1,0 +1,117 @@
+"""Where photos were taken, as small pyramids over the outcrop."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
+
+from vomstudio.geometry.frusta import Frustum
+from vomstudio.rendering.scene import vtk_data
+
+Array = npt.NDArray[np.float64]
+
+COLOR = (0.34, 0.71, 0.91)
+CHOSEN_COLOR = (0.90, 0.62, 0.0)
+DARK = (0.08, 0.08, 0.09)
+LINE_WIDTH = 1.6
+HALO_WIDTH = 3.6
+FACE_OPACITY = 0.16
+CHOSEN_OPACITY = 0.42
+
+
+class CameraLayer:
+    """Five actors, however many cameras there are."""
+
+    def __init__(self) -> None:
+        self.scale = 1.0
+        self.frusta: tuple[Frustum, ...] = ()
+        self.chosen: frozenset[str] = frozenset()
+        self._origin: Array = np.zeros(3)
+        self._stale = True
+        self._actors: dict[str, vtkActor] = {}
+
+    def attach(self, renderer: vtkRenderer) -> None:
+        for name in ("faces", "faces+", "halo", "lines", "lines+"):
+            actor, mapper = vtkActor(), vtkPolyDataMapper()
+            mapper.SetInputData(vtkPolyData())
+            mapper.ScalarVisibilityOff()
+            actor.SetMapper(mapper)
+            look = actor.GetProperty()
+            look.LightingOff()
+            # Without a trace in the depth buffer, from which points of the rock are told hidden.
+            actor.ForceTranslucentOn()
+            look.SetColor(
+                *(DARK if name == "halo" else CHOSEN_COLOR if name.endswith("+") else COLOR)
+            )
+            if name.startswith("faces"):
+                look.SetOpacity(CHOSEN_OPACITY if name.endswith("+") else FACE_OPACITY)
+            actor.VisibilityOff()
+            self._actors[name] = actor
+            renderer.AddActor(actor)
+
+    def set_origin(self, origin: Array) -> None:
+        self._origin = origin
+        self._stale = True
+
+    def set_scale(self, scale: float) -> None:
+        self.scale = scale
+        self._stale = True
+
+    def show(self, frusta: Sequence[Frustum]) -> None:
+        """In World."""
+        self.frusta = tuple(frusta)
+        self._stale = True
+
+    def choose(self, names: frozenset[str]) -> None:
+        """Emphasise the cameras of these photos, and no others."""
+        self.chosen = names
+        self._stale = True
+
+    def corners(self) -> Array:
+        """(n, 3) World points around everything that is shown."""
+        if not self.frusta:
+            return np.zeros((0, 3))
+        return np.concatenate([np.vstack([f.tip, f.corners]) for f in self.frusta])
+
+    def refresh(self) -> None:
+        """Bring the actors up to date; called before every drawing of the layer."""
+        if not self._stale or not self._actors:
+            return
+        self._stale = False
+        chosen = [f for f in self.frusta if f.name in self.chosen]
+        others = [f for f in self.frusta if f.name not in self.chosen]
+        width = {"halo": HALO_WIDTH, "lines": LINE_WIDTH, "lines+": 1.5 * LINE_WIDTH}
+        for name, shown in (
+            ("faces", others), ("faces+", chosen),
+            ("halo", list(self.frusta)), ("lines", others), ("lines+", chosen),
+        ):  # fmt: skip
+            actor = self._actors[name]
+            make = self._faces if name.startswith("faces") else self._lines
+            actor.GetMapper().SetInputData(make(shown))
+            actor.SetVisibility(bool(shown))
+            if name in width:
+                actor.GetProperty().SetLineWidth(width[name] * self.scale)
+
+    def _faces(self, frusta: Sequence[Frustum]) -> vtkPolyData:
+        """The photo itself."""
+        data = vtkPolyData()
+        if frusta:
+            runs = [f.outline[:-1] - self._origin for f in frusta]
+            data.SetPoints(vtk_data.vtk_points(np.concatenate(runs).astype(np.float32)))
+            data.SetPolys(vtk_data.cells_of([len(run) for run in runs]))
+        return data
+
+    def _lines(self, frusta: Sequence[Frustum]) -> vtkPolyData:
+        data = vtkPolyData()
+        if frusta:
+            runs = []
+            for f in frusta:
+                runs.append(f.outline - self._origin)
+                runs += [np.stack([f.tip, corner]) - self._origin for corner in f.corners]
+            data.SetPoints(vtk_data.vtk_points(np.concatenate(runs).astype(np.float32)))
+            data.SetLines(vtk_data.cells_of([len(run) for run in runs]))
+        return data

@@ -1,0 +1,203 @@
+"""Lines and discs of the features as a handful of actors, however many features there are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+from vtkmodules.vtkCommonDataModel import vtkPlaneCollection, vtkPolyData
+from vtkmodules.vtkRenderingCore import vtkActor, vtkMapper, vtkPolyDataMapper, vtkRenderer
+
+from vomstudio.rendering.scene import vtk_data
+from vomstudio.rendering.scene.area_layer import AreaLayer, Pixel, area_box
+from vomstudio.rendering.view.drawing import FeatureDrawing
+
+Array = npt.NDArray[np.float64]
+
+LINE_WIDTH = 3.0
+SELECTED_WIDTH = 5.0
+HALO_EXTRA = 2.0
+SELECTED_HALO_EXTRA = 4.0
+THIN_ABOVE = 4000
+"""Points of lines above which only the lines themselves are drawn while the camera moves."""
+
+DISC_OPACITY = 0.32
+HIDDEN_OPACITY = 0.28
+DARK = (20, 20, 22)
+BRIGHT = (255, 255, 255)
+
+# Steps of the depth buffer (1/65536 of its range) by which lines stand before the surface that
+# they lie on, and by which the faint copy stands before everything. The first has to cover the rise
+# of a slanting surface across half a line's width, or the halo is cut off on the near side.
+OVER_SURFACE = -150.0
+OVER_ALL = -65000.0
+
+
+class FeatureLayer:
+    """Registered drawings and the actors made of them."""
+
+    def __init__(self) -> None:
+        self.drawings: dict[str, FeatureDrawing] = {}
+        self.selected: frozenset[str] = frozenset()
+        self.areas = AreaLayer()
+        self.scale = 1.0
+        self._origin: Array = np.zeros(3)
+        self._corners: Array = np.zeros((0, 3))
+        self.thin = False
+        self._stale = True
+        self._chosen_stale = True
+        self._actors: dict[str, vtkActor] = {}
+
+    def attach(self, renderer: vtkRenderer) -> None:
+        # Polygons stay where they are: only the lines of this layer are shifted.
+        vtkMapper.SetResolveCoincidentTopologyToPolygonOffset()
+        vtkMapper.SetResolveCoincidentTopologyPolygonOffsetParameters(0.0, 0.0)
+        vtkMapper.SetResolveCoincidentTopologyLineOffsetParameters(0.0, 0.0)
+        self.areas.attach(renderer)
+        order = ["discs", "halo", "line", "halo+", "line+", "hidden", "hidden+"]
+        for name in order:
+            actor = vtkActor()
+            mapper = vtkPolyDataMapper()
+            mapper.SetInputData(vtkPolyData())
+            actor.SetMapper(mapper)
+            look = actor.GetProperty()
+            look.LightingOff()
+            # Drawn one over the other in this order, and without a trace in the depth buffer: what
+            # stands before the surface by an offset would hide the very points that it runs through
+            # from `Scene.seen`.
+            actor.ForceTranslucentOn()
+            selected = name.endswith("+")
+            over = 2.5 * OVER_SURFACE if selected else OVER_SURFACE
+            if name == "discs":
+                look.SetOpacity(DISC_OPACITY)
+            elif name.startswith("halo"):
+                mapper.ScalarVisibilityOff()
+                look.SetColor(*(v / 255.0 for v in (BRIGHT if selected else DARK)))
+                mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, over)
+            elif name.startswith("line"):
+                mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, over - 8.0)
+            else:
+                look.SetOpacity(HIDDEN_OPACITY)
+                mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, OVER_ALL)
+            self._actors[name] = actor
+            renderer.AddActor(actor)
+        self._stale = True
+
+    def set_origin(self, origin: Array) -> None:
+        self._origin = origin
+        self.areas.set_origin(origin)
+        self._stale = True
+
+    def clip(self, planes: vtkPlaneCollection | None) -> None:
+        """Draw only what lies on the inner side of all these planes."""
+        self.areas.clip(planes)
+        for actor in self._actors.values():
+            vtk_data.clip(actor, planes)
+
+    def set_scale(self, scale: float) -> None:
+        """Device pixels per logical pixel: widths are logical."""
+        self.scale = scale
+        self.areas.scale = scale
+        self._stale = True
+
+    def change(self, changes: Mapping[str, FeatureDrawing | None]) -> None:
+        for key, drawing in changes.items():
+            if drawing is None:
+                self.drawings.pop(key, None)
+            else:
+                self.drawings[key] = drawing
+            self.areas.change(key, drawing)
+        self._stale = True
+        points = [np.asarray(d.line, float).reshape(-1, 3) for d in self.shown()]
+        points += [np.asarray(d.disc, float) for d in self.shown() if d.disc is not None]
+        points += [area_box(d.area) for d in self.shown() if d.area is not None]
+        every = np.concatenate([np.zeros((0, 3)), *points])
+        every = every[np.isfinite(every).all(axis=1)]
+        if len(every):
+            low, high = every.min(axis=0), every.max(axis=0)
+            grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+            self._corners = np.where(grid == 1, high, low)
+        else:
+            self._corners = np.zeros((0, 3))
+
+    def select(self, ids: frozenset[str]) -> None:
+        self.selected = ids
+        self.areas.select(ids)
+        self._chosen_stale = True
+
+    def shown(self) -> list[FeatureDrawing]:
+        return [d for d in self.drawings.values() if d.visible]
+
+    def corners(self) -> Array:
+        """(8, 3) World corners of all drawings, or none."""
+        return self._corners
+
+    def refresh(self, pixel: Pixel | None = None) -> None:
+        """Bring the actors up to date; called before every drawing of the layer. pixel: metres of
+        a device pixel at a place in World."""
+        if not self._actors:
+            return
+        self.areas.refresh(moving=self.thin, pixel=pixel)
+        if self._stale:
+            self._stale = False
+            self._chosen_stale = True
+            shown = self.shown()
+            self._dress("", self._lines(shown), LINE_WIDTH, HALO_EXTRA)
+            discs = self._discs([d for d in shown if d.disc is not None])
+            self._actors["discs"].GetMapper().SetInputData(discs)
+        if self._chosen_stale:
+            # The selected ones are drawn once more over all the others, so that a change of the
+            # selection leaves the large arrays alone.
+            self._chosen_stale = False
+            chosen = [self.drawings[i] for i in self.selected if i in self.drawings]
+            lines = self._lines([d for d in chosen if d.visible])
+            self._dress("+", lines, SELECTED_WIDTH, SELECTED_HALO_EXTRA)
+        points = self._actors["line"].GetMapper().GetInput().GetNumberOfPoints()
+        rich = not self.thin or points < THIN_ABOVE
+        for name, actor in self._actors.items():
+            filled = actor.GetMapper().GetInput().GetNumberOfPoints() > 0
+            actor.SetVisibility(filled and (rich or name not in ("halo", "hidden")))
+
+    def _dress(self, mark: str, data: vtkPolyData, width: float, halo: float) -> None:
+        for name, wide in (("halo", width + halo), ("line", width), ("hidden", width)):
+            actor = self._actors[name + mark]
+            actor.GetMapper().SetInputData(data)
+            actor.GetProperty().SetLineWidth(wide * self.scale)
+
+    def _lines(self, drawings: list[FeatureDrawing]) -> vtkPolyData:
+        lines, colors = [], []
+        for d in drawings:
+            line = np.asarray(d.line, float).reshape(-1, 3)
+            if len(line) >= 2:
+                lines.append(line - self._origin)
+                colors.append(np.broadcast_to(vtk_data.rgb(d.color), (len(line), 3)))
+        return self._poly(lines, colors, polygons=False)
+
+    def _discs(self, drawings: list[FeatureDrawing]) -> vtkPolyData:
+        rings, colors = [], []
+        for d in drawings:
+            ring = np.asarray(d.disc, float).reshape(-1, 3)
+            if len(ring) >= 3:
+                rings.append(ring - self._origin)
+                colors.append(np.broadcast_to(vtk_data.rgb(d.color), (len(ring), 3)))
+        return self._poly(rings, colors, polygons=True)
+
+    def _poly(
+        self,
+        runs: list[Array],
+        colors: list[npt.NDArray[np.uint8]],
+        *,
+        polygons: bool,
+    ) -> vtkPolyData:
+        data = vtkPolyData()
+        if not runs:
+            return data
+        data.SetPoints(vtk_data.vtk_points(np.concatenate(runs).astype(np.float32)))
+        cells = vtk_data.cells_of([len(r) for r in runs])
+        if polygons:
+            data.SetPolys(cells)
+        else:
+            data.SetLines(cells)
+        vtk_data.set_colors(data, np.concatenate(colors))
+        return data

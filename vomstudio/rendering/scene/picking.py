@@ -1,0 +1,226 @@
+"""From a ray in World to an exact point of one model, in float64.
+
+Which face or point is hit is decided on float32 copies in the model's local frame; where, always
+from the model's own float64 coordinates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+from vtkmodules.vtkCommonCore import mutable
+from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
+
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.rendering.view.blocks import (
+    FaceChunk,
+    PointChunk,
+    box_range,
+    boxes_hit,
+    first_face,
+    points_near_ray,
+)
+from vomstudio.rendering.view.camera import Camera
+from vomstudio.rendering.view.clipping import ClipBox, Limits, limits_for
+from vomstudio.tools.types import Hit
+
+Array = npt.NDArray[np.float64]
+
+CLOUD_REACH_PIXELS = 6.0
+"""How far from the cursor, in pixels, a point of a cloud may lie to be taken."""
+
+SURFACE_THICKNESS = 4.0
+"""Points at most this many times that reach behind the front-most one belong to its surface."""
+
+
+class Pickable(Protocol):
+    """What picking needs of a model in the scene."""
+
+    model_id: str
+    data: Mesh | PointCloud
+    origin: Array
+    low: Array
+    high: Array
+    to_world: Array
+    from_world: Array
+    locators: list[vtkStaticCellLocator]
+    face_chunks: list[FaceChunk]
+    point_chunks: list[PointChunk]
+
+    def chunk_boxes(self) -> tuple[Array, Array]: ...
+
+    def corners_world(self) -> Array: ...
+
+
+def pick_front(
+    models: Iterable[Pickable],
+    camera: Camera,
+    x: float,
+    y: float,
+    size: tuple[float, float],
+    clip: ClipBox | None = None,
+) -> Hit | None:
+    """The front-most point of the models at a pixel of an image of `size`."""
+    origin, direction = camera.ray(x, y, size)
+    tangent = 2.0 * camera.tangent / max(size[1], 1.0)
+    if camera.orthographic:
+        radius, spread = tangent * camera.distance, 0.0
+    else:
+        radius, spread = 0.0, tangent
+    best, best_depth = None, np.inf
+    for model in models:
+        hit = pick_model(model, origin, direction, radius, spread, clip)
+        if hit is None:
+            continue
+        world = model.to_world[:3, :3] @ np.array(hit.position) + model.to_world[:3, 3]
+        depth = float((world - origin) @ direction)
+        if depth < best_depth:
+            best, best_depth = hit, depth
+    return best
+
+
+def pick_model(
+    model: Pickable,
+    origin: Array,
+    direction: Array,
+    radius: float,
+    spread: float,
+    box: ClipBox | None = None,
+) -> Hit | None:
+    """The front-most point of a model that a World ray meets, inside the clipping box.
+
+    radius, spread : size of a pixel in World metres at depth 0 and its growth per metre; only a
+        cloud uses them
+    """
+    linear = model.from_world[:3, :3]
+    start = linear @ origin + model.from_world[:3, 3] - model.origin
+    heading = linear @ direction
+    scale = float(np.linalg.norm(heading))
+    heading = heading / scale
+    pad = (radius + spread * float(np.linalg.norm(start))) * scale * CLOUD_REACH_PIXELS
+    if not boxes_hit((model.low - pad)[None], (model.high + pad)[None], start, heading)[0]:
+        return None
+    limits = None
+    if box is not None:
+        reach = 0.0
+        if not isinstance(model.data, Mesh):
+            # A point inside may be near a ray that passes just beside the box.
+            distance = float(np.linalg.norm(model.corners_world() - origin, axis=1).max())
+            reach = (radius + spread * distance) * CLOUD_REACH_PIXELS
+        limits = limits_for(box, origin, direction, model.to_world, model.origin, reach)
+        if limits is None:
+            return None
+    if isinstance(model.data, Mesh):
+        return _pick_mesh(model, model.data, start, heading, limits)
+    return _pick_cloud(model, model.data, start, heading, radius * scale, spread, limits)
+
+
+def _pick_mesh(
+    model: Pickable, mesh: Mesh, start: Array, heading: Array, limits: Limits | None
+) -> Hit | None:
+    between = (0.0, np.inf) if limits is None else (limits.first, limits.last)
+    face = (
+        _locate(model, start, heading, between)
+        if model.locators
+        else first_face(model.face_chunks, start, heading, between)
+    )
+    if face is None:
+        return None
+    corners = np.asarray(mesh.vertices[mesh.faces[face]], np.float64)
+    a, b, c = corners
+    e1, e2 = b - a, c - a
+    p = np.cross(heading, e2)
+    det = e1 @ p
+    if det == 0.0 or not np.isfinite(det):
+        return None
+    s = start + model.origin - a
+    u = float(s @ p) / det
+    v = float(heading @ np.cross(s, e1)) / det
+    # float32 may have chosen the neighbour of a shared edge: stay on the face that is named.
+    u, v = min(max(u, 0.0), 1.0), min(max(v, 0.0), 1.0)
+    if u + v > 1.0:
+        u, v = u / (u + v), v / (u + v)
+    weights = (1.0 - u - v, u, v)
+    position = weights[0] * a + weights[1] * b + weights[2] * c
+    return Hit(
+        model.model_id,
+        "face",
+        int(face),
+        (float(position[0]), float(position[1]), float(position[2])),
+        weights,
+    )
+
+
+def _locate(
+    model: Pickable, start: Array, heading: Array, between: tuple[float, float]
+) -> int | None:
+    """Row of the first face between two depths, through the locators of the chunks whose boxes the
+    ray meets."""
+    low, high = model.chunk_boxes()
+    enter, leave = box_range(low, high, start, heading)
+    slack = 1e-3 * (leave - enter) + 1e-6
+    # The chunk's own stretch a little lengthened, but never beyond what may be picked.
+    firsts = np.maximum(enter - slack, between[0])
+    lasts = np.minimum(leave + slack, between[1])
+    met = np.flatnonzero((leave >= enter) & (lasts >= firsts))
+    best, found = np.inf, None
+    t: Any = mutable(0.0)
+    sub: Any = mutable(0)
+    cell: Any = mutable(-1)
+    x, pcoords = [0.0] * 3, [0.0] * 3
+    for i in met[np.argsort(enter[met])]:
+        if enter[i] > best:
+            break
+        first, last = float(firsts[i]), float(lasts[i])
+        hit = model.locators[i].IntersectWithLine(
+            (start + heading * first).tolist(),
+            (start + heading * last).tolist(),
+            0.0,
+            t,
+            x,
+            pcoords,
+            sub,
+            cell,
+        )
+        if hit and int(cell) >= 0:
+            depth = first + float(t) * (last - first)
+            if depth < best:
+                best, found = depth, int(model.face_chunks[i].face_ids[int(cell)])
+    return found
+
+
+def _pick_cloud(
+    model: Pickable,
+    cloud: PointCloud,
+    start: Array,
+    heading: Array,
+    radius: float,
+    spread: float,
+    limits: Limits | None,
+) -> Hit | None:
+    if not model.point_chunks:
+        return None
+    rows, depth, off = points_near_ray(
+        model.point_chunks,
+        model.chunk_boxes(),
+        start,
+        heading,
+        radius * CLOUD_REACH_PIXELS,
+        spread * CLOUD_REACH_PIXELS,
+        SURFACE_THICKNESS,
+        None if limits is None else limits.inside,
+    )
+    if not len(rows):
+        return None
+    # The front-most point near the cursor names the surface; of the points of that surface the
+    # one nearest to the cursor is taken.
+    front = float(depth.min())
+    thick = SURFACE_THICKNESS * (radius + spread * front) * CLOUD_REACH_PIXELS
+    same = np.flatnonzero(depth <= front + thick)
+    row = int(rows[same[np.argmin(off[same])]])
+    x, y, z = (float(v) for v in cloud.position(row))
+    return Hit(model.model_id, "point", row, (x, y, z))

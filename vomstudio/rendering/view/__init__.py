@@ -1,0 +1,1 @@
+"""Camera, visibility, colours and symbols as numbers: no Qt, no VTK window."""

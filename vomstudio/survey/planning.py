@@ -1,0 +1,399 @@
+"""A photo survey planned before going out (textbook 2.4 and 3.2).
+
+Positions are in the frame of the outcrop: `along` it from its left end, `up` it from its foot (both
+as seen from the camera), `away` from it towards the camera; metres. For flat ground seen from above
+`away` is the height.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import UsageError
+from vomstudio.survey.photo_limits import ground_sampling_distance, gsd_for_plane, smallest_plane
+from vomstudio.survey.plan_camera import PlanCamera
+
+Array = npt.NDArray[np.float64]
+Manner = Literal["handheld", "drone", "terrain"]
+
+MANNERS: tuple[Manner, ...] = ("handheld", "drone", "terrain")
+OBLIQUE_DEG = 30.0
+"""From the perpendicular: view directions "up to 60 degrees with" the surface, horizontal and 30
+degrees plunging at a cliff, zenithal and 60 degrees plunging over flat ground (3.2.1)."""
+LEAST_OVERLAP, MOST_OVERLAP = 0.6, 0.95
+WANTED_VIEWS = 4
+_BLUR_PIXELS = 2.0
+_REACH_M = 2.5
+_TARGET_PIXELS = 20.0
+_MOST_PHOTOS = 20_000
+
+
+@dataclass(frozen=True)
+class Station:
+    """One photo: where the camera is, what it is aimed at, in the frame of the outcrop."""
+
+    number: int
+    kind: Literal["perpendicular", "oblique"]
+    along_m: float
+    up_m: float
+    away_m: float
+    target_along_m: float
+    target_up_m: float
+
+    @property
+    def turn_deg(self) -> float:
+        """To the right of the perpendicular."""
+        return math.degrees(math.atan2(self.target_along_m - self.along_m, self.away_m))
+
+    @property
+    def tilt_deg(self) -> float:
+        """Above the perpendicular."""
+        return math.degrees(
+            math.atan2(
+                self.target_up_m - self.up_m,
+                math.hypot(self.target_along_m - self.along_m, self.away_m),
+            )
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        return {
+            "number": self.number,
+            "kind": self.kind,
+            "along_m": round(self.along_m, 3),
+            "up_m": round(self.up_m, 3),
+            "away_m": round(self.away_m, 3),
+            "turn_deg": round(self.turn_deg, 1),
+            "tilt_deg": round(self.tilt_deg, 1),
+        }
+
+
+@dataclass(frozen=True)
+class ControlPoint:
+    label: str
+    use: Literal["control", "check"]
+    along_m: float
+    up_m: float
+
+    def as_dict(self) -> dict[str, Any]:
+        return {
+            "label": self.label,
+            "use": self.use,
+            "along_m": round(self.along_m, 3),
+            "up_m": round(self.up_m, 3),
+        }
+
+
+@dataclass(frozen=True)
+class SurveyPlan:
+    """footprint_m, spacing_m : along and up the outcrop. depth_of_field_m : nearest and farthest
+    sharp distance, the latter None for infinity. views_least, views_median : photos that see a
+    place of the outcrop."""
+
+    camera: PlanCamera
+    manner: Manner
+    distance_m: float
+    width_m: float
+    height_m: float
+    overlap: float
+    gsd_m: float
+    footprint_m: tuple[float, float]
+    spacing_m: tuple[float, float]
+    f_number: float
+    depth_of_field_m: tuple[float, float | None]
+    stations: tuple[Station, ...]
+    control_points: tuple[ControlPoint, ...]
+    views_least: int
+    views_median: float
+    warnings: tuple[str, ...] = field(default=())
+
+    @property
+    def smallest_plane_m(self) -> float:
+        return smallest_plane(self.gsd_m)
+
+    @property
+    def target_size_m(self) -> float:
+        """Of a control point's mark: twenty pixels across."""
+        return _TARGET_PIXELS * self.gsd_m
+
+    def of_kind(self, kind: str) -> list[Station]:
+        return [station for station in self.stations if station.kind == kind]
+
+    def as_dict(self) -> dict[str, Any]:
+        return {
+            "gsd_m": self.gsd_m,
+            "footprint_m": list(self.footprint_m),
+            "spacing_m": list(self.spacing_m),
+            "photos": len(self.stations),
+            "smallest_plane_m": self.smallest_plane_m,
+            "depth_of_field_m": list(self.depth_of_field_m),
+            "distance_m": self.distance_m,
+            "overlap": self.overlap,
+            "perpendicular": len(self.of_kind("perpendicular")),
+            "oblique": len(self.of_kind("oblique")),
+            "views_least": self.views_least,
+            "views_median": self.views_median,
+            "f_number": self.f_number,
+            "camera": {
+                "name": self.camera.name,
+                "sensor_width_mm": self.camera.sensor_width_mm,
+                "sensor_height_mm": self.camera.sensor_height_mm,
+                "focal_mm": self.camera.focal_mm,
+                "width_px": self.camera.width_px,
+                "height_px": self.camera.height_px,
+            },
+            "positions": [station.as_dict() for station in self.stations],
+            "control_points": [point.as_dict() for point in self.control_points],
+            "target_size_m": self.target_size_m,
+            "warnings": list(self.warnings),
+        }
+
+
+# -- the plan ------------------------------------------------------------------------------------
+def depth_of_field(
+    focal_mm: float, f_number: float, distance_m: float, circle_mm: float
+) -> tuple[float, float | None]:
+    """Nearest and farthest distance in metres at which a point becomes a circle of no more than
+    `circle_mm` on the sensor, focused at `distance_m`; None is infinity.
+
+    The thin lens: hyperfocal distance H = f^2 / (N c) + f; near = D (H - f) / (H + D - 2 f), far =
+    D (H - f) / (H - D).
+    """
+    f, d = focal_mm, distance_m * 1000.0
+    hyperfocal = f * f / (f_number * circle_mm) + f
+    near = d * (hyperfocal - f) / (hyperfocal + d - 2.0 * f)
+    far = d * (hyperfocal - f) / (hyperfocal - d) / 1000.0 if d < hyperfocal else None
+    return near / 1000.0, far
+
+
+def distance_for(camera: PlanCamera, gsd_m: float) -> float:
+    """Distance in metres at which a pixel covers `gsd_m` (eq. 18 solved for D)."""
+    return gsd_m * camera.focal_mm * camera.width_px / camera.sensor_width_mm
+
+
+def plan_survey(
+    camera: PlanCamera,
+    width_m: float,
+    height_m: float,
+    *,
+    distance_m: float | None = None,
+    gsd_m: float | None = None,
+    plane_m: float | None = None,
+    overlap: float = 0.7,
+    manner: Manner = "handheld",
+    f_number: float = 8.0,
+) -> SurveyPlan:
+    """width_m, height_m : of the outcrop (or of the ground, for manner "terrain").
+
+    One of `distance_m`, `gsd_m` (the wanted size of a pixel) and `plane_m` (across the smallest
+    plane to be measured) must be given. With several, the distance counts, and a warning tells
+    where it is too far for the others, of which the finer counts. Raises UsageError.
+    """
+    for name, value in (
+        ("--width", width_m),
+        ("--height", height_m),
+        ("--distance", distance_m),
+        ("--gsd", gsd_m),
+        ("--plane", plane_m),
+        ("--aperture", f_number),
+    ):
+        if value is not None and not 0 < value < 1e6:
+            raise UsageError("must be a positive number.", field=name)
+    if not LEAST_OVERLAP <= overlap <= MOST_OVERLAP:
+        raise UsageError(
+            "neighbouring photos should overlap by 60 to 80 %: give 0.6 to 0.8.", field="--overlap"
+        )
+    warnings: list[str] = []
+    if plane_m is not None:
+        gsd_m = min(gsd_m or math.inf, gsd_for_plane(plane_m))
+    if distance_m is None:
+        if gsd_m is None:
+            raise UsageError(
+                "say how far the camera will be, or how large a pixel may be: --distance M or "
+                "--gsd M; or the smallest plane to be measured: --plane M."
+            )
+        distance_m = distance_for(camera, gsd_m)
+    if distance_m * 1000.0 <= 2.0 * camera.focal_mm:
+        raise UsageError("this is closer than a lens can focus.", field="--distance")
+    gsd = ground_sampling_distance(
+        camera.sensor_width_mm, camera.focal_mm, distance_m, camera.width_px
+    )
+    if gsd_m is not None and gsd > gsd_m * (1.0 + 1e-9):
+        warnings.append(
+            f"at {distance_m:g} m a pixel covers {1000 * gsd:.3g} mm; for {1000 * gsd_m:.3g} mm go "
+            f"to {distance_for(camera, gsd_m):.3g} m"
+        )
+    footprint = gsd * camera.width_px, gsd * camera.height_px
+    spacing = (1.0 - overlap) * footprint[0], (1.0 - overlap) * footprint[1]
+    expected = (width_m / spacing[0] + 2.0) * (height_m / spacing[1] + 1.0) * 2.0
+    if expected > _MOST_PHOTOS:
+        raise UsageError(
+            f"this would take some {expected:,.0f} photos; go farther away, or plan a part of it."
+        )
+    stations, least, middle = _stations(
+        camera, distance_m, width_m, height_m, footprint, spacing, manner
+    )
+    sharp = depth_of_field(camera.focal_mm, f_number, distance_m, _BLUR_PIXELS * camera.pitch_mm)
+    warnings += _warnings(manner, stations, distance_m, width_m, height_m, footprint, least)
+    return SurveyPlan(
+        camera,
+        manner,
+        distance_m,
+        width_m,
+        height_m,
+        overlap,
+        gsd,
+        footprint,
+        spacing,
+        f_number,
+        sharp,
+        stations,
+        _control_points(width_m, height_m),
+        least,
+        middle,
+        tuple(warnings),
+    )
+
+
+def _stations(
+    camera: PlanCamera,
+    distance: float,
+    width: float,
+    height: float,
+    footprint: tuple[float, float],
+    spacing: tuple[float, float],
+    manner: Manner,
+) -> tuple[tuple[Station, ...], int, float]:
+    """Rows of perpendicular photos, and obliques between them; beyond the ends of the outcrop, and
+    then (by drone) beyond its borders, as far as four photos of every corner ask for."""
+    columns = max(1, math.ceil(width / spacing[0] - 1e-9))
+    ways = [(0, 0.0), (1, 0.0)]
+    if manner != "handheld":
+        ways.append((1, spacing[1]))
+    for beyond, margin in ways:
+        rows = _even(height, footprint[1], spacing[1], margin)
+        along = [i * width / columns for i in range(-beyond, columns + 1 + beyond)]
+        aimed = [(u, v, 0.0, 0.0) for v in rows for u in along]
+        aimed += _obliques(rows, width, footprint, manner)
+        stations = tuple(_aimed(n, *target, distance) for n, target in enumerate(aimed, 1))
+        views = _views(camera, stations, width, height)
+        if views.min() >= WANTED_VIEWS:
+            break
+    return stations, int(views.min()), float(np.median(views))
+
+
+def _even(extent: float, seen: float, spacing: float, margin: float) -> list[float]:
+    """Heights of rows whose pictures cover the extent and a margin on either side; one row where a
+    single picture does."""
+    free = extent + 2.0 * margin - seen
+    if free <= 0:
+        return [extent / 2.0]
+    steps = math.ceil(free / spacing - 1e-9)
+    return [seen / 2.0 - margin + i * free / steps for i in range(steps + 1)]
+
+
+def _obliques(
+    rows: list[float], width: float, footprint: tuple[float, float], manner: Manner
+) -> list[tuple[float, float, float, float]]:
+    """Targets (along, up) with turn and tilt in degrees: at a cliff on foot from left and right in
+    turns, by drone from above, over flat ground from both ends."""
+    count = max(1, math.ceil(width / ((1.0 - LEAST_OVERLAP) * footprint[0]) - 1e-9))
+    found = []
+    for r, v in enumerate(rows):
+        for i in range(count + 1):
+            u = i * width / count
+            if manner == "drone":
+                found.append((u, v, 0.0, -OBLIQUE_DEG))
+            else:
+                found.append((u, v, OBLIQUE_DEG if (i + r) % 2 else -OBLIQUE_DEG, 0.0))
+    return found
+
+
+def _aimed(
+    number: int, u: float, v: float, turn_deg: float, tilt_deg: float, distance: float
+) -> Station:
+    """A camera at `distance` from its target, looking at it with this turn and tilt."""
+    turn, tilt = math.radians(turn_deg), math.radians(tilt_deg)
+    return Station(
+        number,
+        "oblique" if turn_deg or tilt_deg else "perpendicular",
+        u - distance * math.sin(turn) * math.cos(tilt),
+        v - distance * math.sin(tilt),
+        distance * math.cos(turn) * math.cos(tilt),
+        u,
+        v,
+    )
+
+
+def _views(
+    camera: PlanCamera, stations: tuple[Station, ...], width: float, height: float
+) -> npt.NDArray[np.int64]:
+    """How many photos see each of 11 x 7 places of the outcrop, its corners among them."""
+    u, v = np.meshgrid(np.linspace(0.0, width, 11), np.linspace(0.0, height, 7))
+    places = np.column_stack([u.ravel(), v.ravel(), np.zeros(u.size)])
+    half_x = camera.sensor_width_mm / 2.0 / camera.focal_mm
+    half_y = camera.sensor_height_mm / 2.0 / camera.focal_mm
+    seen = np.zeros(len(places), np.int64)
+    for s in stations:
+        ray = places - [s.along_m, s.up_m, s.away_m]
+        axis = np.array([s.target_along_m - s.along_m, s.target_up_m - s.up_m, -s.away_m])
+        axis /= np.linalg.norm(axis)
+        right = np.cross(axis, [0.0, 1.0, 0.0])
+        right /= np.linalg.norm(right)
+        up = np.cross(right, axis)
+        depth = ray @ axis
+        with np.errstate(divide="ignore", invalid="ignore"):
+            x, y = ray @ right / depth, ray @ up / depth
+        seen += (depth > 0) & (np.abs(x) <= half_x + 1e-9) & (np.abs(y) <= half_y + 1e-9)
+    return seen
+
+
+def _control_points(width: float, height: float) -> tuple[ControlPoint, ...]:
+    """Four near the corners, as far apart and as little in line as can be, one in the middle; two
+    that check (3.2.2)."""
+    spots: list[tuple[Literal["control", "check"], float, float]] = [
+        ("control", 0.08, 0.1),
+        ("control", 0.92, 0.1),
+        ("control", 0.92, 0.9),
+        ("control", 0.08, 0.9),
+        ("control", 0.5, 0.5),
+        ("check", 0.3, 0.75),
+        ("check", 0.7, 0.25),
+    ]
+    return tuple(
+        ControlPoint(f"P{i}", use, u * width, v * height) for i, (use, u, v) in enumerate(spots, 1)
+    )
+
+
+def _warnings(
+    manner: Manner,
+    stations: tuple[Station, ...],
+    distance: float,
+    width: float,
+    height: float,
+    footprint: tuple[float, float],
+    least: int,
+) -> list[str]:
+    found = []
+    highest = max(station.up_m for station in stations)
+    if manner == "handheld" and highest > _REACH_M:
+        one_row = distance * height / footprint[1]
+        found.append(
+            f"the upper rows are up to {highest:.1f} m above the foot: use a drone or a pole, or "
+            f"stand {one_row:.0f} m away, where one row shows all of it"
+            if one_row > distance * (1.0 + 1e-9)
+            else f"the row is {highest:.1f} m above the foot: use a drone or a pole; photos that "
+            "look up from the ground do not show what lies on ledges"
+        )
+    if min(width, height) < 0.2 * max(width, height):
+        found.append(
+            "the outcrop is a narrow strip: control points on it lie nearly in one line; put some "
+            "before or beside it, and take photos of those too"
+        )
+    if least < WANTED_VIEWS:
+        found.append(f"some places near the border are seen by only {least} photos; add some there")
+    return found

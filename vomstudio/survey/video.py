@@ -1,0 +1,353 @@
+"""Sharp frames of a video for a reconstruction, and whether it is worth one (textbook 3.2.4)."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError, TargetError, UsageError
+from vomstudio.progress import Progress, Silent
+from vomstudio.survey.photo_quality import blur
+
+Bytes = npt.NDArray[np.uint8]
+
+DEFAULT_FPS = 2.0
+_RECORD = "frames.json"
+# Of a second's frames only some are compared for sharpness.
+_CANDIDATES = 5
+_BLUR_PX, _BLUR_TIMES, _MOST_BLUR_PX = 2.5, 1.8, 4.0
+# Share of the picture's long side by which it must have moved: 96 % overlap is "nearly 100 %".
+_LEAST_SHIFT = 0.04
+_MOST_SHIFT = 0.4
+_SMALL = 480
+_FEWEST = 8
+
+
+@dataclass(frozen=True)
+class Frame:
+    """name : of its file; number : in the video, from 0; seconds : from its start"""
+
+    name: str
+    number: int
+    seconds: float
+    blur_px: float | None
+
+
+@dataclass
+class FrameReport:
+    """skipped : how many moments were left out, by reason. gaps : moments where the picture moved
+    so far that neighbouring frames may not overlap enough"""
+
+    folder: Path
+    width: int
+    height: int
+    video_fps: float
+    seconds: float
+    frames: list[Frame] = field(default_factory=list)
+    skipped: dict[str, int] = field(default_factory=dict)
+    gaps: list[float] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    good_enough: bool = True
+    verdict: str = ""
+
+    def as_dict(self) -> dict[str, Any]:
+        return {
+            "frames": [str(self.folder / frame.name) for frame in self.frames],
+            "skipped": dict(self.skipped),
+            "good_enough": self.good_enough,
+            "verdict": self.verdict,
+            "warnings": list(self.warnings),
+            "width": self.width,
+            "height": self.height,
+            "video_fps": self.video_fps,
+            "seconds": self.seconds,
+            "gaps_s": list(self.gaps),
+        }
+
+
+def take_frames(
+    video: str | Path,
+    folder: str | Path,
+    *,
+    fps: float = DEFAULT_FPS,
+    force: bool = False,
+    progress: Progress | None = None,
+) -> FrameReport:
+    """Write the sharpest frame of every 1 / fps seconds as JPEG into `folder`, unless it is blurred
+    or shows the same as the last one taken. The folder appears whole or not at all; one that an
+    earlier call made is replaced, another that is not empty only with `force`.
+
+    Raises InputError for what is no video, UsageError, TargetError, Cancelled.
+    """
+    if not 0.05 <= fps <= 10.0:
+        raise UsageError("take 1 to 4 frames per second (0.05 to 10 are possible).", field="--fps")
+    progress = progress or Silent()
+    target = _checked_target(Path(folder), force)
+    with _Video(Path(video)) as source:
+        parent = target.parent
+        try:
+            part = Path(tempfile.mkdtemp(prefix=".vom-frames-", dir=parent))
+        except OSError as error:
+            raise TargetError(f"cannot write here ({error.strerror})", file=folder) from error
+        try:
+            report = _take(source, target, part, fps, progress)
+            _judge(report, fps)
+            if not report.frames:
+                why = ", ".join(f"{n} moments {reason}" for reason, n in report.skipped.items())
+                raise InputError(f"no frame of it can be used: {why}.", file=source.path)
+            _put_in_place(part, target, report)
+        except OSError as error:
+            raise TargetError(
+                f"the frames cannot be written ({error.strerror}).", file=folder
+            ) from error
+        finally:
+            shutil.rmtree(part, ignore_errors=True)
+    return report
+
+
+class _Video:
+    def __init__(self, path: Path) -> None:
+        # The decoder's own complaints would stand among ours.
+        os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
+        os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
+        import cv2
+
+        if path.is_dir():
+            raise InputError("this is a folder; name a video.", file=path)
+        if not path.is_file():
+            raise InputError("there is no such file.", file=path)
+        if path.stat().st_size == 0:
+            raise InputError("this file is empty (0 bytes).", file=path)
+        self.path = path
+        self._capture = cv2.VideoCapture(str(path))
+        ok, first = self._capture.read() if self._capture.isOpened() else (False, None)
+        if not ok or first is None:
+            self._capture.release()
+            raise InputError("this is not a video that can be read, or a damaged one.", file=path)
+        self._first = np.asarray(first)
+        self.height, self.width = self._first.shape[:2]
+        fps = float(self._capture.get(cv2.CAP_PROP_FPS))
+        self.fps = fps if 0.1 <= fps <= 1000.0 else 25.0
+        count = float(self._capture.get(cv2.CAP_PROP_FRAME_COUNT))
+        self.count = int(count) if 0 < count < 1e8 else None
+
+    def __enter__(self) -> _Video:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self._capture.release()
+
+    def frames(self, wanted: int) -> Iterator[tuple[int, Bytes]]:
+        """Every `wanted`-th frame with its number; the others are not converted."""
+        yield 0, np.asarray(self._first, np.uint8)
+        number = 1
+        while self._capture.grab():
+            if number % wanted == 0:
+                ok, frame = self._capture.retrieve()
+                if ok and frame is not None:
+                    yield number, np.asarray(frame, np.uint8)
+            number += 1
+        self.count = number
+
+
+def _take(source: _Video, target: Path, part: Path, fps: float, progress: Progress) -> FrameReport:
+    import cv2
+
+    report = FrameReport(target, source.width, source.height, source.fps, 0.0)
+    window = max(1, round(source.fps / fps))
+    stated = source.count
+    progress.stage("taking frames", stated)
+    last: Bytes | None = None
+    sigmas: list[float] = []
+    stem = source.path.stem
+    for done, group in _windows(source, window):
+        progress.step(min(done, stated) if stated else done)
+        number, frame = max(group, key=lambda item: _detail(item[1]))
+        sigma = blur(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY).astype(np.uint8))
+        # The sharp ones so far: most of a video may be blurred.
+        sharp = float(np.quantile(sigmas, 0.1)) if len(sigmas) >= 5 else 0.0
+        if sigma is None:
+            _count(report, "without any detail")
+            continue
+        sigmas.append(sigma)
+        if sigma > min(max(_BLUR_PX, _BLUR_TIMES * sharp), _MOST_BLUR_PX):
+            _count(report, "blurred")
+            continue
+        small = _reduced(frame)
+        if last is not None:
+            shift = _shift(last, small)
+            if shift is not None and shift < _LEAST_SHIFT:
+                _count(report, "nearly the same as the one before")
+                continue
+            if shift is None or shift > _MOST_SHIFT:
+                report.gaps.append(round(number / source.fps, 2))
+        name = f"{stem}_{number:06d}.jpg"
+        if not cv2.imwrite(str(part / name), frame, [cv2.IMWRITE_JPEG_QUALITY, 96]):
+            raise OSError(28, "the disk may be full")
+        report.frames.append(Frame(name, number, number / source.fps, sigma))
+        last = small
+    report.seconds = (source.count or 0) / source.fps
+    if stated and source.count is not None and source.count < 0.95 * stated:
+        report.warnings.append(
+            f"the video ends after {source.count} of its {stated} frames: it is damaged or cut off"
+        )
+    return report
+
+
+def _windows(source: _Video, window: int) -> Iterator[tuple[int, list[tuple[int, Bytes]]]]:
+    """The frames to choose from, for one moment after the other."""
+    every = max(1, window // _CANDIDATES)
+    group: list[tuple[int, Bytes]] = []
+    end = window
+    for number, frame in source.frames(every):
+        if number >= end and group:
+            yield number, group
+            group = []
+        while number >= end:
+            end += window
+        group.append((number, frame))
+    if group:
+        yield group[-1][0] + 1, group
+
+
+def _detail(frame: Bytes) -> float:
+    """Variance of the Laplacian: ranks frames of one and the same scene by sharpness (Pech-Pacheco
+    et al. 2000)."""
+    import cv2
+
+    grey = cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY)
+    return float(cv2.Laplacian(grey[::2, ::2], cv2.CV_32F).var())
+
+
+def _reduced(frame: Bytes) -> Bytes:
+    import cv2
+
+    scale = _SMALL / max(frame.shape[:2])
+    small = cv2.resize(frame, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    return np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY), np.uint8)
+
+
+def _shift(before: Bytes, after: Bytes) -> float | None:
+    """Median displacement of corners over the long side; None where they cannot be followed."""
+    import cv2
+
+    corners = cv2.goodFeaturesToTrack(before, 300, 0.01, 7)
+    if corners is None or len(corners) < 20:
+        return None
+    moved, found, _ = cv2.calcOpticalFlowPyrLK(
+        before, after, corners, np.empty_like(corners), winSize=(21, 21), maxLevel=4
+    )
+    back, again, _ = cv2.calcOpticalFlowPyrLK(
+        after, before, moved, np.empty_like(corners), winSize=(21, 21), maxLevel=4
+    )
+    returned = np.linalg.norm((back - corners).reshape(-1, 2), axis=1) < 1.0
+    good = (found.ravel() == 1) & (again.ravel() == 1) & returned
+    if good.sum() < max(12, 0.15 * len(corners)):
+        return None
+    steps = np.linalg.norm((moved - corners).reshape(-1, 2)[good], axis=1)
+    return float(np.median(steps)) / max(before.shape)
+
+
+def _count(report: FrameReport, reason: str) -> None:
+    report.skipped[reason] = report.skipped.get(reason, 0) + 1
+
+
+def _judge(report: FrameReport, fps: float) -> None:
+    """Whether it is time to give up."""
+    taken = len(report.frames)
+    moments = taken + sum(report.skipped.values())
+    blurred = report.skipped.get("blurred", 0) / max(moments, 1)
+    still = report.skipped.get("nearly the same as the one before", 0)
+    reasons = []
+    if taken < _FEWEST:
+        reasons.append(f"only {taken} frames are sharp and different ({_FEWEST} are the least)")
+    if blurred > 0.5:
+        reasons.append(f"{blurred:.0%} of it is blurred")
+    if taken and len(report.gaps) > 0.3 * taken:
+        reasons.append(f"at {len(report.gaps)} moments it moves so fast that frames hardly overlap")
+    if max(report.width, report.height) < 1000:
+        reasons.append(f"its pictures have only {report.width} x {report.height} pixels")
+    elif max(report.width, report.height) < 1900:
+        report.warnings.append(
+            f"its pictures have only {report.width} x {report.height} pixels; photos show much more"
+        )
+    if 0 < blurred <= 0.5 and blurred > 0.2:
+        report.warnings.append(f"{blurred:.0%} of it is blurred: move more slowly")
+    if still > 0.3 * max(moments, 1):
+        report.warnings.append("the camera stood still for much of it: keep moving")
+    if fps > 4.0 or fps < 1.0:
+        report.warnings.append("1 to 4 frames per second are usual")
+    report.good_enough = not reasons
+    if reasons:
+        report.verdict = (
+            f"This video is not good enough: {'; '.join(reasons)}. It is time to give it up and "
+            "take photos, or to film again slowly and smoothly, without standing still."
+        )
+    else:
+        report.verdict = (
+            f"{taken} frames can be used. They have no position and no camera data: bring scale "
+            "and orientation by control points or a measured length."
+        )
+
+
+# ------------------------------------------------------------------------------------------------
+def _checked_target(folder: Path, force: bool) -> Path:
+    if not folder.name:
+        raise TargetError("this names no folder.", file=folder)
+    target = folder.absolute()
+    if not target.parent.is_dir():
+        raise TargetError(
+            f"the folder {target.parent} does not exist; make it or name another.", file=folder
+        )
+    if target.exists() and not target.is_dir():
+        raise TargetError("this is a file, not a folder; name another.", file=folder)
+    if target.is_dir() and any(target.iterdir()) and not force and not is_ours(target):
+        raise TargetError(
+            "this folder holds other files; use --force to write among them, or name another.",
+            file=folder,
+        )
+    return target
+
+
+def is_ours(folder: Path) -> bool:
+    """Made by an earlier call, and holding nothing else."""
+    try:
+        record = json.loads((folder / _RECORD).read_text("utf-8"))
+        names = {frame["name"] for frame in record["frames"]} | {_RECORD}
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
+    return {path.name for path in folder.iterdir()} <= names
+
+
+def _put_in_place(part: Path, target: Path, report: FrameReport) -> None:
+    record = {
+        "verdict": report.verdict,
+        "frames": [
+            {"name": f.name, "number": f.number, "seconds": f.seconds, "blur_px": f.blur_px}
+            for f in report.frames
+        ],
+    }
+    (part / _RECORD).write_text(json.dumps(record, indent=1), encoding="utf-8")
+    if target.is_dir() and is_ours(target):
+        shutil.rmtree(target)
+    if not target.is_dir():
+        part.chmod(0o777 & ~_umask())
+        part.rename(target)
+        return
+    for path in sorted(part.iterdir()):
+        os.replace(path, target / path.name)
+
+
+def _umask() -> int:
+    now = os.umask(0o022)
+    os.umask(now)
+    return now

@@ -1,0 +1,1 @@
+"""What a model made of photos rests on."""

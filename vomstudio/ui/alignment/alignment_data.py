@@ -1,0 +1,256 @@
+"""What the Alignment window shows, read by a worker and by threads."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from PySide6.QtCore import QObject
+from PySide6.QtGui import QImage
+
+from vomstudio.errors import VomError
+from vomstudio.io.photos.pixels import orientation_of, stored, turned_upright, upright_pixels
+from vomstudio.jobs.events import Failed
+from vomstudio.ui.common.background import Background
+from vomstudio.ui.common.job_bridge import Job
+from vomstudio.ui.common.picture_panes import Picture
+from vomstudio.ui.common.studio import Studio
+
+LONG_SIDE = 3200
+_KEPT = 4
+
+Array = npt.NDArray[np.float64]
+Arrays = dict[str, npt.NDArray[Any]]
+
+
+@dataclass(eq=False)
+class ShownPhoto:
+    """A photo as it is looked at: upright, while its pixels are known as stored.
+
+    width, height : as stored
+    """
+
+    name: str
+    image: QImage | None
+    width: int
+    height: int
+    orientation: int
+    problem: str = ""
+
+    def places(self, pixels: npt.ArrayLike) -> Array:
+        """(n, 2) in the upright picture, of pixels as stored."""
+        return upright_pixels(pixels, self.orientation, self.width, self.height)
+
+    def ways(self, vectors: npt.ArrayLike) -> Array:
+        """(n, 2) vectors turned with the picture."""
+        zero = upright_pixels([[0.0, 0.0]], self.orientation, self.width, self.height)
+        return self.places(vectors) - zero
+
+    @property
+    def picture(self) -> Picture:
+        size = (self.width, self.height)
+        if self.orientation in (5, 6, 7, 8):
+            size = size[::-1]
+        return Picture(self.name, self.image, size, self.problem)
+
+
+def to_image(pixels: npt.NDArray[np.uint8]) -> QImage:
+    """Of (h, w, 3), with memory of its own."""
+    pixels = np.ascontiguousarray(pixels)
+    height, width = pixels.shape[:2]
+    shown = QImage(pixels.data, width, height, 3 * width, QImage.Format.Format_RGB888)
+    return shown.convertToFormat(QImage.Format.Format_RGB32)
+
+
+class AlignmentData(QObject):
+    """overview : see `inspection.overview`, once `read` has brought it."""
+
+    def __init__(self, studio: Studio, folder: Path) -> None:
+        super().__init__()
+        self._studio, self.folder = studio, folder
+        self._background = Background(self)
+        self._photos: OrderedDict[str, ShownPhoto] = OrderedDict()
+        self._asked: dict[str, tuple[object, Job]] = {}
+        self._closed = False
+        self.overview: dict[str, Any] = {}
+
+    def close(self) -> None:
+        self._closed = True
+        self._background.close()
+        for _, job in self._asked.values():
+            self._studio.jobs.cancel(job)
+
+    def read(self, then: Callable[[], None], failed: Callable[[str], None]) -> None:
+        def arrived(result: dict[str, Any], _: Arrays) -> None:
+            self.overview = result
+            then()
+
+        self._ask("inspect_alignment", {}, arrived, failed, arrays=False)
+
+    def pair(
+        self, a: str, b: str, then: Callable[[Arrays], None], failed: Callable[[str], None]
+    ) -> None:
+        self._ask("inspect_pair", {"a": a, "b": b}, lambda _, arrays: then(arrays), failed)
+
+    def residuals(
+        self, name: str, then: Callable[[Arrays], None], failed: Callable[[str], None]
+    ) -> None:
+        self._ask("inspect_residuals", {"name": name}, lambda _, arrays: then(arrays), failed)
+
+    def depths(
+        self,
+        name: str,
+        then: Callable[[dict[str, Any], Arrays], None],
+        failed: Callable[[str], None],
+    ) -> None:
+        """Pictures and depths are turned upright."""
+        path = self._path(name)
+        self._ask(
+            "inspect_depths", {"name": name}, then, failed, lambda arrays: _turn(arrays, path)
+        )
+
+    def _ask(
+        self,
+        task: str,
+        args: dict[str, Any],
+        then: Callable[[dict[str, Any], Arrays], None],
+        failed: Callable[[str], None],
+        prepare: Callable[[Arrays], Arrays] = lambda arrays: arrays,
+        *,
+        arrays: bool = True,
+    ) -> None:
+        """Have a worker read something; of several wishes of one kind only the last is heard."""
+        if task in self._asked:
+            self._studio.jobs.cancel(self._asked[task][1])
+        mark = object()
+        into: Path | None = None
+        if arrays:
+            try:
+                descriptor, name = tempfile.mkstemp(".npz", "vomstudio-")
+            except OSError as error:
+                failed(self.tr("There is no room for temporary files: {0}").format(error))
+                return
+            os.close(descriptor)
+            into = Path(name)
+
+        def current() -> bool:
+            return not self._closed and self._asked.get(task, (None,))[0] is mark
+
+        def arrived(result: dict[str, Any]) -> None:
+            if into is None:
+                if current():
+                    del self._asked[task]
+                    then(result, {})
+                return
+            self._background.run(lambda: _take(into, prepare), lambda made: read(result, made))
+
+        def read(result: dict[str, Any], made: object) -> None:
+            if not current():
+                return
+            del self._asked[task]
+            if isinstance(made, dict):
+                then(result, made)
+            else:
+                failed(str(made))
+
+        def failing(event: Failed) -> None:
+            if into is not None:
+                into.unlink(missing_ok=True)
+            if current():
+                del self._asked[task]
+                if not event.cancelled:
+                    failed(event.message)
+
+        job = self._studio.jobs.submit(
+            "inspection",
+            task,
+            {"out": str(self.folder), "into": None if into is None else str(into), **args},
+            title=self.tr("Reading the alignment"),
+            on_done=arrived,
+            on_failed=failing,
+            quiet=True,
+        )
+        self._asked[task] = (mark, job)
+
+    def coverage(self, name: str, then: Callable[[float | None], None]) -> None:
+        """Share of a photo's pixels that have a depth, as soon as a thread has counted."""
+
+        def work() -> object:
+            if self._closed:
+                return None
+            from vomstudio.photogrammetry.inspect.inspection import coverage
+
+            return coverage(self.folder, name)
+
+        self._background.run(work, lambda made: then(made if isinstance(made, float) else None))
+
+    # --- photos ------------------------------------------------------------------------------
+    def row(self, name: str) -> dict[str, Any]:
+        return next(photo for photo in self.overview["photos"] if photo["name"] == name)
+
+    def _path(self, name: str) -> Path:
+        """Where the photos were, or where they are once the folder was moved along with them."""
+        were = Path(self.overview["folder"] or ".")
+        places = (were, self.folder.parent / were.name, self.folder / "photos")
+        return next((p / name for p in places if (p / name).is_file()), were / name)
+
+    def photo(self, name: str, then: Callable[[ShownPhoto], None]) -> None:
+        """Call `then` with a photo; one that cannot be read says why in its place."""
+        if name in self._photos:
+            self._photos.move_to_end(name)
+            then(self._photos[name])
+            return
+        row = self.row(name)
+        width, height = int(row["width"]), int(row["height"])
+
+        def arrived(made: object) -> None:
+            assert isinstance(made, ShownPhoto)
+            self._photos[name] = made
+            while len(self._photos) > _KEPT:
+                self._photos.popitem(last=False)
+            then(made)
+
+        path = self._path(name)
+        self._background.run(lambda: _read_photo(name, path, width, height), arrived)
+
+
+def _turn(arrays: Arrays, photo: Path) -> Arrays:
+    """As the photo's EXIF says; as stored where the photo is gone."""
+    try:
+        turn = orientation_of(photo)
+    except VomError:
+        return arrays
+    return {name: turned_upright(values, turn) for name, values in arrays.items()}
+
+
+def _take(path: Path, prepare: Callable[[Arrays], Arrays]) -> Arrays | str:
+    """The arrays of a file that is for this one reader."""
+    try:
+        with np.load(path) as arrays:
+            return prepare({name: arrays[name] for name in arrays.files})
+    except (OSError, ValueError, EOFError) as error:
+        return f"What was read could not be kept ({error})"
+    finally:
+        with contextlib.suppress(OSError):
+            path.unlink()
+
+
+def _read_photo(name: str, path: Path, width: int, height: int) -> ShownPhoto:
+    try:
+        pixels, size, orientation = stored(path, LONG_SIDE)
+    except VomError as error:
+        return ShownPhoto(name, None, width, height, 1, str(error))
+    if size != (width, height):
+        problem = f"{path} is not the photo that was aligned: it has another size"
+        return ShownPhoto(name, None, width, height, 1, problem)
+    return ShownPhoto(
+        name, to_image(turned_upright(pixels, orientation)), width, height, orientation
+    )

@@ -1,0 +1,232 @@
+"""The cameras as the adjustment found them: values, errors, and what cannot be told apart."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QBrush, QColor
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHBoxLayout,
+    QHeaderView,
+    QLabel,
+    QTableWidget,
+    QTableWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from vomstudio.rendering.view.scalars import map_table
+from vomstudio.ui.alignment.alignment_data import AlignmentData
+from vomstudio.ui.common.widgets import ComboBox
+
+_CELL = 72
+STRONG = 0.9
+"""Parameters that vary together more than this cannot be told apart well."""
+
+
+class CalibrationPage(QWidget):
+    def __init__(self, data: AlignmentData) -> None:
+        super().__init__()
+        self._data = data
+        self.camera = ComboBox()
+        self.camera.setObjectName("camera")
+        self.camera.currentIndexChanged.connect(lambda _: self._show())
+        self._words = QLabel()
+        self._words.setObjectName("calibration_words")
+        self._words.setWordWrap(True)
+        self._words.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.parameters = _table()
+        self.correlation = _table()
+        self.correlation.setObjectName("correlation")
+        self.correlation.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
+        self.correlation.horizontalHeader().setStretchLastSection(False)
+        self.correlation.verticalHeader().setDefaultSectionSize(_CELL // 2)
+        self._pairing = QLabel()
+        self._pairing.setWordWrap(True)
+        top = QHBoxLayout()
+        self._title = QLabel(self.tr("Camera"))
+        top.addWidget(self._title)
+        top.addWidget(self.camera)
+        top.addStretch()
+        left, right = QVBoxLayout(), QVBoxLayout()
+        left.addWidget(_heading(self.tr("Parameters")))
+        left.addWidget(self.parameters)
+        left.addStretch()
+        right.addWidget(_heading(self.tr("Correlation of the estimated parameters")))
+        right.addWidget(self.correlation)
+        right.addWidget(self._pairing)
+        right.addStretch()
+        tables = QHBoxLayout()
+        tables.setSpacing(24)
+        tables.addLayout(left, 1)
+        tables.addLayout(right, 1)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(16, 14, 16, 14)
+        layout.setSpacing(12)
+        layout.addLayout(top)
+        layout.addWidget(self._words)
+        layout.addLayout(tables, 1)
+
+    def fill(self) -> None:
+        cameras = self._data.overview["cameras"]
+        self.camera.clear()
+        for number, camera in enumerate(cameras):
+            count = len(camera["photos"])
+            text = self.tr("{0}: {1} photos ({2} …)").format(number + 1, count, camera["photos"][0])
+            if count == 1:
+                text = self.tr("{0}: {1}").format(number + 1, camera["photos"][0])
+            self.camera.addItem(text)
+        self._show()
+
+    def _show(self) -> None:
+        cameras = self._data.overview.get("cameras", [])
+        row = self.camera.currentIndex()
+        if not 0 <= row < len(cameras):
+            return
+        camera = cameras[row]
+        self._words.setText(self._sentences(camera))
+        self._fill_parameters(camera)
+        self._fill_correlation(camera)
+
+    def _sentences(self, camera: dict[str, Any]) -> str:
+        focal, sigma = camera["values"][0], camera["sigma"][0]
+        held = camera["focal"] == "held"
+        state = self.tr("held") if held else self.tr("estimated")
+        lines = [
+            self.tr("Focal length {0}: <b>{1:,.1f} px</b>{2}. {3}.").format(
+                state,
+                focal,
+                "" if held or sigma is None else f" ± {sigma:,.1f} px",
+                camera["reason"][:1].upper() + camera["reason"][1:],
+            )
+        ]
+        if camera["exif_px"] is None:
+            lines.append(self.tr("EXIF does not tell it."))
+        elif not held:
+            lines.append(
+                self.tr("EXIF says {0:,.1f} px; the difference is {1:+.1f} %.").format(
+                    camera["exif_px"], 100 * (focal / camera["exif_px"] - 1)
+                )
+            )
+        lines.append(self.tr("Lens model {0}.").format(camera["model"]))
+        return " ".join(lines)
+
+    def _fill_parameters(self, camera: dict[str, Any]) -> None:
+        table = self.parameters
+        table.setColumnCount(4)
+        table.setHorizontalHeaderLabels(
+            [self.tr("Parameter"), self.tr("Value"), self.tr("1 sigma"), self.tr("State")]
+        )
+        table.setRowCount(len(camera["names"]))
+        for row, name in enumerate(camera["names"]):
+            value, sigma = camera["values"][row], camera["sigma"][row]
+            pixels = name[0] in "fc"
+            free = sigma is None or sigma > 0
+            if not free:
+                error = "–"
+            elif sigma is None:
+                error = self.tr("undetermined")
+            else:
+                error = f"{sigma:,.2f} px" if pixels else f"{sigma:.2g}"
+            texts = (
+                f"{name}   {self._meaning(name)}",
+                f"{value:,.2f} px" if pixels else f"{value:.6f}",
+                error,
+                self.tr("estimated") if free else self._why_held(name),
+            )
+            for column, text in enumerate(texts):
+                item = QTableWidgetItem(text)
+                if column in (1, 2):
+                    item.setTextAlignment(
+                        Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+                    )
+                table.setItem(row, column, item)
+        _close(table)
+
+    def _why_held(self, name: str) -> str:
+        if name[0] == "f":
+            return self.tr("held, see above")
+        if name[0] == "c":
+            return self.tr("held: a shift of it looks like a turn of the camera")
+        return self.tr("held: too few photos of this camera")
+
+    def _meaning(self, name: str) -> str:
+        if name[0] == "f":
+            return self.tr("focal length")
+        if name[0] == "c":
+            return self.tr("principal point, {0}").format(name[1])
+        if name[0] == "k":
+            return self.tr("radial distortion")
+        return self.tr("tangential distortion")
+
+    def _fill_correlation(self, camera: dict[str, Any]) -> None:
+        matrix = camera["correlation"]
+        free = [k for k in range(len(matrix)) if matrix[k][k] is not None]
+        table = self.correlation
+        names = [camera["names"][k] for k in free]
+        table.setRowCount(len(free))
+        table.setColumnCount(len(free))
+        table.setHorizontalHeaderLabels(names)
+        table.setVerticalHeaderLabels(names)
+        table.verticalHeader().show()
+        for k in range(len(free)):
+            table.setColumnWidth(k, _CELL)
+        colors = map_table("RdBu_r")
+        for i, a in enumerate(free):
+            for j, b in enumerate(free):
+                value = matrix[a][b]
+                item = QTableWidgetItem("–" if value is None else f"{value:+.2f}")
+                item.setTextAlignment(Qt.AlignmentFlag.AlignCenter)
+                if value is not None:
+                    rgb = [int(v) for v in colors[round(127.5 + 127.5 * max(-1, min(1, value)))]]
+                    item.setBackground(QBrush(QColor(*rgb)))
+                    bright = sum(w * v for w, v in zip((0.3, 0.59, 0.11), rgb, strict=True)) > 140
+                    item.setForeground(QBrush(QColor("#101010" if bright else "#ffffff")))
+                table.setItem(i, j, item)
+        table.setVisible(bool(free))
+        _close(table)
+        table.setFixedWidth(len(free) * _CELL + table.verticalHeader().sizeHint().width() + 4)
+        self._pairing.setText(self._strongest(camera, len(free)))
+
+    def _strongest(self, camera: dict[str, Any], free: int) -> str:
+        if free == 0:
+            return self.tr("Nothing of this camera was estimated.")
+        if free == 1:
+            return self.tr("Only one parameter was estimated: there is nothing to mistake it for.")
+        if camera["strongest"] is None:
+            return ""
+        a, b, value = camera["strongest"]
+        if abs(value) > STRONG:
+            return self.tr(
+                "{0} and {1} can hardly be told apart ({2:+.2f}): each is worth less than its own "
+                "error says. Photos from more directions, some turned on their side, would help."
+            ).format(a, b, value)
+        return self.tr(
+            "The strongest is that of {0} and {1} ({2:+.2f}): no cause for worry."
+        ).format(a, b, value)
+
+
+def _close(table: QTableWidget) -> None:
+    """Make a table as high as its rows."""
+    rows = sum(table.rowHeight(row) for row in range(table.rowCount()))
+    table.setFixedHeight(rows + table.horizontalHeader().sizeHint().height() + 4)
+
+
+def _heading(text: str) -> QLabel:
+    label = QLabel(f"<b>{text}</b>")
+    label.setWordWrap(True)
+    return label
+
+
+def _table() -> QTableWidget:
+    table = QTableWidget()
+    table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+    table.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
+    table.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+    table.verticalHeader().hide()
+    table.verticalHeader().setDefaultSectionSize(table.fontMetrics().height() + 12)
+    table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+    table.horizontalHeader().setStretchLastSection(True)
+    return table

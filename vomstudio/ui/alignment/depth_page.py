@@ -1,0 +1,229 @@
+"""The depth map of a photo beside it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QConicalGradient, QFontMetricsF, QImage, QPainter, QPen
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
+
+from vomstudio.rendering.qt.bar_painting import ColorBar
+from vomstudio.rendering.qt.painting import DARK, PANEL, TEXT, system_font
+from vomstudio.rendering.view.scalars import Scale, map_table
+from vomstudio.ui.alignment.alignment_data import AlignmentData, Arrays, to_image
+from vomstudio.ui.common.number_table import Column, NumberTable
+from vomstudio.ui.common.picture_panes import Painter, Picture, PicturePanes
+from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, column_of, side_by_side
+
+_WIDTH = 260
+_BAR = 118.0
+"""Room for the colour bar."""
+
+
+class DepthPage(QWidget):
+    def __init__(self, data: AlignmentData) -> None:
+        super().__init__()
+        self._data = data
+        self._wanted = ""
+        self._facts: dict[str, Any] = {}
+        self._arrays: Arrays | None = None
+        self._images: dict[str, QImage] = {}
+        self._has: dict[str, bool] = {}
+        self.table = NumberTable(
+            (
+                Column(self.tr("Photo"), number=False),
+                Column(
+                    self.tr("With depth"),
+                    "{:.0%}".format,
+                    self.tr("Of the pixels that are not masked"),
+                ),
+            ),
+            sort_by=0,
+        )
+        self.table.setObjectName("depth_table")
+        self.table.chosen.connect(lambda values: self.show_photo(values[0]))
+        self.what = ComboBox()
+        self.what.setObjectName("depth_what")
+        for title, name, tip in (
+            (self.tr("Depth"), "colors", self.tr("Distance along the view")),
+            (
+                self.tr("Confidence"),
+                "confidence",
+                self.tr("Every further photo that agrees halves what is missing to 1"),
+            ),
+            (
+                self.tr("Direction of the surface"),
+                "normals",
+                self.tr("Hue: toward where it faces; pale: flat lying; dark: overhanging"),
+            ),
+        ):
+            self.what.addItem(title, name)
+            self.what.setItemData(self.what.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
+        self.what.currentIndexChanged.connect(lambda _: self._draw())
+        self._said = ElidedLabel()
+        self._under = ElidedLabel()
+        self.panes = PicturePanes(2, together=True, reserve=_BAR)
+        self.panes.setObjectName("depth_panes")
+        self.panes.hovered.connect(self._hovered)
+        right, rows = column_of()
+        row = QHBoxLayout()
+        row.addWidget(self._said, 1)
+        row.addWidget(QLabel(self.tr("Show")))
+        row.addWidget(self.what)
+        rows.addLayout(row)
+        rows.addWidget(self.panes, 1)
+        rows.addWidget(self._under)
+        side_by_side(self, self.table, right, [_WIDTH, 1000])
+
+    @property
+    def unit(self) -> str:
+        return "m" if self._data.overview.get("scaled") else self.tr("units")
+
+    def fill(self) -> None:
+        rows: list[tuple[tuple[Any, ...], str]] = []
+        for photo in self._data.overview["photos"]:
+            self._has[photo["name"]] = photo["has_depths"]
+            rows.append(((photo["name"], None), "" if photo["has_depths"] else self.tr("No map")))
+        self.table.fill(rows)
+        if not any(self._has.values()):
+            self.panes.say(self.tr("Depth maps are made after the alignment; there are none yet."))
+            return
+        self.table.choose(lambda values: self._has[values[0]])
+        for name, has in self._has.items():
+            if has:
+                self._data.coverage(name, partial(self._covered, name))
+
+    def _covered(self, name: str, share: float | None) -> None:
+        self.table.change(lambda values: values[0] == name, 1, share)
+
+    def show_photo(self, name: str) -> None:
+        self._wanted, self._arrays = name, None
+        self._said.setText("")
+        if not self._has[name]:
+            self.panes.say(
+                self.tr("{0} has no depth map: no other photo sees its rock well enough.").format(
+                    name
+                )
+            )
+            return
+        if all(p is None for p in self.panes._pictures):
+            self.panes.say(self.tr("Reading…"))
+        self._data.depths(name, partial(self._there, name), self.panes.say)
+
+    def _there(self, name: str, facts: dict[str, Any], arrays: Arrays) -> None:
+        if name != self._wanted:
+            return
+        self._facts, self._arrays = facts, arrays
+        self._images.clear()
+        self.panes.say("")
+        self._draw()
+        self._said.setText(
+            self.tr(
+                "{0:.0%} of the pixels of {1} have a depth, from {2:.2f} to {3:.2f} {4}"
+            ).format(facts["coverage"], name, facts["low"], facts["high"], self.unit)
+        )
+
+    def _draw(self) -> None:
+        if self._arrays is None:
+            return
+        what = str(self.what.currentData())
+        high, wide = self._arrays["depth"].shape
+        size = (float(wide), float(high))
+        self.panes.show_pictures(
+            [
+                Picture(self._wanted, self._image("photo"), size),
+                Picture(self.what.currentText(), self._image(what), size),
+            ],
+            keep_view=True,
+        )
+        over: Painter
+        if what == "normals":
+            over = partial(_compass, letters="NESW" if self._data.overview.get("crs") else "yx")
+        else:
+            over = partial(_bar, scale=self._scale(what))
+        self.panes.draw_over([None, over])
+
+    def _image(self, what: str) -> QImage:
+        """Made when it is first looked at."""
+        assert self._arrays is not None
+        if what not in self._images:
+            self._images[what] = to_image(self._arrays[what])
+        return self._images[what]
+
+    def _scale(self, what: str) -> Scale:
+        table = map_table("viridis")
+        if what == "confidence":
+            return Scale(self.tr("Confidence"), "", "sequential", 0.0, 1.0, table)
+        facts = self._facts
+        return Scale(
+            self.tr("Depth"), self.unit, "sequential", facts["low"], facts["high"], table,
+            below=True, above=True, missing=facts["coverage"] < 1.0,
+        )  # fmt: skip
+
+    def _hovered(self, place: tuple[int, float, float] | None) -> None:
+        words = ""
+        if place is not None and self._arrays is not None:
+            _, x, y = place
+            depth = self._arrays["depth"]
+            row, column = math.floor(y), math.floor(x)
+            if 0 <= row < depth.shape[0] and 0 <= column < depth.shape[1]:
+                value = float(depth[row, column])
+                words = (
+                    self.tr("Depth {0:.3f} {1}").format(value, self.unit)
+                    if value > 0
+                    else self.tr("No depth here: no other photo agrees with one")
+                )
+        self._under.setText(words or self.tr("Wheel: zoom. Drag: move. Both pictures go together."))
+
+
+def _bar(
+    painter: QPainter,
+    box: QRectF,
+    on_screen: Callable[[np.ndarray], np.ndarray],
+    zoom: float,
+    *,
+    scale: Scale,
+) -> None:
+    ColorBar(scale, (scale.title,), box.right() - 8, box.top() + 40, box.bottom() - 8).paint(
+        painter
+    )
+
+
+def _compass(
+    painter: QPainter,
+    box: QRectF,
+    on_screen: Callable[[np.ndarray], np.ndarray],
+    zoom: float,
+    *,
+    letters: str,
+) -> None:
+    """What the hues mean: the side toward which a surface faces."""
+    font = system_font(bold=True)
+    metrics = QFontMetricsF(font)
+    radius, pad = 30.0, metrics.height() + 4.0
+    side = 2 * (radius + pad)
+    ground = QRectF(box.right() - side - 8, box.top() + 40, side, side)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(PANEL)
+    painter.drawRoundedRect(ground, 5, 5)
+    centre = ground.center()
+    # Qt's angles run counter-clockwise from the east, azimuths clockwise from the north.
+    wheel = QConicalGradient(centre, 90.0)
+    for step in range(37):
+        wheel.setColorAt(step / 36, QColor.fromHsvF(((360 - 10 * step) % 360) / 360.0, 1.0, 1.0))
+    painter.setBrush(wheel)
+    painter.setPen(QPen(DARK, 1.0))
+    painter.drawEllipse(centre, radius, radius)
+    painter.setFont(font)
+    painter.setPen(TEXT)
+    names = (letters + "    ")[:4]
+    for name, (dx, dy) in zip(names, ((0, -1), (1, 0), (0, 1), (-1, 0)), strict=True):
+        reach = radius + pad / 2
+        at = centre + QPointF(dx * reach, dy * reach)
+        wide = metrics.horizontalAdvance(name)
+        painter.drawText(at + QPointF(-wide / 2, metrics.capHeight() / 2), name)

@@ -1,0 +1,161 @@
+"""How well each photo fits the adjusted model, and where on the photo it does not."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+from PySide6.QtGui import QColor
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
+
+from vomstudio.registration.residual_scale import exaggeration
+from vomstudio.ui.alignment.alignment_data import AlignmentData, Arrays, ShownPhoto
+from vomstudio.ui.common.number_table import Column, NumberTable
+from vomstudio.ui.common.picture_panes import PicturePanes, vectors
+from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, column_of, side_by_side
+
+_FACTORS = (1, 10, 20, 50, 100, 200, 500, 1000)
+_MOST = 2000
+"""More lines than this hide the photo and each other."""
+_COLOR = QColor(240, 228, 66)
+
+
+class ResidualPage(QWidget):
+    def __init__(self, data: AlignmentData) -> None:
+        super().__init__()
+        self._data = data
+        self._wanted = ""
+        self._photo: ShownPhoto | None = None
+        self._arrays: Arrays | None = None
+        self._said = ElidedLabel()
+        self._summary = QLabel()
+        self._summary.setWordWrap(True)
+        self.table = NumberTable(
+            (
+                Column(self.tr("Photo"), number=False),
+                Column(self.tr("Tie points"), "{:,}".format),
+                Column(
+                    self.tr("Median error"),
+                    "{:.2f} px".format,
+                    self.tr("Half of the tie points miss their place in the photo by less"),
+                ),
+                Column(self.tr("Largest"), "{:.1f} px".format),
+                Column(
+                    self.tr("GPS residual"),
+                    "{:.2f} m".format,
+                    self.tr("From where the photo says that it was taken to its camera"),
+                ),
+            ),
+            sort_by=2,
+            descending=True,
+        )
+        self.table.setObjectName("residual_table")
+        self.table.chosen.connect(lambda values: self.show_photo(values[0]))
+        self.factor = ComboBox()
+        self.factor.setObjectName("factor")
+        self.factor.addItem(self.tr("automatic"), 0)
+        for value in _FACTORS:
+            self.factor.addItem(f"× {value:,}", value)
+        self.factor.currentIndexChanged.connect(lambda _: self._draw())
+        self.panes = PicturePanes(1)
+        self.panes.setObjectName("residual_panes")
+        self._arrange()
+
+    def _arrange(self) -> None:
+        side, column = column_of()
+        column.addWidget(self._summary)
+        column.addWidget(self.table, 1)
+        right, rows = column_of()
+        row = QHBoxLayout()
+        row.addWidget(self._said, 1)
+        row.addWidget(QLabel(self.tr("Exaggeration")))
+        row.addWidget(self.factor)
+        rows.addLayout(row)
+        rows.addWidget(self.panes, 1)
+        side_by_side(self, side, right, [520, 740])
+
+    def fill(self) -> None:
+        facts = self._data.overview
+        rows: list[tuple[tuple[Any, ...], str]] = []
+        for photo in facts["photos"]:
+            note = ""
+            if photo["part"] is None:
+                note = self.tr("Not placed: it {0}").format(photo["reason"] or "–")
+            elif photo["part"] > 0:
+                note = self.tr("Placed in a part of its own that does not join the model")
+            values = (
+                photo["name"],
+                photo["tie_points"],
+                photo["error_px"],
+                photo["largest_px"],
+                photo["gps_m"],
+            )
+            rows.append((values, note))
+        self._summary.setText(self._words(facts))
+        self.table.fill(rows)
+        if rows:
+            self.table.choose(lambda values: values[2] is not None)
+
+    def _words(self, facts: dict[str, Any]) -> str:
+        words = self.tr("{0:,} tie points, mean error {1} px.").format(
+            facts["tie_points"],
+            "–" if facts["reprojection_error_px"] is None
+            else f"{facts['reprojection_error_px']:.2f}",
+        )  # fmt: skip
+        registered = facts["registration"]
+        if "refused" in registered:
+            words += " " + self.tr("No GPS residuals: {0}.").format(registered["refused"])
+        elif registered.get("rms_m") is not None:
+            words += " " + self.tr("GPS positions are missed by {0:.2f} m (rms).").format(
+                registered["rms_m"]
+            )
+        elif registered.get("rms_control_m") is not None:
+            words += " " + self.tr("Control points are missed by {0:.3f} m (rms).").format(
+                registered["rms_control_m"]
+            )
+        return words
+
+    def show_photo(self, name: str) -> None:
+        self._wanted, self._photo, self._arrays = name, None, None
+        self._said.setText("")
+        self.panes.say(self.tr("Reading…"))
+        self._data.photo(name, partial(self._photo_there, name))
+        self._data.residuals(name, partial(self._arrays_there, name), self.panes.say)
+
+    def _photo_there(self, name: str, photo: ShownPhoto) -> None:
+        if name == self._wanted:
+            self._photo = photo
+            self._draw(fresh=True)
+
+    def _arrays_there(self, name: str, arrays: Arrays) -> None:
+        if name == self._wanted:
+            self._arrays = arrays
+            self._draw(fresh=True)
+
+    def _draw(self, *, fresh: bool = False) -> None:
+        photo, arrays = self._photo, self._arrays
+        if photo is None or arrays is None:
+            return
+        if fresh:
+            self.panes.say("")
+            self.panes.show_pictures([photo.picture])
+        if not len(arrays["pixels"]):
+            self._said.setText(self.tr("No tie points: this photo is not part of the model."))
+            self.panes.draw_over([])
+            return
+        lengths = np.linalg.norm(arrays["vectors"], axis=1)
+        factor = int(self.factor.currentData())
+        if not factor:
+            factor = exaggeration(lengths, max(photo.width, photo.height))
+        self._said.setText(
+            self.tr("Residuals {0:,} times too long; median {1:.2f} px, largest {2:.1f} px").format(
+                factor, float(np.median(lengths)), float(lengths.max())
+            )
+        )
+        step = -(-len(lengths) // _MOST)
+        if step > 1:
+            self._said.setText(self._said.text() + self.tr("; one in {0} is drawn").format(step))
+        places = photo.places(arrays["pixels"][::step])
+        ways = photo.ways(arrays["vectors"][::step])
+        self.panes.draw_over([vectors(places, ways, factor, _COLOR)])

@@ -1,0 +1,1 @@
+"""Stereonet, field readings, orthophotos."""

@@ -1,0 +1,136 @@
+"""Commands of the stereonet and of the field measurements."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QFileDialog
+
+from vomstudio.document import comparison, edits
+from vomstudio.document.records import Model
+from vomstudio.errors import VomError
+from vomstudio.geometry import transform
+from vomstudio.ui.common.actions import Command
+
+if TYPE_CHECKING:
+    from vomstudio.ui.analyse.readings_dialog import Place
+    from vomstudio.ui.common.studio import Studio
+    from vomstudio.ui.shell.main_window import MainWindow
+
+
+def commands(w: MainWindow) -> list[Command]:
+    def no_net() -> str | None:
+        if not hasattr(w, "net"):
+            return "the net is still being made"
+        return None if w.studio.session.features() else "there is nothing on the net yet"
+
+    return [
+        Command("import_readings", "Import &field measurements…", lambda: choose_readings(w),
+                "compass-outline", (), "Compass readings from a table, to compare with what is "
+                "picked on the model"),
+        Command("export_net", "Export stereo&net…", lambda: choose_picture(w), "export-variant", (),
+                "The net as a figure: SVG, PDF or PNG", no_net),
+    ]  # fmt: skip
+
+
+# --- field measurements ----------------------------------------------------------------------
+def choose_readings(w: MainWindow) -> None:
+    name, _ = QFileDialog.getOpenFileName(
+        w,
+        w.tr("Import field measurements"),
+        w.files.folder(),
+        "Tables (*.csv *.txt *.tsv *.dat);;All files (*)",
+    )
+    if name:
+        import_readings(w, Path(name))
+
+
+def import_readings(w: MainWindow, path: Path) -> None:
+    """Ask what the columns are and add the readings."""
+    from vomstudio.io.project.readings import read_field_table
+    from vomstudio.ui.analyse.readings_dialog import ReadingsDialog
+
+    studio = w.studio
+    try:
+        table = read_field_table(path)
+    except VomError as error:
+        studio.fail(error)
+        return
+    dialog = ReadingsDialog(
+        w, table, dict(studio.records), place_of(studio), type_id=studio.next_type_id
+    )
+    dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+
+    def add() -> None:
+        ids = [reading.id for reading in dialog.readings]
+        if studio.attempt(edits.add_readings, dialog.readings, dialog.types):
+            studio.selection.set(ids)
+            picks = {i: found for i in ids if (found := studio.nearest_pick(i)) is not None}
+            studio.info(comparison.summary(ids, picks))
+
+    dialog.accepted.connect(add)
+    dialog.open()
+
+
+def place_of(studio: Studio) -> Place:
+    """The one CRS of the project's models, and the middle of those that are open."""
+    from vomstudio.ui.analyse.readings_dialog import Place
+
+    models = studio.session.of(Model)
+    codes = {m.frame.crs for m in models if m.frame.kind == "crs"}
+    crs = codes.pop() if len(codes) == 1 else None
+    corners = [
+        transform.apply(m.to_world, studio.models[m.id].data.bounds)
+        for m in models
+        if m.id in studio.models and m.frame.has_north
+    ]
+    if not corners:
+        return Place(crs)
+    x, y, _ = np.concatenate(corners).mean(axis=0)
+    return Place(crs, float(x), float(y), True)
+
+
+# --- the net as a figure ---------------------------------------------------------------------
+_PATTERNS = {
+    "SVG drawing (*.svg)": "svg",
+    "PDF document (*.pdf)": "pdf",
+    "PNG picture, 300 dpi (*.png)": "png",
+}
+
+
+_LEGEND_ROW_MM = 4.8
+
+
+def choose_picture(w: MainWindow) -> None:
+    stem = "stereonet" if w.studio.project.untitled else f"{w.studio.project.name}-stereonet"
+    name, pattern = QFileDialog.getSaveFileName(
+        w,
+        w.tr("Export stereonet"),
+        str(Path(w.files.folder()) / f"{stem}.svg"),
+        ";;".join(_PATTERNS),
+    )
+    if name:
+        path = Path(name)
+        if path.suffix.lower().removeprefix(".") not in _PATTERNS.values():
+            path = Path(f"{name}.{_PATTERNS.get(pattern, 'svg')}")
+        export_net(w, path)
+
+
+def export_net(w: MainWindow, path: Path) -> None:
+    """Write what the net shows, on white, at the size of a figure."""
+    from vomstudio.files.atomic import atomic_write
+    from vomstudio.products.net.figure import PRINT_SIZE_MM, write_stereonet
+
+    def write() -> None:
+        net = w.net.for_print()
+        wide, high = PRINT_SIZE_MM
+        high = max(high, _LEGEND_ROW_MM * (len(net.sets) + 8))  # a figure shows the whole legend
+        format_ = path.suffix.lower().removeprefix(".")
+        with atomic_write(path, True) as temporary:
+            write_stereonet(temporary, net, format=format_, size_mm=(wide, high))
+        w.studio.info(f"Written: {path}")
+
+    w.files.attempt(write)

@@ -1,0 +1,410 @@
+"""Import of field measurements: what the columns are, which north, and what will be done."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtGui import QColor, QPalette
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFormLayout,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QPlainTextEdit,
+    QTableWidget,
+    QTableWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from vomstudio.document.edits import suggest_type
+from vomstudio.document.records import FeatureType, Reading, Record
+from vomstudio.io.gis.crs import convergence_deg, crs_name, from_degrees
+from vomstudio.io.project.readings import (
+    FieldReadings,
+    FieldTable,
+    Turn,
+    guess,
+    make_readings,
+    understand,
+    what_is_missing,
+)
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.wording import length
+
+_PREVIEW_ROWS = 200
+_FAR_M = 10_000.0
+_UNREADABLE = "#d55e00"
+
+_NOTATIONS = (
+    ("Dip direction / dip", "dipdir/dip"),
+    ("Strike / dip, right-hand rule", "strike/dip"),
+    ("Strike / dip, left-hand rule", "strike/dip lhr"),
+    ("Strike / dip and the quadrant it dips to", "quadrant"),
+    ("Trend / plunge (lines)", "trend/plunge"),
+)
+_AZIMUTH = {
+    "dipdir/dip": "Dip direction",
+    "strike/dip": "Strike (right-hand)",
+    "strike/dip lhr": "Strike (left-hand)",
+    "quadrant": "Strike",
+    "trend/plunge": "Trend",
+}
+_ROLES = (
+    ("not used", ""),
+    ("Name", "name"),
+    ("Azimuth", "azimuth"),
+    ("Dip", "inclination"),
+    ("Quadrant", "quadrant"),
+    ("Both angles", "text"),
+    ("Trend of a line", "trend"),
+    ("Plunge of a line", "plunge"),
+    ("Plane or line", "geometry"),
+    ("Type", "type"),
+    ("Set", "set"),
+    ("Overturned", "overturned"),
+    ("X (East)", "x"),
+    ("Y (North)", "y"),
+    ("Z (height)", "z"),
+    ("Longitude", "longitude"),
+    ("Latitude", "latitude"),
+    ("Notes", "notes"),
+)
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the project is: its CRS, and a World position in it; None where not known."""
+
+    crs: str | None = None
+    x: float = 0.0
+    y: float = 0.0
+    has_position: bool = False
+
+
+class ReadingsDialog(QDialog):
+    """`readings` and `types` hold what is to be added once it is accepted."""
+
+    def __init__(
+        self,
+        parent: QWidget | None,
+        table: FieldTable,
+        records: dict[str, Record],
+        place: Place,
+        *,
+        type_id: str = "bedding",
+        declination: str = "",
+    ) -> None:
+        super().__init__(parent)
+        self.setWindowTitle(self.tr("Import field measurements: {0}").format(table.path.name))
+        self.resize(820, 680)
+        self._table, self._records, self._place = table, records, place
+        self._kinds = [r for r in records.values() if isinstance(r, FeatureType)]
+        self._to_grid = None if place.crs is None else from_degrees(place.crs)
+        self._understood = FieldReadings((), (), ())
+        self.readings: list[Reading] = []
+        self.types: list[FeatureType] = []
+        self._guess = guess(table)
+        layout = QVBoxLayout(self)
+        layout.addLayout(self._make_angles())
+        layout.addWidget(self._make_preview(), 1)
+        layout.addLayout(self._make_rest(type_id, declination))
+        self._says = QLabel()
+        self._says.setWordWrap(True)
+        self._says.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        layout.addWidget(self._says)
+        self._bad = QPlainTextEdit()
+        self._bad.setObjectName("readings_bad")
+        self._bad.setReadOnly(True)
+        self._bad.setMaximumHeight(110)
+        self._bad_title = QLabel()
+        layout.addWidget(self._bad_title)
+        layout.addWidget(self._bad)
+        self._buttons = QDialogButtonBox(
+            QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
+        )
+        self._buttons.accepted.connect(self.accept)
+        self._buttons.rejected.connect(self.reject)
+        layout.addWidget(self._buttons)
+        self._read()
+
+    # --- parts -------------------------------------------------------------------------------
+    def _make_angles(self) -> QHBoxLayout:
+        self._notation = ComboBox()
+        self._notation.setObjectName("readings_notation")
+        self._notation.addItem(self.tr("choose…"), None)
+        for text, value in _NOTATIONS:
+            self._notation.addItem(text, value)
+        self._notation.setCurrentIndex(max(0, self._notation.findData(self._guess.notation)))
+        self._notation.activated.connect(lambda _: self._read())
+        row = QHBoxLayout()
+        label = QLabel(self.tr("The angles are"))
+        label.setBuddy(self._notation)
+        row.addWidget(label)
+        row.addWidget(self._notation)
+        row.addStretch()
+        row.addWidget(QLabel(self.tr("{0:,} rows").format(len(self._table.rows))))
+        return row
+
+    def _make_preview(self) -> QTableWidget:
+        table = self._table
+        shown = min(len(table.rows), _PREVIEW_ROWS)
+        view = QTableWidget(shown + 1, table.width)
+        view.setHorizontalHeaderLabels([table.label(c) for c in range(table.width)])
+        view.setVerticalHeaderLabels(["", *(str(n) for n in table.lines[:shown])])
+        view.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        view.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
+        view.setMinimumHeight(170)
+        self._column_roles: list[QComboBox] = []
+        role_of = {column: role for role, column in self._guess.columns.items()}
+        for column in range(table.width):
+            combo = ComboBox()
+            combo.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
+            combo.setAccessibleName(self.tr("What {0} is").format(table.label(column)))
+            for text, role in _ROLES:
+                combo.addItem(text, role)
+            combo.setCurrentIndex(max(0, combo.findData(role_of.get(column, ""))))
+            combo.activated.connect(lambda _, c=column: self._assigned(c))
+            self._column_roles.append(combo)
+            view.setCellWidget(0, column, combo)
+        for i in range(shown):
+            for column in range(table.width):
+                view.setItem(i + 1, column, QTableWidgetItem(table.rows[i][column]))
+        view.resizeColumnsToContents()
+        for column in range(table.width):
+            width = max(view.columnWidth(column), self._column_roles[column].sizeHint().width() + 6)
+            view.setColumnWidth(column, min(width, 260))
+        view.verticalHeader().setDefaultSectionSize(26)
+        self._preview = view
+        return view
+
+    def _make_rest(self, type_id: str, declination: str) -> QHBoxLayout:
+        self._type = ComboBox()
+        self._type.setObjectName("readings_type")
+        for kind in self._kinds:
+            self._type.addItem(theme.swatch(kind.color), kind.name, kind.id)
+        self._type.setCurrentIndex(max(0, self._type.findData(type_id)))
+        self._type.activated.connect(lambda _: self._say())
+        self._set = QLineEdit()
+        self._set.setPlaceholderText(self.tr("none"))
+        self._left = QFormLayout()
+        self._left.addRow(self.tr("Type"), self._type)
+        self._left.addRow(self.tr("Set"), self._set)
+        self._unknown: dict[str, QComboBox] = {}
+        self._north = ComboBox()
+        self._north.setObjectName("readings_north")
+        for text, value in (
+            (self.tr("choose…"), None),
+            (self.tr("magnetic north, as a compass reads"), "magnetic"),
+            (self.tr("true north (declination was set on the compass)"), "true"),
+            (self.tr("grid north of the project"), "grid"),
+        ):
+            self._north.addItem(text, value)
+        self._north.activated.connect(lambda _: self._say())
+        self._declination = QLineEdit(declination)
+        self._declination.setObjectName("readings_declination")
+        self._declination.setPlaceholderText(self.tr("degrees east, such as 2.6; west is negative"))
+        self._declination.textChanged.connect(lambda _: self._say())
+        self._convergence = QLabel()
+        self._convergence.setWordWrap(True)
+        right = QFormLayout()
+        right.addRow(self.tr("Azimuths from"), self._north)
+        right.addRow(self.tr("Declination"), self._declination)
+        right.addRow(self.tr("Convergence"), self._convergence)
+        row = QHBoxLayout()
+        row.addLayout(self._left, 2)
+        row.addSpacing(16)
+        row.addLayout(right, 3)
+        return row
+
+    # --- understanding -----------------------------------------------------------------------
+    def _assigned(self, column: int) -> None:
+        """A role belongs to one column: the one that was chosen last."""
+        role = self._column_roles[column].currentData()
+        for other, combo in enumerate(self._column_roles):
+            if role and other != column and combo.currentData() == role:
+                combo.setCurrentIndex(0)
+        self._read()
+
+    def columns(self) -> dict[str, int]:
+        return {
+            str(combo.currentData()): column
+            for column, combo in enumerate(self._column_roles)
+            if combo.currentData()
+        }
+
+    def _read(self) -> None:
+        notation = self._notation.currentData()
+        for combo in self._column_roles:
+            combo.setItemText(combo.findData("azimuth"), _AZIMUTH.get(notation, "Azimuth"))
+            steep = "Plunge" if notation == "trend/plunge" else "Dip"
+            combo.setItemText(combo.findData("inclination"), steep)
+        self._missing = what_is_missing(self.columns(), notation)
+        self._understood = (
+            FieldReadings((), (), ())
+            if self._missing
+            else understand(self._table, self.columns(), notation, self._to_grid)
+        )
+        self._ask_for_types()
+        self._show_bad()
+        self._show_convergence()
+        self._say()
+
+    def _ask_for_types(self) -> None:
+        known = {kind.name.casefold() for kind in self._kinds}
+        names = [n for n in self._understood.type_names if n.casefold() not in known]
+        wanted = list({n.casefold(): n for n in names}.values())
+        if [n.casefold() for n in wanted] == list(self._unknown):
+            return
+        while self._left.rowCount() > 2:
+            self._left.removeRow(2)
+        self._unknown = {}
+        for name in wanted[:8]:
+            combo = ComboBox()
+            combo.addItem(self.tr("is a new type"), None)
+            for kind in self._kinds:
+                combo.addItem(theme.swatch(kind.color), kind.name, kind.id)
+            combo.activated.connect(lambda _: self._say())
+            self._unknown[name.casefold()] = combo
+            self._left.addRow(f"“{name}”", combo)
+        if len(wanted) > 8:
+            self._left.addRow(
+                QLabel(self.tr("and {0} more become new types").format(len(wanted) - 8))
+            )
+
+    def _show_bad(self) -> None:
+        bad = self._understood.bad
+        self._bad.setPlainText("\n".join(str(row) for row in bad))
+        self._bad.setVisible(bool(bad))
+        self._bad_title.setVisible(bool(bad))
+        n = len(bad)
+        self._bad_title.setText(
+            self.tr("1 row cannot be read and is left out:")
+            if n == 1
+            else self.tr("{0} rows cannot be read and are left out:").format(n)
+        )
+        reasons = {row.line: row.reason for row in bad}
+        red = QColor(_UNREADABLE)
+        plain = self.palette().color(QPalette.ColorRole.Text)
+        with QSignalBlocker(self._preview):
+            for i in range(1, self._preview.rowCount()):
+                reason = reasons.get(self._table.lines[i - 1], "")
+                for column in range(self._preview.columnCount()):
+                    item = self._preview.item(i, column)
+                    if item is not None:
+                        item.setForeground(red if reason else plain)
+                        item.setToolTip(reason)
+
+    def _show_convergence(self) -> None:
+        """At the readings' own place where they have one, else at the project's."""
+        self._at: float | None = None
+        place = self._place
+        if place.crs is None:
+            self._convergence.setText(self.tr("not known: the project has no CRS"))
+            return
+        places = [row.position for row in self._understood.rows if row.position is not None]
+        if places:
+            x = sum(p[0] for p in places) / len(places)
+            y = sum(p[1] for p in places) / len(places)
+        elif place.has_position:
+            x, y = place.x, place.y
+        else:
+            self._convergence.setText(self.tr("not known: nothing has a position yet"))
+            return
+        self._at = convergence_deg(place.crs, x, y)
+        where = self.tr("the readings") if places else self.tr("the model")
+        if self._at is None:
+            self._convergence.setText(
+                self.tr("not known: {0} lie outside {1}").format(where, place.crs)
+            )
+        else:
+            sign = "−" if self._at < 0 else "+"
+            self._convergence.setText(
+                f"{sign}{abs(self._at):.2f}° at {where} ({crs_name(place.crs)})"
+            )
+
+    def turn(self) -> Turn | None:
+        """None until it is said."""
+        north = self._north.currentData()
+        if north is None:
+            return None
+        if north != "magnetic":
+            return Turn(north, 0.0, self._at)
+        try:
+            value = float(self._declination.text().strip().rstrip("°").replace(",", "."))
+        except ValueError:
+            return None
+        return Turn(north, value, self._at) if -180.0 <= value <= 180.0 else None
+
+    def _say(self) -> None:
+        self._declination.setEnabled(self._north.currentData() == "magnetic")
+        turn, n = self.turn(), len(self._understood.rows)
+        ok = self._buttons.button(QDialogButtonBox.StandardButton.Ok)
+        ok.setText(self.tr("Add 1 reading") if n == 1 else self.tr("Add {0} readings").format(n))
+        ok.setEnabled(turn is not None and n > 0)
+        lines: list[str] = []
+        if self._missing:
+            lines.append(f"<b>{self._missing}</b>")
+        elif turn is not None:
+            lines.append(f"<b>{turn.sentence()}</b>")
+        elif self._north.currentData() is None:
+            lines.append(f"<b>{self.tr('Say from which north the azimuths were read.')}</b>")
+        else:
+            asked = self.tr(
+                "Type the declination of the place and date in degrees, east positive (0 if it "
+                "was set on the compass); it is on the map's margin or at a national survey."
+            )
+            lines.append(f"<b>{asked}</b>")
+        lines += [*self._guess.remarks, *self._understood.remarks, *self._far()]
+        self._says.setText("<br>".join(lines))
+
+    def _far(self) -> Sequence[str]:
+        if not self._place.has_position:
+            return ()
+        away = [
+            ((p[0] - self._place.x) ** 2 + (p[1] - self._place.y) ** 2) ** 0.5
+            for row in self._understood.rows
+            if (p := row.position) is not None
+        ]
+        if not away or min(away) < _FAR_M:
+            return ()
+        return (f"The positions lie {length(min(away))} from the model: are they in its CRS?",)
+
+    # --- the answer --------------------------------------------------------------------------
+    def accept(self) -> None:
+        turn = self.turn()
+        if turn is None:
+            return
+        records = dict(self._records)
+        ids = {kind.name.casefold(): kind.id for kind in self._kinds}
+        self.types = []
+        for name in self._understood.type_names:
+            low = name.casefold()
+            if low in ids:
+                continue
+            combo = self._unknown.get(low)
+            chosen = combo.currentData() if combo is not None else None
+            if chosen is None:
+                own = [r for r in self._understood.rows if r.type_name.casefold() == low]
+                lines = all(r.geometry == "line" for r in own)
+                kind = suggest_type(records, name, "line" if lines else "plane")
+                self.types.append(kind)
+                records[kind.id] = kind
+                chosen = kind.id
+            ids[low] = str(chosen)
+        self.readings = make_readings(
+            self._understood.rows,
+            type_ids=ids,
+            type_id=str(self._type.currentData()),
+            set_name=self._set.text().strip(),
+            turn_deg=turn.deg,
+            source=self._table.path.name,
+        )
+        super().accept()

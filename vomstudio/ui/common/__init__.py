@@ -1,0 +1,1 @@
+"""Widgets, words and helpers that every room of the window uses."""

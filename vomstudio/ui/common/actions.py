@@ -1,0 +1,87 @@
+"""One table of actions: menus, toolbar, palette, shortcuts and tests all run these."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from PySide6.QtCore import QObject, Qt
+from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtWidgets import QWidget
+
+from vomstudio.ui.common import theme
+
+
+@dataclass(frozen=True)
+class Command:
+    """why_not: None where the action can run now, else the reason, which its tooltip shows.
+    in_viewport: the shortcut is a plain key that acts only while the viewport has the focus.
+    what: to what it would be done now, for its tooltip."""
+
+    name: str
+    text: str
+    run: Callable[[], object]
+    icon: str | None = None
+    shortcut: str | tuple[str, ...] = ()
+    tip: str = ""
+    why_not: Callable[[], str | None] = lambda: None
+    in_viewport: bool = False
+    checked: Callable[[], bool] | None = None
+    what: Callable[[], str | None] = lambda: None
+
+
+class Actions(QObject):
+    def __init__(self, window: QWidget) -> None:
+        super().__init__(window)
+        self._window = window
+        self._commands: dict[str, Command] = {}
+        self.all: dict[str, QAction] = {}
+
+    def add(self, command: Command) -> None:
+        action = QAction(command.text, self._window)
+        action.setObjectName(command.name)
+        if command.icon:
+            action.setIcon(theme.icon(command.icon))
+        keys = (command.shortcut,) if isinstance(command.shortcut, str) else command.shortcut
+        action.setShortcuts([QKeySequence(key) for key in keys])
+        if command.in_viewport:
+            action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
+        else:
+            action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
+            self._window.addAction(action)
+        action.setCheckable(command.checked is not None)
+        action.triggered.connect(lambda *_: self.run(command.name))
+        self._commands[command.name] = command
+        self.all[command.name] = action
+
+    def give_keys_to(self, viewport: QWidget) -> None:
+        """Plain keys belong to the viewport, so that typing in a field types."""
+        for name, command in self._commands.items():
+            if command.in_viewport:
+                viewport.addAction(self.all[name])
+
+    def run(self, name: str) -> None:
+        """Run an action if it can run now."""
+        command = self._commands[name]
+        if command.why_not() is None:
+            command.run()
+        self.refresh()
+
+    def refresh(self) -> None:
+        for name, command in self._commands.items():
+            action, why_not = self.all[name], command.why_not()
+            action.setEnabled(why_not is None)
+            keys = ", ".join(
+                key.toString(QKeySequence.SequenceFormat.NativeText) for key in action.shortcuts()
+            )
+            text = command.text.replace("&", "").rstrip("…")
+            lines = [f"{text} ({keys})" if keys else text]
+            lines += [line for line in (command.tip, command.what()) if line]
+            if why_not is not None:
+                lines.append(f"Not now: {why_not}")
+            action.setToolTip("\n".join(lines))
+            if command.checked is not None:
+                action.setChecked(command.checked())
+
+    def commands(self) -> list[Command]:
+        return list(self._commands.values())

@@ -1,0 +1,131 @@
+"""What the program has said, and the bar that says the newest of it above the viewport."""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+from PySide6.QtCore import QEvent, QObject, Qt, QTimer
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QListWidget,
+    QListWidgetItem,
+    QPushButton,
+    QToolButton,
+    QWidget,
+)
+
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.studio import Notice
+
+_ICONS = {
+    "info": "information-outline",
+    "hint": "information-outline",
+    "warning": "alert-outline",
+    "error": "alert-octagon-outline",
+}
+_COLORS = {"info": "#56b4e9", "hint": "#56b4e9", "warning": "#e69f00", "error": "#d55e00"}
+_HINT_MS = 6000
+
+
+class MessagesPanel(QListWidget):
+    def __init__(self) -> None:
+        super().__init__()
+        self.setWordWrap(True)
+        self.setObjectName("messages")
+        self.setSelectionMode(QListWidget.SelectionMode.ExtendedSelection)
+
+    def add(self, notice: Notice) -> None:
+        item = QListWidgetItem(
+            theme.icon(_ICONS[notice.level]), f"{datetime.now():%H:%M:%S}  {notice.text}"
+        )
+        self.addItem(item)
+        self.scrollToItem(item)
+
+    def copy(self) -> None:
+        QGuiApplication.clipboard().setText("\n".join(i.text() for i in self.selectedItems()))
+
+
+class MessageBar(QFrame):
+    """One sentence over the top of the viewport, which keeps its size: a message must not move the
+    outcrop under the cursor. Hints go by themselves; what needs the user stays."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setAutoFillBackground(True)
+        self._hint_timer = QTimer(self)
+        self._hint_timer.setSingleShot(True)
+        self._hint_timer.setInterval(_HINT_MS)
+        self._hint_timer.timeout.connect(self.hide)
+        if parent is not None:
+            parent.installEventFilter(self)
+        self.setObjectName("message_bar")
+        self.setFrameShape(QFrame.Shape.StyledPanel)
+        self._icon = QLabel()
+        self._text = QLabel()
+        self._text.setObjectName("message_text")
+        self._text.setWordWrap(True)
+        self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._buttons = QHBoxLayout()
+        close = QToolButton()
+        close.setIcon(theme.icon("close"))
+        close.setAutoRaise(True)
+        close.setToolTip(self.tr("Close this message"))
+        close.clicked.connect(self.hide)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(8, 3, 4, 3)
+        layout.addWidget(self._icon)
+        layout.addWidget(self._text, 1)
+        layout.addLayout(self._buttons)
+        layout.addWidget(close)
+        self.hide()
+
+    @property
+    def text(self) -> str:
+        return self._text.text()
+
+    def say(self, notice: Notice, *buttons: tuple[str, object]) -> None:
+        """`buttons` are (text, callable); a press also closes the bar."""
+        if notice.level == "hint":
+            if self.isVisible() and not self._hint_timer.isActive():
+                # What needs the user stays; the hint is among the messages.
+                return
+            self._hint_timer.start()
+        else:
+            self._hint_timer.stop()
+        while (item := self._buttons.takeAt(0)) is not None:
+            if (old := item.widget()) is not None:
+                old.hide()
+                old.deleteLater()
+        for text, call in buttons:
+            button = QPushButton(text)
+            button.clicked.connect(self.hide)
+            button.clicked.connect(call)
+            self._buttons.addWidget(button)
+        self._icon.setPixmap(theme.icon(_ICONS[notice.level]).pixmap(18, 18))
+        self.setStyleSheet(f"#message_bar {{ border-left: 5px solid {_COLORS[notice.level]}; }}")
+        self._text.setText(notice.text)
+        self.show()
+        self._place()
+
+    def end_hint(self) -> None:
+        """The user has gone on."""
+        if self._hint_timer.isActive():
+            self._hint_timer.stop()
+            self.hide()
+
+    def _place(self) -> None:
+        """Across the top of the parent, as high as the words need."""
+        parent = self.parentWidget()
+        if parent is not None and not self.isHidden():
+            width = parent.width()
+            height = max(self.heightForWidth(width), self.minimumSizeHint().height())
+            self.setGeometry(0, 0, width, height)
+            self.raise_()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
+        if event.type() == QEvent.Type.Resize:
+            self._place()
+        return False

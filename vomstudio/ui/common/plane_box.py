@@ -1,0 +1,112 @@
+"""A choice among the planes of the project, the selected one among them."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QSignalBlocker, Signal
+
+from vomstudio.document.records import Patch, Reading, Record, Trace
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.wording import natural, orientation_text
+
+SELECTED = "*"
+
+
+def is_plane(record: Record | None) -> bool:
+    return isinstance(record, Trace | Patch) or (
+        isinstance(record, Reading) and record.geometry == "plane"
+    )
+
+
+class PlaneBox(ComboBox):
+    """`none` is the text for no plane, None where there must be one. With "the selected plane" it
+    goes with the selection, and stays with the last plane where something else is selected: what
+    has just been made is."""
+
+    chosen = Signal(str)  # id of a plane, empty for none
+
+    def __init__(self, studio: Studio, none: str | None, follow: bool) -> None:
+        super().__init__()
+        self._studio = studio
+        self._none = none
+        self._last = ""
+        self._shown = ""
+        self._follows = follow
+        self.keep_narrow()
+        self.activated.connect(self._activated)
+        studio.selection_changed.connect(self._selected)
+        studio.edited.connect(self._edited)
+        studio.project_opened.connect(self._opened)
+        studio.settings_changed.connect(lambda: self.show_plane(self._shown))
+        self.show_plane("")
+
+    @property
+    def follows(self) -> bool:
+        """It goes with the selection."""
+        return self._follows
+
+    def show_plane(self, plane_id: str) -> None:
+        """What is chosen now, whoever chose it."""
+        self._shown = plane_id
+        if plane_id != self._last:
+            self._follows = self._follows and not plane_id
+        self._fill([plane_id] if plane_id else [])
+
+    def showPopup(self) -> None:  # noqa: N802
+        """All planes are listed only when they are asked for: there may be thousands."""
+        features = self._studio.session.features()
+        planes = sorted((f for f in features if is_plane(f)), key=lambda f: natural(f.name))
+        self._studio.measured(f.id for f in planes)
+        self._fill([f.id for f in planes])
+        super().showPopup()
+
+    def _fill(self, ids: list[str]) -> None:
+        with QSignalBlocker(self):
+            self.clear()
+            if self._none is not None:
+                self.addItem(self._none, "")
+            last = self._text(self._last) if self._last else self.tr("none yet")
+            self.addItem(self.tr("selected: ") + last, SELECTED)
+            for id_ in ids:
+                self.addItem(self._text(id_), id_)
+            if self._follows and (not self._shown or self._shown == self._last):
+                self.setCurrentIndex(self.findData(SELECTED))
+            else:
+                self.setCurrentIndex(self.findData(self._shown))
+        self.setToolTip(self.currentText())
+
+    def _text(self, id_: str) -> str:
+        record = self._studio.records.get(id_)
+        if not is_plane(record) or record is None:
+            return self.tr("a plane that is gone")
+        measured = self._studio.measured([id_])[id_]
+        return f"{record.name}  {orientation_text(measured, self._studio.settings.notation)}"
+
+    def _activated(self, index: int) -> None:
+        data = str(self.itemData(index))
+        self._follows = data == SELECTED
+        self._shown = self._last if self._follows else data
+        self.setToolTip(self.currentText())
+        self.chosen.emit(self._shown)
+
+    def _selected(self, ids: tuple[str, ...]) -> None:
+        planes = [i for i in ids if is_plane(self._studio.records.get(i))]
+        if not planes or planes[-1] == self._last:
+            return
+        self._last = planes[-1]
+        if self._follows:
+            self._shown = self._last
+            self.chosen.emit(self._last)
+        self.show_plane(self._shown)
+
+    def _edited(self, *_: object) -> None:
+        if self._last and not is_plane(self._studio.records.get(self._last)):
+            self._last = ""
+            if self._follows:
+                self._shown = ""
+                self.chosen.emit("")
+        self.show_plane(self._shown)
+
+    def _opened(self) -> None:
+        self._last = ""
+        self.show_plane("")

@@ -1,0 +1,40 @@
+"""A combo box of the project's feature types that follows every edit of them."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QSignalBlocker
+
+from vomstudio.document.edit import Edit
+from vomstudio.document.records import FeatureType
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import ComboBox
+
+
+class TypeBox(ComboBox):
+    """`currentData` is a type's id. It says nothing of changes that the project makes in it."""
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__()
+        self._studio = studio
+        studio.project_opened.connect(self.fill)
+        studio.edited.connect(self._edited)
+        if studio.project is not None:
+            self.fill()
+
+    def fill(self) -> None:
+        """The same type stays chosen where it is still there."""
+        chosen = self.currentData()
+        with QSignalBlocker(self):
+            self.clear()
+            for kind in self._studio.session.of(FeatureType):
+                self.addItem(theme.type_icon(kind.color, kind.symbol), kind.name, kind.id)
+            self.choose(chosen)
+
+    def choose(self, type_id: object) -> None:
+        with QSignalBlocker(self):
+            self.setCurrentIndex(max(0, self.findData(type_id)))
+
+    def _edited(self, edit: Edit) -> None:
+        if any(isinstance(r, FeatureType) for r in (*edit.before.values(), *edit.after.values())):
+            self.fill()

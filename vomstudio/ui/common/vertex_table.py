@@ -1,0 +1,102 @@
+"""The vertices of what a tool is picking, as numbers that can be typed."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem
+
+from vomstudio.document.records import Matrix, Model
+from vomstudio.geometry import transform
+from vomstudio.tools.polyline import PolylineTool
+from vomstudio.ui.common.studio import Studio
+
+
+class VertexTable(QTableWidget):
+    """World coordinates; hidden while nothing is picked. `refresh` follows the tool."""
+
+    def __init__(self, studio: Studio, tool: PolylineTool[Any]) -> None:
+        super().__init__(0, 3)
+        self._studio = studio
+        self._tool = tool
+        self.setHorizontalHeaderLabels(["E (m)", "N (m)", "Z (m)"])
+        self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        self.horizontalHeader().setMinimumSectionSize(40)
+        self.verticalHeader().setFixedWidth(22)
+        self.verticalHeader().setDefaultSectionSize(22)
+        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.setMinimumHeight(76)
+        self.itemSelectionChanged.connect(self._marked)
+        self.itemChanged.connect(self._typed)
+
+    def _to_world(self) -> Matrix | None:
+        feature = self._tool.feature
+        model = self._studio.records.get(feature.model_id) if feature else None
+        return model.to_world if isinstance(model, Model) else None
+
+    def refresh(self) -> None:
+        tool = self._tool
+        with QSignalBlocker(self):
+            self.setRowCount(len(tool.vertices))
+            if tool.vertices:
+                rows = self._to_world()
+                points = transform.apply(rows, tool.vertices) if rows else tool.vertices
+                for i, point in enumerate(points):
+                    for j, value in enumerate(point):
+                        item = QTableWidgetItem(f"{value:.3f}")
+                        item.setTextAlignment(
+                            Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+                        )
+                        self.setItem(i, j, item)
+            if tool.current_vertex is not None:
+                self.selectRow(tool.current_vertex)
+            else:
+                self.clearSelection()
+                self.scrollToBottom()
+        self.setVisible(tool.open)
+
+    def _marked(self) -> None:
+        rows = {index.row() for index in self.selectedIndexes()}
+        if rows and self._tool.open:
+            self._tool.mark(rows.pop())
+
+    def _typed(self, item: QTableWidgetItem) -> None:
+        """Numbers may carry either decimal mark."""
+        tool = self._tool
+        if not tool.open:
+            return
+        rows = self._to_world()
+        value = parse_number(item.text())
+        if value is None:
+            self._studio.warn(f"“{item.text()}” is not a number.")
+            self.refresh()
+            return
+        index = item.row()
+        found = transform.apply(rows, [tool.vertices[index]])[0] if rows else tool.vertices[index]
+        point = [float(v) for v in found]
+        point[item.column()] = value
+        if rows:
+            point = [float(v) for v in transform.apply(transform.invert(rows), [point])[0]]
+        tool.move_vertex(index, (point[0], point[1], point[2]))
+
+
+def parse_number(text: str) -> float | None:
+    """A number with either decimal mark; blanks, apostrophes or the other mark may stand between
+    its thousands. One mark alone is the decimal mark."""
+    plain = re.sub(r"[\s'’]", "", text).replace("−", "-")
+    marks = re.sub(r"[^.,]", "", plain)
+    if len(set(marks)) == 2 or len(marks) > 1:
+        decimal = marks[-1] if len(set(marks)) == 2 else ""
+        group = "." if decimal == "," else "," if decimal == "." else marks[0]
+        whole, _, rest = plain.rpartition(decimal) if decimal else (plain, "", "")
+        if not re.fullmatch(rf"[+-]?\d{{1,3}}(?:{re.escape(group)}\d{{3}})+", whole):
+            return None
+        plain = whole.replace(group, "") + "." + rest
+    try:
+        value = float(plain.replace(",", "."))
+    except ValueError:
+        return None
+    return value if abs(value) < 1e300 else None

@@ -1,0 +1,1 @@
+"""Panels of the tools, the tree, the table and the properties of features."""

@@ -1,0 +1,95 @@
+"""The panel of the measure tool: what is measured, across which plane, the live figures."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QFormLayout, QLabel, QVBoxLayout, QWidget
+
+from vomstudio.tools.measure import KINDS, dimension_lines
+from vomstudio.ui.common.plane_box import PlaneBox
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.vertex_table import VertexTable
+from vomstudio.ui.common.widgets import ComboBox, action_buttons
+from vomstudio.ui.common.wording import DIMENSION_NAMES
+
+_HINTS = {
+    "distance": "Click two points: the distance between them, its horizontal and vertical parts.",
+    "polyline": "Click along a line, then Enter: its length over the surface.",
+    "area": "Click around it, then Enter: the area of the ring as seen from where it is largest.",
+    "thickness": "Choose a plane, then click a point on the base and one on the top: the distance "
+    "across the plane. The closer both lie to one line across the bed, the smaller the error.",
+}
+
+
+class MeasurePanel(QWidget):
+    def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
+        super().__init__()
+        self._studio = studio
+        self._tool = studio.measure_tool
+        self.kind_box = ComboBox()
+        self.kind_box.setObjectName("measure_kind")
+        for kind in KINDS:
+            self.kind_box.addItem(self.tr(DIMENSION_NAMES[kind]), kind)
+        self.kind_box.activated.connect(self._chosen)
+        self.plane_box = PlaneBox(studio, None, follow=True)
+        self.plane_box.setObjectName("measure_plane")
+        self.plane_box.chosen.connect(lambda id_: self._tool.choose(plane_id=id_))
+        self._form = form = QFormLayout()
+        form.setContentsMargins(0, 0, 0, 0)
+        form.setVerticalSpacing(3)
+        form.addRow(self.tr("Measure"), self.kind_box)
+        form.addRow(self.tr("Across"), self.plane_box)
+        self.figures = QLabel()
+        self.figures.setWordWrap(True)
+        self.figures.setTextFormat(Qt.TextFormat.RichText)
+        self.figures.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.table = VertexTable(studio, self._tool)
+        self.table.setObjectName("measure_vertices")
+        self._hint = QLabel()
+        self._hint.setWordWrap(True)
+        names = ("finish", "cancel", "continue_trace", "delete_vertex")
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(6, 4, 6, 4)
+        layout.setSpacing(4)
+        layout.addLayout(form)
+        layout.addWidget(self.figures)
+        layout.addWidget(self.table, 1)
+        layout.addWidget(self._hint)
+        layout.addStretch()
+        layout.addLayout(action_buttons([actions[name] for name in names]))
+        for signal in (studio.project_opened, studio.edited, studio.tool_changed_signal):
+            signal.connect(self.refresh)
+
+    def _chosen(self) -> None:
+        kind: Any = self.kind_box.currentData()
+        self._tool.choose(kind=kind)
+
+    def refresh(self, *_: object) -> None:
+        tool = self._tool
+        with QSignalBlocker(self.kind_box):
+            self.kind_box.setCurrentIndex(self.kind_box.findData(tool.kind))
+        across = tool.kind == "thickness"
+        self._form.setRowVisible(self.plane_box, across)
+        if across:
+            self.plane_box.show_plane(tool.plane_id)
+        for field in (self.kind_box, self.plane_box):
+            field.setEnabled(not tool.continued)
+        self.kind_box.setToolTip(
+            self.tr("Not now: a continued measurement keeps its kind") if tool.continued else ""
+        )
+        measured = tool.measurement
+        lines = []
+        if measured and measured.dimension:
+            lines = dimension_lines(measured.dimension, metric=measured.metric)
+        if lines:
+            lines[0] = f"<b>{lines[0]}</b>"
+        elif tool.measurement and tool.measurement.problem and len(tool.vertices) > 1:
+            lines = [tool.measurement.problem]
+        self.figures.setText("<br>".join(lines))
+        self.figures.setVisible(bool(lines))
+        self._hint.setText(self.tr(_HINTS[tool.kind]))
+        self._hint.setVisible(not tool.open)
+        self.table.refresh()

@@ -1,0 +1,61 @@
+"""The commands of the patch tool."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from vomstudio.document.records import Patch
+from vomstudio.errors import VomError
+from vomstudio.ui.common.actions import Command
+
+if TYPE_CHECKING:
+    from vomstudio.ui.shell.main_window import MainWindow
+
+
+def commands(w: MainWindow) -> list[Command]:
+    studio = w.studio
+    tool = studio.patch_tool
+
+    def not_loaded() -> str | None:
+        return None if studio.models else "open a model first"
+
+    def not_painting() -> str | None:
+        return None if studio.tool_name == "patch" else "choose Patch first"
+
+    def chosen() -> Patch | None:
+        found = [r for i in studio.selection.ids if isinstance(r := studio.records.get(i), Patch)]
+        return found[-1] if found else None
+
+    def cannot_continue() -> str | None:
+        if studio.open_tool is not None:
+            return "something is being picked: finish or cancel it first"
+        patch = chosen()
+        if patch is None:
+            return "select a patch first"
+        return None if patch.model_id in studio.models else "the patch's model is not open"
+
+    def take_up() -> None:
+        patch = chosen()
+        if patch is None:
+            return
+        studio.activate("patch")
+        try:
+            tool.take_up(patch.id)
+        except VomError as error:
+            studio.fail(error)
+
+    return [
+        Command("patch", "&Patch", lambda: studio.activate("patch"), "brush", "P",
+                "Paint over one surface; its plane is fitted as you go", not_loaded,
+                in_viewport=True, checked=lambda: studio.tool_name == "patch"),
+        Command("continue_patch", "Continue the patch", take_up, "brush-variant", (),
+                "Take the selected patch up again: paint on, or take away", cannot_continue),
+        Command("brush_removes", "Brush takes away",
+                lambda: tool.set_removing(not tool.removing), "eraser", (),
+                "Strokes take away; without it, those with Ctrl do", not_painting,
+                checked=lambda: tool.removing),
+        Command("brush_smaller", "Smaller brush", tool.smaller, None, "[", "", not_painting,
+                in_viewport=True),
+        Command("brush_larger", "Larger brush", tool.larger, None, "]", "", not_painting,
+                in_viewport=True),
+    ]  # fmt: skip

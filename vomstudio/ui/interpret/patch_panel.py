@@ -1,0 +1,148 @@
+"""The panel of the patch tool: the brush, what is made next, the live fit and its reasons."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import (
+    QDoubleSpinBox,
+    QFormLayout,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QSizePolicy,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from vomstudio.document.edit import Edit
+from vomstudio.document.measurements import Measurement
+from vomstudio.document.records import FeatureType
+from vomstudio.tools.patch import LARGEST_RADIUS, SMALLEST_RADIUS
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.fit_view import FitView
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import ComboBox
+
+
+class PatchPanel(QWidget):
+    def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
+        super().__init__()
+        self._studio = studio
+        self._tool = studio.patch_tool
+        self._shown: Measurement | None = None
+        self.radius = QDoubleSpinBox()
+        self.radius.setObjectName("brush_radius")
+        self.radius.setDecimals(3)
+        self.radius.setRange(SMALLEST_RADIUS, LARGEST_RADIUS)
+        self.radius.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
+        self.radius.setKeyboardTracking(False)
+        self.radius.setToolTip(self.tr("Radius of the brush; [ and ] over the outcrop"))
+        self.radius.valueChanged.connect(self._tool.set_radius)
+        brush = QHBoxLayout()
+        brush.addWidget(self.radius, 1)
+        brush.addWidget(_button(actions["brush_removes"], self.tr("Take away")))
+        self.type_box = ComboBox()
+        self.type_box.setObjectName("patch_type")
+        self.type_box.currentIndexChanged.connect(self._next_changed)
+        self.set_edit = QLineEdit()
+        self.set_edit.setPlaceholderText(self.tr("none"))
+        self.set_edit.editingFinished.connect(self._next_changed)
+        form = QFormLayout()
+        form.setContentsMargins(0, 0, 0, 0)
+        form.addRow(self.tr("Brush"), brush)
+        form.addRow(self.tr("Type"), self.type_box)
+        form.addRow(self.tr("Set"), self.set_edit)
+
+        self._name = QLabel()
+        self.fit_view = FitView()
+        self._hint = QLabel(
+            self.tr(
+                "Choose Patch (P), then paint over one surface of the outcrop, away from its "
+                "edges. Ctrl takes away; the right button orbits."
+            )
+        )
+        self._hint.setWordWrap(True)
+        buttons = QGridLayout()
+        buttons.setSpacing(4)
+        for i, name in enumerate(("finish", "cancel", "continue_patch")):
+            text = self.tr("Continue") if name == "continue_patch" else ""
+            button = _button(actions[name], text)
+            button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+            buttons.addWidget(button, i // 2, i % 2)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(6, 4, 6, 4)
+        layout.setSpacing(4)
+        layout.addLayout(form)
+        layout.addWidget(self._name)
+        layout.addWidget(self.fit_view)
+        layout.addWidget(self._hint)
+        layout.addStretch(1)
+        layout.addLayout(buttons)
+        studio.project_opened.connect(self._fill_types)
+        studio.edited.connect(self._edited)
+        studio.tool_changed_signal.connect(self.refresh)
+        studio.settings_changed.connect(self.refresh)
+        # Live figures come with every step of a stroke, the rest only with its end.
+        studio.preview.connect(self._follow)
+
+    def _fill_types(self) -> None:
+        with QSignalBlocker(self.type_box):
+            self.type_box.clear()
+            for kind in self._studio.session.of(FeatureType):
+                self.type_box.addItem(theme.type_icon(kind.color, kind.symbol), kind.name, kind.id)
+        self.refresh()
+
+    def _edited(self, edit: Edit) -> None:
+        if any(isinstance(r, FeatureType) for r in (*edit.before.values(), *edit.after.values())):
+            self._fill_types()
+        self.refresh()
+
+    def _next_changed(self) -> None:
+        self.set_edit.setModified(False)
+        self._studio.set_next(str(self.type_box.currentData()), self.set_edit.text().strip())
+
+    def refresh(self) -> None:
+        tool, studio = self._tool, self._studio
+        patch = tool.current
+        with QSignalBlocker(self.radius):
+            self.radius.setValue(tool.radius)
+        with QSignalBlocker(self.type_box):
+            kind = patch.type_id if patch else studio.next_type_id
+            self.type_box.setCurrentIndex(max(0, self.type_box.findData(kind)))
+        if not self.set_edit.isModified():
+            self.set_edit.setText(patch.set_name if patch else studio.next_set)
+        for widget in (self.type_box, self.set_edit):
+            widget.setEnabled(not tool.continued)
+            widget.setToolTip(
+                self.tr("Not now: a continued patch keeps its type and set; see Properties")
+                if tool.continued
+                else ""
+            )
+        self._name.setText(f"<b>{patch.name}</b>" if patch else "")
+        self._name.setVisible(patch is not None)
+        self._show_fit()
+
+    def _follow(self, preview: object) -> None:
+        if self._tool.open and self._tool.measurement is not self._shown:
+            self._show_fit()
+
+    def _show_fit(self) -> None:
+        self.radius.setSuffix(" m" if self._studio.metres_known() else self.tr(" units"))
+        self._shown = measured = self._tool.measurement
+        self.fit_view.show_measurement(
+            measured, self._studio.settings.notation, local=not self._studio.north_known()
+        )
+        self.fit_view.setVisible(measured is not None)
+        self._hint.setVisible(measured is None)
+
+
+def _button(action: QAction, text: str) -> QToolButton:
+    button = QToolButton()
+    if text:
+        action.setIconText(text)
+    button.setDefaultAction(action)
+    button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+    return button

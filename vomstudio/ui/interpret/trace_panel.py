@@ -1,0 +1,93 @@
+"""The panel of the trace tool: vertices, what is made next, the live fit and its reasons."""
+
+from __future__ import annotations
+
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QFormLayout, QLabel, QLineEdit, QVBoxLayout, QWidget
+
+from vomstudio.ui.common.fit_view import FitView
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.type_box import TypeBox
+from vomstudio.ui.common.vertex_table import VertexTable, parse_number
+from vomstudio.ui.common.widgets import action_buttons
+
+__all__ = ["TracePanel", "parse_number"]
+
+
+class TracePanel(QWidget):
+    def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
+        super().__init__()
+        self._studio = studio
+        self._tool = studio.trace_tool
+        self.type_box = TypeBox(studio)
+        self.type_box.setObjectName("trace_type")
+        self.type_box.currentIndexChanged.connect(self._next_changed)
+        self.set_edit = QLineEdit()
+        self.set_edit.setPlaceholderText(self.tr("none"))
+        self.set_edit.editingFinished.connect(self._next_changed)
+        form = QFormLayout()
+        form.setContentsMargins(0, 0, 0, 0)
+        form.addRow(self.tr("Type"), self.type_box)
+        form.addRow(self.tr("Set"), self.set_edit)
+
+        self.fit_view = FitView(reasons_shown=2)
+
+        self.table = VertexTable(studio, self._tool)
+        self.table.setObjectName("trace_vertices")
+
+        names = ("finish", "cancel", "continue_trace", "delete_vertex")
+        self._hint = QLabel()
+        self._hint.setWordWrap(True)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(6, 4, 6, 4)
+        layout.setSpacing(4)
+        layout.addLayout(form)
+        layout.addWidget(self.fit_view)
+        layout.addWidget(self.table, 1)
+        layout.addWidget(self._hint)
+        layout.addLayout(action_buttons([actions[name] for name in names]))
+        # After the box, which follows them first.
+        studio.project_opened.connect(self.refresh)
+        studio.edited.connect(self.refresh)
+        studio.tool_changed_signal.connect(self.refresh)
+        studio.next_changed.connect(self._show_kind)
+
+    def _next_changed(self) -> None:
+        self.set_edit.setModified(False)
+        self._studio.set_next(str(self.type_box.currentData()), self.set_edit.text().strip())
+
+    def refresh(self, *_: object) -> None:
+        tool = self._tool
+        measured = tool.measurement if len(tool.vertices) > 2 else None
+        self.fit_view.show_measurement(
+            measured, self._studio.settings.notation, local=not self._studio.north_known()
+        )
+        self.fit_view.setVisible(tool.open)
+        self._hint.setText(
+            ""
+            if tool.open
+            else self.tr(
+                "Choose Trace (T), then click along a bed, fault or fracture. Three points give "
+                "a plane; a curved, long trace gives a good one."
+            )
+        )
+        self._hint.setVisible(not tool.open)
+        self._show_kind()
+        self.table.refresh()
+
+    def _show_kind(self) -> None:
+        """Type and set of the open trace, else of the next one. Those of a continued trace are
+        changed in its properties."""
+        trace, studio = self._tool.trace, self._studio
+        type_id = trace.type_id if trace else studio.next_type_id
+        set_name = trace.set_name if trace else studio.next_set
+        self.type_box.choose(type_id)
+        if not self.set_edit.isModified():
+            self.set_edit.setText(set_name)
+        for field in (self.type_box, self.set_edit):
+            field.setEnabled(not self._tool.continued)
+            field.setToolTip(
+                self.tr("Not now: a continued trace keeps its type and set; see Properties")
+                if self._tool.continued
+                else ""
+            )

@@ -1,0 +1,77 @@
+"""How a model of photos is to be made, as the window asks for it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from vomstudio.io.control.control_files import find_control
+from vomstudio.photogrammetry.base import settings as steps
+
+QUALITIES = (
+    ("Preview", "preview", "minutes; to see whether the photos suffice"),
+    ("Low", "low", "1000 pixels along the long side get a depth"),
+    ("Medium", "medium", "1600 pixels along the long side get a depth"),
+    ("High", "high", "3200 pixels along the long side get a depth; hours for many photos"),
+)
+"""Title, name and what it means, for the lists to choose from."""
+
+
+@dataclass(frozen=True)
+class MakeSettings:
+    """control, marks : of ground control; None for the cameras' GPS, or a local frame; marks alone
+        None where they are in the file of the control, or in `marks.csv` beside it
+    found : these files were not named, they lay beside the photos
+    crs : "EPSG:n"; None for what the control or the GPS says
+    threads : None for all processors; scheduler : address of a Dask cluster
+    """
+
+    quality: str = "medium"
+    control: Path | None = None
+    marks: Path | None = None
+    found: bool = False
+    crs: str | None = None
+    threads: int | None = None
+    seed: int = 0
+    scheduler: str | None = None
+
+    def for_photos(self, folder: Path) -> MakeSettings:
+        """With the control that lies beside these photos; what belongs to others is forgotten."""
+        control, marks = find_control(folder) or (None, None)
+        return replace(self, control=control, marks=marks, found=control is not None, crs=None)
+
+    def without_control(self) -> MakeSettings:
+        return replace(self, control=None, marks=None, found=False)
+
+    def request(self) -> dict[str, Any]:
+        """As the job `reconstruct` takes it."""
+        return {
+            "quality": self.quality,
+            "control": None if self.control is None else str(self.control),
+            "marks": None if self.marks is None else str(self.marks),
+            "crs": self.crs,
+            "threads": self.threads,
+            "seed": self.seed,
+            "scheduler": self.scheduler,
+        }
+
+
+def asked_for(request: Path) -> tuple[Path, MakeSettings] | None:
+    """Photos and settings that a reconstruction noted down; None where they cannot be read."""
+    try:
+        asked = json.loads(request.read_text(encoding="utf-8"))
+        quality, threads, seed = asked["quality"], asked.get("threads"), asked.get("seed", 0)
+        files = [asked.get(name) and Path(asked[name]) for name in ("control", "marks")]
+        if quality not in steps.QUALITIES or not all(
+            isinstance(n, int | None) for n in (threads, seed)
+        ):
+            return None
+        control, marks = files if files[0] and files[0].is_file() else (None, None)
+        settings = MakeSettings(
+            quality, control or None, marks or None, False, asked.get("crs"), threads, seed or 0
+        )
+        return Path(asked["photos"]), settings
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return None

@@ -1,0 +1,106 @@
+"""How masks are drawn: the tools' settings, and what is done to a whole mask."""
+
+from __future__ import annotations
+
+from math import log
+
+from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import (
+    QButtonGroup,
+    QGridLayout,
+    QGroupBox,
+    QHBoxLayout,
+    QLabel,
+    QSlider,
+    QToolButton,
+    QVBoxLayout,
+)
+
+from vomstudio.ui.common import theme
+from vomstudio.ui.photos.mark_canvas import MarkCanvas
+
+_STEPS = 100
+_LEAST, _MOST = 2.0, 600.0
+
+
+class MaskBox(QGroupBox):
+    """actions : repeat_mask, invert_mask, clear_mask."""
+
+    def __init__(self, canvas: MarkCanvas, actions: dict[str, QAction]) -> None:
+        super().__init__(self.tr("Mask"))
+        self._canvas = canvas
+        self.words = QLabel()
+        self.words.setObjectName("mask_words")
+        self.words.setWordWrap(True)
+        self.hide_button, self.keep_button = QToolButton(), QToolButton()
+        group = QButtonGroup(self)
+        row = QHBoxLayout()
+        for button, text, icon, tip in (
+            (self.hide_button, self.tr("Leave out"), "eye-off-outline",
+             self.tr("What is drawn is not used: sky, plants, people, one's own shadow (X)")),
+            (self.keep_button, self.tr("Keep"), "eraser",
+             self.tr("What is drawn is used again: an eraser of the mask (X)")),
+        ):  # fmt: skip
+            button.setText(text)
+            button.setIcon(theme.icon(icon))
+            button.setToolTip(tip)
+            button.setCheckable(True)
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+            group.addButton(button)
+            row.addWidget(button)
+        row.addStretch(1)
+        self.hide_button.setChecked(True)
+        self.hide_button.toggled.connect(self._hides_toggled)
+        self.brush_size = QSlider(Qt.Orientation.Horizontal)
+        self.brush_size.setObjectName("brush_size")
+        self.brush_size.setRange(0, _STEPS)
+        self.brush_size.setToolTip(self.tr("Radius of the brush ([ and ], or Ctrl and the wheel)"))
+        self.brush_size.valueChanged.connect(self._size_changed)
+        self._size_words = QLabel()
+        self._size_words.setMinimumWidth(self.fontMetrics().horizontalAdvance("0000 px"))
+        self._size_words.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        brush = QHBoxLayout()
+        brush.addWidget(QLabel(self.tr("Brush")))
+        brush.addWidget(self.brush_size, 1)
+        brush.addWidget(self._size_words)
+        more = QGridLayout()
+        more.setSpacing(4)
+        for number, name in enumerate(("repeat_mask", "invert_mask", "clear_mask")):
+            button = QToolButton()
+            button.setDefaultAction(actions[name])
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+            more.addWidget(button, 0 if number == 0 else 1, max(number - 1, 0), 1,
+                           2 if number == 0 else 1)  # fmt: skip
+        more.setColumnStretch(2, 1)
+        layout = QVBoxLayout(self)
+        layout.setSpacing(6)
+        layout.addWidget(self.words)
+        layout.addLayout(row)
+        layout.addLayout(brush)
+        layout.addLayout(more)
+        canvas.radius_asked.connect(lambda factor: self.set_radius(canvas.radius * factor))
+        self.set_radius(canvas.radius)
+
+    def set_radius(self, radius: float) -> None:
+        """Of the brush, in pixels of the photo."""
+        self._canvas.radius = min(max(radius, _LEAST), _MOST)
+        with QSignalBlocker(self.brush_size):
+            # Each step is by the same factor.
+            share = log(self._canvas.radius / _LEAST) / log(_MOST / _LEAST)
+            self.brush_size.setValue(round(_STEPS * share))
+        self._size_words.setText(f"{self._canvas.radius:.0f} px")
+        self._canvas.update()
+
+    def _size_changed(self, step: int) -> None:
+        self._canvas.radius = _LEAST * (_MOST / _LEAST) ** (step / _STEPS)
+        self._size_words.setText(f"{self._canvas.radius:.0f} px")
+        self._canvas.update()
+
+    def turn_over(self) -> None:
+        """From leaving out to keeping, and back."""
+        (self.keep_button if self._canvas.hides else self.hide_button).setChecked(True)
+
+    def _hides_toggled(self, hides: bool) -> None:
+        self._canvas.hides = hides
+        self._canvas.update()

@@ -1,0 +1,328 @@
+"""The Photos panel: what a folder of photos is worth, and the button that makes a model of it."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtGui import QAction, QIcon, QKeySequence, QShortcut
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHBoxLayout,
+    QHeaderView,
+    QLabel,
+    QListWidget,
+    QListWidgetItem,
+    QMenu,
+    QProgressBar,
+    QSplitter,
+    QStackedWidget,
+    QTableWidget,
+    QTableWidgetItem,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.widgets import ComboBox, ElidedLabel
+from vomstudio.ui.photos.make_settings import QUALITIES
+from vomstudio.ui.photos.photo_survey import PhotoRow, PhotoSurvey
+from vomstudio.ui.photos.plan_view import PlanView
+
+_THUMBNAIL = QSize(72, 48)
+_COLUMNS = (
+    *("Photo", "GSD", "Sharpness", "Mask", "Finding", "Camera", "Focal length", "Size", "GPS"),
+)
+_FINDING, _MASK = _COLUMNS.index("Finding"), _COLUMNS.index("Mask")
+# What there is to look at once the photos are aligned.
+_AFTER = ("show_alignment", "show_tie_points", "open_report")
+_SEVERITIES = {
+    "info": "information-outline",
+    "warning": "alert-outline",
+    "error": "alert-octagon-outline",
+}
+
+
+class PhotosPanel(QWidget):
+    """`actions` holds the commands of `survey_commands`. chosen: a set with the names of the
+    selected photos."""
+
+    chosen = Signal(object)
+    opened = Signal(str)
+    """A photo that is to be looked at in a window of its own."""
+
+    def __init__(self, survey: PhotoSurvey, actions: dict[str, QAction]) -> None:
+        super().__init__()
+        self._survey, self._actions = survey, actions
+        self.quality = ComboBox()
+        self.quality.setObjectName("quality")
+        for title, name, tip in QUALITIES:
+            self.quality.addItem(self.tr(title), name)
+            self.quality.setItemData(
+                self.quality.count() - 1, self.tr(tip), Qt.ItemDataRole.ToolTipRole
+            )
+        self.quality.setCurrentIndex(self.quality.findData(survey.quality))
+        self.quality.currentIndexChanged.connect(
+            lambda _: survey.choose_quality(self.quality.currentData())
+        )
+        self._verdict = ElidedLabel()
+        self._verdict.setObjectName("survey_verdict")
+        self.results = QToolButton()
+        self.results.setObjectName("results")
+        self.results.setText(self.tr("Results"))
+        self.results.setIcon(theme.icon("file-document-outline"))
+        self.results.setToolTip(self.tr("The alignment, its tie points, and the report"))
+        self.results.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.results.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        menu = QMenu(self.results)
+        menu.setToolTipsVisible(True)
+        for name in _AFTER:
+            menu.addAction(actions[name])
+        self.results.setMenu(menu)
+        self._bar = QProgressBar()
+        self._bar.setMaximumWidth(180)
+        self._bar.setTextVisible(False)
+        self._doing = ElidedLabel()
+        self.table = self._make_table()
+        self._findings = QListWidget()
+        self._findings.setObjectName("findings")
+        self._findings.setWordWrap(True)
+        self._findings.itemSelectionChanged.connect(self._finding_chosen)
+        self._plan = PlanView(self.choose)
+        middle = QSplitter(Qt.Orientation.Horizontal)
+        for widget, stretch in ((self.table, 5), (self._findings, 4), (self._plan, 3)):
+            middle.addWidget(widget)
+            middle.setStretchFactor(middle.count() - 1, stretch)
+        middle.setChildrenCollapsible(False)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(4, 4, 4, 4)
+        layout.setSpacing(4)
+        layout.addLayout(self._make_header())
+        self._pages = QStackedWidget()
+        self._pages.addWidget(self._make_empty())
+        self._pages.addWidget(middle)
+        layout.addWidget(self._pages, 1)
+        survey.rows_changed.connect(self._fill)
+        survey.changed.connect(self._refresh)
+        survey.drawn_changed.connect(self._show_masks)
+        self._fill()
+
+    def _make_empty(self) -> QWidget:
+        """What would fill the panel."""
+        page = QWidget()
+        column = QVBoxLayout(page)
+        words = QLabel(
+            self.tr("A model is made of photos that overlap: choose their folder, or drop it here.")
+        )
+        words.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        row = QHBoxLayout()
+        row.addStretch(1)
+        for name in ("choose_photos", "video_frames", "plan_survey"):
+            row.addWidget(self._button(name))
+        row.addStretch(1)
+        column.addStretch(1)
+        column.addWidget(words)
+        column.addLayout(row)
+        column.addStretch(1)
+        return page
+
+    def _button(self, name: str) -> QToolButton:
+        button = QToolButton()
+        button.setDefaultAction(self._actions[name])
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        return button
+
+    def _make_header(self) -> QHBoxLayout:
+        header = QHBoxLayout()
+        # Beside the list that it belongs to, one word says it.
+        self._actions["open_photo"].setIconText(self.tr("Open"))
+        for name in ("choose_photos", "open_photo", "make_settings", "make_model", "pause_model"):
+            button = self._button(name)
+            if name == "make_settings":
+                # Its neighbours say what it belongs to.
+                button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
+            header.addWidget(button)
+            if name == "pause_model":
+                self._pause = button
+            if name == "open_photo":
+                header.addSpacing(8)
+                header.addWidget(QLabel(self.tr("Quality")))
+                header.addWidget(self.quality)
+        header.addWidget(self.results)
+        header.addSpacing(8)
+        header.addWidget(self._bar)
+        header.addWidget(self._doing, 2)
+        header.addWidget(self._verdict, 1)
+        return header
+
+    def _make_table(self) -> QTableWidget:
+        table = QTableWidget(0, len(_COLUMNS))
+        table.setObjectName("photo_table")
+        table.setHorizontalHeaderLabels([self.tr(title) for title in _COLUMNS])
+        table.setIconSize(_THUMBNAIL)
+        table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        table.verticalHeader().hide()
+        table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        table.horizontalHeader().setStretchLastSection(True)
+        table.itemSelectionChanged.connect(self._chosen)
+        table.doubleClicked.connect(self._open)
+        for code in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            key = QShortcut(QKeySequence(code), table)
+            key.setContext(Qt.ShortcutContext.WidgetShortcut)
+            key.activated.connect(self._open)
+        tips = {
+            "GSD": "Ground sampling distance: size of a pixel on the rock",
+            "Mask": "A part of the photo is left out; open the photo to draw it",
+            "Sharpness": "Width of the sharpest edges in pixels: 1 is as sharp as can be",
+        }
+        for column, title in enumerate(_COLUMNS):
+            if title in tips:
+                header = QTableWidgetItem(self.tr(title))
+                header.setToolTip(self.tr(tips[title]))
+                table.setHorizontalHeaderItem(column, header)
+        return table
+
+    # --- filling -----------------------------------------------------------------------------
+    def _fill(self) -> None:
+        survey, table = self._survey, self.table
+        with QSignalBlocker(table):
+            table.setRowCount(len(survey.rows))
+            for number, row in enumerate(survey.rows):
+                self._fill_row(number, row)
+        self._findings.clear()
+        if survey.verdict:
+            self._add_finding("info", survey.verdict, [])
+            verdict = self._findings.item(0)
+            font = verdict.font()
+            font.setBold(True)
+            verdict.setFont(font)
+            verdict.setIcon(QIcon())
+        for finding in survey.findings:
+            self._add_finding(finding["severity"], finding["text"], finding["photos"] or [])
+        for severity, text in survey.control_findings():
+            self._add_finding(severity, text, [])
+        for text in survey.left_out:
+            self._add_finding("warning", text, [])
+        self._chosen()
+        self._refresh()
+
+    def _fill_row(self, number: int, row: PhotoRow) -> None:
+        cells = (
+            row.name.rpartition("/")[2],
+            "–" if row.gsd_m is None else _gsd(row.gsd_m),
+            "–" if row.blur is None else f"{row.blur:.1f} px",
+            _mask_words(row),
+            _cut(row.findings[0]) if row.findings else "",
+            row.camera,
+            row.focal,
+            f"{row.width} × {row.height}",
+            self.tr("yes") if row.has_gps else "–",
+        )
+        for column, text in enumerate(cells):
+            item = QTableWidgetItem(text)
+            if column == 0:
+                item.setToolTip(row.path)
+                if row.thumbnail:
+                    item.setIcon(theme.picture_icon(row.thumbnail, _THUMBNAIL))
+            elif column == _FINDING:
+                item.setToolTip("\n".join(row.findings))
+            self.table.setItem(number, column, item)
+        self.table.setRowHeight(number, _THUMBNAIL.height() + 4)
+
+    def _show_masks(self) -> None:
+        for number, row in enumerate(self._survey.rows):
+            if (item := self.table.item(number, _MASK)) is not None:
+                item.setText(_mask_words(row))
+
+    def _add_finding(self, severity: str, text: str, photos: list[str]) -> None:
+        item = QListWidgetItem(theme.icon(_SEVERITIES[severity]), text)
+        item.setData(Qt.ItemDataRole.UserRole, photos)
+        self._findings.addItem(item)
+
+    def _refresh(self) -> None:
+        survey = self._survey
+        job = survey.making
+        self._pages.setCurrentIndex(0 if survey.folder is None else 1)
+        with QSignalBlocker(self.quality):
+            self.quality.setCurrentIndex(self.quality.findData(survey.quality))
+        self.quality.setEnabled(job is None)
+        self._bar.setVisible(job is not None or survey.reading)
+        self._doing.setVisible(job is not None)
+        self._pause.setVisible(job is not None)
+        if job is not None:
+            self._bar.setRange(0, job.total or 0)
+            self._bar.setValue(job.done)
+            count = f" {job.done} / {job.total}" if job.total else ""
+            self._doing.setText(f"{job.stage}{count}" if job.stage else self.tr("Starting"))
+        elif survey.reading:
+            self._bar.setRange(0, 0)
+        self._verdict.setText(self._words())
+        make = self._actions["make_model"]
+        make.setText(
+            self.tr("&Continue the model") if survey.begun and job is None
+            else self.tr("&Make the model")
+        )  # fmt: skip
+
+    def _words(self) -> str:
+        survey = self._survey
+        if survey.folder is None:
+            return ""
+        if survey.problem:
+            return survey.problem
+        if survey.reading:
+            return self.tr("Looking at the photos…")
+        graver = sum(finding["severity"] != "info" for finding in survey.findings)
+        return self.tr("{0} photos, {1} warnings").format(len(survey.rows), graver)
+
+    # --- choosing ----------------------------------------------------------------------------
+    def _chosen_names(self) -> set[str]:
+        rows = {index.row() for index in self.table.selectionModel().selectedRows()}
+        return {self._survey.rows[row].name for row in rows if row < len(self._survey.rows)}
+
+    def chosen_photo(self) -> str | None:
+        """The first of the photos that are selected."""
+        names = self._chosen_names()
+        return next((row.name for row in self._survey.rows if row.name in names), None)
+
+    def _open(self) -> None:
+        row = self.table.currentRow()
+        if 0 <= row < len(self._survey.rows):
+            self.opened.emit(self._survey.rows[row].name)
+
+    def _chosen(self) -> None:
+        survey = self._survey
+        names = self._chosen_names()
+        self._plan.show_rows(survey.rows, names, survey.has_north)
+        self.chosen.emit(names)
+
+    def choose(self, name: str) -> None:
+        for number, row in enumerate(self._survey.rows):
+            if row.name == name:
+                self.table.selectRow(number)
+                self.table.scrollTo(self.table.model().index(number, 0))
+
+    def _finding_chosen(self) -> None:
+        """The photos that a finding speaks of are selected."""
+        names: set[str] = set()
+        for item in self._findings.selectedItems():
+            names.update(item.data(Qt.ItemDataRole.UserRole) or ())
+        self.table.clearSelection()
+        mode = QAbstractItemView.SelectionMode
+        self.table.setSelectionMode(mode.MultiSelection)
+        for number, row in enumerate(self._survey.rows):
+            if row.name in names:
+                self.table.selectRow(number)
+        self.table.setSelectionMode(mode.ExtendedSelection)
+
+
+def _mask_words(row: PhotoRow) -> str:
+    return "–" if row.mask is None else "yes"
+
+
+def _cut(text: str) -> str:
+    """The beginning of a finding, for a column; the whole is in the tooltip and the list."""
+    return text if len(text) <= 48 else text[:46].rstrip() + " …"
+
+
+def _gsd(metres: float) -> str:
+    return f"{metres * 1000:.1f} mm" if metres < 0.01 else f"{metres * 100:.1f} cm"

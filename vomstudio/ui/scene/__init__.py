@@ -1,0 +1,1 @@
+"""What the outcrop shows, and from where it is looked at."""

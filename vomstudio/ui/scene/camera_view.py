@@ -1,0 +1,162 @@
+"""The photos of a reconstructed model at the places where they were taken."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from PySide6.QtCore import QObject, Signal
+
+from vomstudio.document.records import Model
+from vomstudio.errors import VomError
+from vomstudio.geometry import transform
+from vomstudio.geometry.frusta import Frustum, frusta
+from vomstudio.io.photos.cameras_file import Cameras, read_cameras
+from vomstudio.rendering.qt.viewport import Viewport
+from vomstudio.tools.types import Button, Pointer, PointerEvent
+from vomstudio.ui.common.background import Background
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.sight.photo_links import PhotoLinks
+
+Rows = tuple[tuple[float, ...], ...]
+"""Of a 4 x 4 matrix."""
+
+
+class CameraView(QObject):
+    """chosen : a photo whose camera was clicked. found : cameras were read, or are gone."""
+
+    chosen = Signal(str)
+    found = Signal()
+
+    def __init__(self, studio: Studio, links: PhotoLinks) -> None:
+        super().__init__()
+        self._studio, self._links = studio, links
+        self._viewport: Viewport | None = None
+        self._background = Background(self)
+        # By model: the file, and what it holds as pyramids in the model's own frame.
+        self._files: dict[str, Path] = {}
+        self._frusta: dict[Path, tuple[list[Frustum], tuple[int, int, int]]] = {}
+        self._shown: list[tuple[Path, Rows]] = []
+        studio.project_opened.connect(self._clear)
+        studio.model_loaded.connect(self._model_loaded)
+        links.changed.connect(self._links_changed)
+        studio.edited.connect(lambda _: self.refresh())
+        studio.visibility_changed.connect(lambda _: self.refresh())
+        studio.display.changed.connect(lambda what: self.refresh() if what == "cameras" else None)
+
+    def watch(self, viewport: Viewport) -> None:
+        self._viewport = viewport
+        viewport.pointer.connect(self._pointer)
+        for model_id in self._studio.models:
+            self._model_loaded(model_id)
+
+    def why_not(self) -> str | None:
+        if not self._studio.models:
+            return self.tr("open a model first")
+        if not any(self._files.get(i) in self._frusta for i in self._studio.models):
+            return self.tr("no open model has the cameras of its photos beside it (cameras.json)")
+        return None
+
+    def folder(self) -> Path | None:
+        """Of a loaded model that came with its cameras."""
+        for model_id in self._studio.models:
+            path = self._files.get(model_id)
+            if path in self._frusta:
+                return path.parent
+        return None
+
+    def _clear(self) -> None:
+        self._files.clear()
+        self._frusta.clear()
+        self.refresh()
+
+    def _model_loaded(self, model_id: str) -> None:
+        record, opened = self._studio.records.get(model_id), self._studio.models.get(model_id)
+        if not isinstance(record, Model) or opened is None:
+            return
+        path = self._links.cameras_path(model_id)
+        if path is None:
+            return
+        self._files[model_id] = path
+        middle = opened.data.bounds.mean(axis=0)
+
+        def arrived(made: object) -> None:
+            if isinstance(made, VomError):
+                self._studio.warn(
+                    self.tr("The cameras of {0} are not shown: {1}").format(record.name, made)
+                )
+            elif isinstance(made, tuple):
+                self._frusta[path] = made
+                # The file may have been written anew.
+                self._shown = []
+                self.refresh()
+                self.found.emit()
+
+        self._background.run(lambda: _read(path, middle), arrived)
+
+    def _wanted(self) -> list[tuple[Path, Rows]]:
+        """Files with the frames in which they are to be shown: of the visible models, and of models
+        that share their photos only once."""
+        studio = self._studio
+        if not studio.display.cameras or not studio.visible("models"):
+            return []
+        found: list[tuple[Path, Rows]] = []
+        for model_id, path in self._files.items():
+            record = studio.records.get(model_id)
+            if path not in self._frusta or not isinstance(record, Model):
+                continue
+            if model_id in studio.models and studio.visible(model_id):
+                found.append((path, record.to_world))
+        return list(dict.fromkeys(found))
+
+    def _links_changed(self, model_id: str) -> None:
+        """Cameras may have been chosen that do not lie beside the model."""
+        if self._links.cameras_path(model_id) != self._files.get(model_id):
+            self._model_loaded(model_id)
+
+    def shown(self) -> list[Frustum]:
+        """In World."""
+        made = []
+        for path, to_world in self._wanted():
+            own, origin = self._frusta[path]
+            matrix = transform.matrix(to_world)
+            made += [each.moved(matrix, origin) for each in own]
+        return made
+
+    def refresh(self) -> None:
+        wanted = self._wanted()
+        # Every edit comes by here, and new cameras draw the whole outcrop anew.
+        if self._viewport is not None and wanted != self._shown:
+            self._shown = wanted
+            self._viewport.set_cameras(self.shown())
+
+    def choose(self, names: set[str]) -> None:
+        """Emphasise these photos' cameras."""
+        if self._viewport is not None:
+            self._viewport.set_chosen_cameras(names)
+
+    def corners(self) -> npt.NDArray[np.float64]:
+        """(n, 3) World points around what is shown."""
+        points = [np.vstack([each.tip, each.corners]) for each in self.shown()]
+        return np.concatenate([np.zeros((0, 3)), *points])
+
+    def _pointer(self, event: PointerEvent) -> None:
+        clicked = event.kind is Pointer.CLICK and event.button is Button.LEFT
+        if not clicked or self._studio.tool_name != "navigate" or self._viewport is None:
+            return
+        name = self._viewport.camera_at(event.x, event.y)
+        if name is not None:
+            self.choose({name})
+            self._studio.info(self.tr("Photo {0} was taken from here.").format(name))
+            self.chosen.emit(name)
+
+
+def _read(
+    path: Path, middle: npt.NDArray[np.float64]
+) -> tuple[list[Frustum], tuple[int, int, int]] | VomError:
+    try:
+        cameras: Cameras = read_cameras(path)
+    except VomError as error:
+        return error
+    return frusta(cameras.views, middle - cameras.origin), cameras.origin

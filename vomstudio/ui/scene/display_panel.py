@@ -1,0 +1,382 @@
+"""How the models are shown, in numbers: field and its range, points, light, clipping box."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QLocale, QSignalBlocker, Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QDoubleSpinBox,
+    QFormLayout,
+    QFrame,
+    QGridLayout,
+    QGroupBox,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QScrollArea,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from vomstudio.document.records import Model
+from vomstudio.rendering.view.clipping import FACES, ClipBox
+from vomstudio.rendering.view.scalars import (
+    ELEVATION,
+    PALETTES,
+    PERCENTILES,
+    FieldStyle,
+    Scale,
+    field_names,
+    title_of,
+)
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.scene import display
+
+if TYPE_CHECKING:
+    from vomstudio.rendering.qt.viewport import Viewport
+
+_KIND_WORDS = {
+    "diverging": "about zero",
+    "cyclic": "full circle",
+    "categories": "one colour for each code",
+}
+
+
+class DisplayPanel(QWidget):
+    """current : the model whose field is chosen here"""
+
+    def __init__(
+        self, studio: Studio, actions: dict[str, QAction], current: Callable[[], Model | None]
+    ) -> None:
+        super().__init__()
+        self._studio, self._display, self._current = studio, studio.display, current
+        self._viewport: Viewport | None = None
+        page = QWidget()
+        layout = QVBoxLayout(page)
+        layout.setContentsMargins(6, 6, 6, 6)
+        layout.addLayout(self._make_look())
+        layout.addWidget(self._make_field())
+        layout.addWidget(self._make_clip(actions["clipping_reset"]))
+        layout.addStretch()
+        area = QScrollArea()
+        area.setWidget(page)
+        area.setWidgetResizable(True)
+        area.setFrameShape(QFrame.Shape.NoFrame)
+        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        whole = QVBoxLayout(self)
+        whole.setContentsMargins(0, 0, 0, 0)
+        whole.addWidget(area)
+        for signal in (
+            self._display.changed,
+            studio.model_loaded,
+            studio.selection_changed,
+            studio.edited,
+            studio.project_opened,
+        ):
+            signal.connect(self.refresh)
+        self.refresh()
+
+    def watch(self, viewport: Viewport) -> None:
+        """From now on the ranges are those that this view shows."""
+        self._viewport = viewport
+        viewport.field_shown.connect(self.refresh)
+
+    # --- parts -------------------------------------------------------------------------------
+    def _make_look(self) -> QFormLayout:
+        self.mode = ComboBox()
+        for value, text in display.MODES.items():
+            self.mode.addItem(self.tr(text), value)
+        self.mode.activated.connect(self._mode_chosen)
+        self.points = QDoubleSpinBox()
+        self.points.setRange(0.0, 20.0)
+        self.points.setDecimals(0)
+        self.points.setSpecialValueText(self.tr("closing the surface"))
+        self.points.setSuffix(self.tr(" px"))
+        self.points.valueChanged.connect(lambda v: self._display.set_point_size(v or None))
+        self.lit = QCheckBox(self.tr("lit"))
+        self.lit.clicked.connect(lambda on: self._display.set_lit(self._mode_now(), on))
+        self.eye_dome = QCheckBox(self.tr("eye-dome lighting"))
+        self.eye_dome.clicked.connect(self._display.set_eye_dome)
+        row = QHBoxLayout()
+        row.addWidget(self.lit)
+        row.addWidget(self.eye_dome, 1)
+        form = _form()
+        form.addRow(self.tr("Shown as"), self.mode)
+        form.addRow(self.tr("Points"), self.points)
+        form.addRow(self.tr("Light"), row)
+        return form
+
+    def _make_field(self) -> QGroupBox:
+        self.field_box = QGroupBox()
+        self.field = ComboBox()
+        self.field.setObjectName("field")
+        self.field.activated.connect(self._field_chosen)
+        self.palette_box = ComboBox()
+        self.palette_box.activated.connect(
+            lambda _: self._restyle(palette=self.palette_box.currentData())
+        )
+        self.low, self.high = QLineEdit(), QLineEdit()
+        for edit, name in ((self.low, "low"), (self.high, "high")):
+            edit.setObjectName(f"field_{name}")
+            edit.setToolTip(self.tr("Leave empty to take the percentile"))
+            edit.editingFinished.connect(lambda e=edit, n=name: self._typed(e, n))
+        self.first, self.last = QDoubleSpinBox(), QDoubleSpinBox()
+        for spin in (self.first, self.last):
+            spin.setRange(0.0, 100.0)
+            spin.setDecimals(1)
+            spin.setSuffix(" %")
+            spin.setKeyboardTracking(False)
+            spin.valueChanged.connect(self._percent_chosen)
+        self.whole = QToolButton()
+        self.whole.setIcon(theme.icon("restore"))
+        self.whole.setToolTip(self.tr("Back to the range between the percentiles 2 and 98"))
+        self.whole.clicked.connect(
+            lambda: self._restyle(low=None, high=None, percentiles=PERCENTILES)
+        )
+        form = _form()
+        form.addRow(self.tr("Field"), self.field)
+        form.addRow(self.tr("Colours"), self.palette_box)
+        form.addRow(self.tr("Range"), _pair(self.low, self.high, self.tr("to")))
+        percentiles = _pair(self.first, self.last, self.tr("to"), self.whole)
+        form.addRow(self.tr("Percentiles"), percentiles)
+        self.field_box.setLayout(form)
+        form.setContentsMargins(8, 4, 8, 6)
+        return self.field_box
+
+    def _make_clip(self, reset: QAction) -> QGroupBox:
+        self.clip = QGroupBox(self.tr("Clipping box"))
+        self.clip.setCheckable(True)
+        self.clip.clicked.connect(self._clip_toggled)
+        grid = QGridLayout(self.clip)
+        grid.setContentsMargins(8, 4, 8, 6)
+        grid.setSpacing(3)
+        self._axes = [QLabel() for _ in range(3)]
+        self.faces: list[QDoubleSpinBox] = []
+        for k, (axis, side) in enumerate(FACES):
+            spin = QDoubleSpinBox()
+            spin.setObjectName(f"clip_{'xyz'[axis]}{side}")
+            spin.setRange(-1e9, 1e9)
+            spin.setDecimals(2)
+            spin.setStepType(QDoubleSpinBox.StepType.DefaultStepType)
+            spin.setKeyboardTracking(False)
+            spin.setLocale(QLocale.c())
+            spin.setMinimumWidth(92)
+            spin.valueChanged.connect(lambda value, n=k: self._face_typed(n, value))
+            self.faces.append(spin)
+            grid.addWidget(spin, axis, 1 + side)
+        for axis, label in enumerate(self._axes):
+            grid.addWidget(label, axis, 0)
+        self.handles = QCheckBox(self.tr("handles in the view"))
+        self.handles.clicked.connect(self._display.set_handles)
+        button = QPushButton(self.tr("Around everything"))
+        button.clicked.connect(reset.trigger)
+        grid.addWidget(self.handles, 3, 0, 1, 2)
+        grid.addWidget(button, 3, 2)
+        grid.setColumnStretch(1, 1)
+        grid.setColumnStretch(2, 1)
+        self._toggle_clip: Callable[[], None] = lambda: None
+        return self.clip
+
+    def on_clip_toggled(self, toggle: Callable[[], None]) -> None:
+        self._toggle_clip = toggle
+
+    # --- what is done here -------------------------------------------------------------------
+    def _mode_chosen(self, _: int) -> None:
+        mode = self.mode.currentData()
+        if mode == "field":
+            self._display.show_field(*self._style_now()) if self._has_model() else None
+        else:
+            self._display.set_mode(mode)
+
+    def _mode_now(self) -> str:
+        models = [m.data for m in self._studio.models.values()]
+        return display.mode_shown(self._display.mode, models)
+
+    def _has_model(self) -> bool:
+        model = self._current()
+        return model is not None and model.id in self._studio.models
+
+    def _style_now(self) -> tuple[str, FieldStyle]:
+        model = self._current()
+        assert model is not None
+        style = self._display.styles.get(model.id)
+        if style is None:
+            style = FieldStyle(display.default_field(self._studio.models[model.id].data))
+        return model.id, style
+
+    def _field_chosen(self, _: int) -> None:
+        model = self._current()
+        if model is not None:
+            self._display.show_field(model.id, FieldStyle(self.field.currentData()))
+
+    def _restyle(self, **values: object) -> None:
+        if not self._has_model():
+            return
+        model_id, style = self._style_now()
+        changed = replace(style, **values)  # type: ignore[arg-type]
+        if changed != style:
+            self._display.show_field(model_id, changed)
+
+    def _typed(self, edit: QLineEdit, name: str) -> None:
+        if not edit.isModified():
+            return
+        edit.setModified(False)
+        text = edit.text().strip().replace(",", ".").replace("−", "-")
+        try:
+            value = float(text) if text else None
+        except ValueError:
+            self._studio.warn(f"{text} is not a number: the range stays as it was.")
+            self.refresh()
+            return
+        style = self._style_now()[1]
+        low = value if name == "low" else style.low
+        high = value if name == "high" else style.high
+        scale = self._scale()
+        if scale is not None:
+            ends = (scale.low if low is None else low, scale.high if high is None else high)
+            if not ends[0] < ends[1]:
+                self._studio.warn("The range has to begin below its end; it stays as it was.")
+                self.refresh()
+                return
+        self._restyle(**{name: value})
+
+    def _percent_chosen(self, _: float) -> None:
+        first, last = self.first.value(), self.last.value()
+        if first < last:
+            self._restyle(percentiles=(first, last), low=None, high=None)
+        else:
+            self.refresh()
+
+    def _clip_toggled(self, _: bool) -> None:
+        self._toggle_clip()
+        self.refresh()
+
+    def _face_typed(self, face: int, value: float) -> None:
+        box = self._display.box
+        if box is not None:
+            axis, side = FACES[face]
+            self._display.set_clip(box.with_face(axis, side, value))
+
+    # --- what is shown here ------------------------------------------------------------------
+    def _scale(self) -> Scale | None:
+        model = self._current()
+        if model is None or self._viewport is None:
+            return None
+        return self._viewport.scale_of(model.id)
+
+    def refresh(self, *what: object) -> None:
+        if what == ("box",):
+            self._show_clip()
+            return
+        shown = self._display
+        models = [m.data for m in self._studio.models.values()]
+        mode = display.mode_shown(shown.mode, models)
+        reasons = []
+        for k, value in enumerate(display.MODES):
+            why = display.why_not_mode(value, models)
+            flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
+            wanted = flags if why is None else Qt.ItemFlag.NoItemFlags
+            self.mode.model().item(k).setFlags(wanted)  # type: ignore[attr-defined]
+            self.mode.setItemData(k, why or "", Qt.ItemDataRole.ToolTipRole)
+            if why is not None and models:
+                reasons.append(f"{display.MODES[value]}: {why}")
+        self.mode.setEnabled(bool(models))
+        self.mode.setCurrentIndex(self.mode.findData(mode))
+        self.mode.setToolTip("\n".join(reasons))
+        with QSignalBlocker(self.points):
+            self.points.setValue(shown.point_size or 0.0)
+        for box, why, on in (
+            (self.lit, display.why_not_lit(models), shown.lit[mode]),
+            (self.eye_dome, display.why_not_eye_dome(models), shown.eye_dome),
+        ):
+            box.setEnabled(why is None)
+            box.setToolTip("" if why is None else f"Not now: {why}")
+            box.setChecked(on)
+        self._show_field()
+        self._show_clip()
+
+    def _show_field(self) -> None:
+        model = self._current()
+        opened = None if model is None else self._studio.models.get(model.id)
+        self.field_box.setEnabled(opened is not None)
+        if model is None or opened is None:
+            self.field_box.setTitle(self.tr("Field"))
+            self.field.clear()
+            return
+        self.field_box.setTitle(self.tr("Field of {0}").format(model.name))
+        with QSignalBlocker(self.field):
+            self.field.clear()
+            for name in field_names(opened.data):
+                self.field.addItem(
+                    self.tr("Elevation (Z)") if name == ELEVATION else title_of(name), name
+                )
+        style = self._style_now()[1]
+        self.field.setCurrentIndex(self.field.findData(style.name))
+        scale = self._scale()
+        kind = scale.kind if scale is not None else "sequential"
+        with QSignalBlocker(self.palette_box):
+            self.palette_box.clear()
+            for name in PALETTES.get(kind, ()):
+                self.palette_box.addItem(name, name)
+            if kind in _KIND_WORDS and kind not in PALETTES:
+                self.palette_box.addItem(_KIND_WORDS[kind])
+            place = self.palette_box.findData(style.palette)
+            self.palette_box.setCurrentIndex(max(place, 0))
+        ranged = kind in ("sequential", "diverging")
+        words = scale.end_words() if scale is not None and ranged else ("", "")
+        for edit, value, word in (
+            (self.low, style.low, words[0]),
+            (self.high, style.high, words[1]),
+        ):
+            if not edit.hasFocus() or not edit.isModified():
+                edit.setText("" if value is None else f"{value:.10g}")
+            edit.setPlaceholderText(word)
+        for spin, percent in zip((self.first, self.last), style.percentiles, strict=True):
+            with QSignalBlocker(spin):
+                spin.setValue(percent)
+        for widget in (self.low, self.high, self.first, self.last, self.whole):
+            widget.setEnabled(ranged)
+
+    def _show_clip(self) -> None:
+        box: ClipBox | None = self._display.box
+        self.clip.setChecked(self._display.clipping)
+        self.clip.setEnabled(bool(self._studio.models))
+        north = self._studio.north_known()
+        for label, text in zip(self._axes, ("E", "N", "Z") if north else "xyz", strict=True):
+            label.setText(text)
+        self.handles.setChecked(self._display.handles)
+        if box is None:
+            return
+        span = max(b - a for a, b in zip(box.low, box.high, strict=True))
+        for spin, (axis, side) in zip(self.faces, FACES, strict=True):
+            with QSignalBlocker(spin):
+                spin.setSingleStep(max(0.01, round(span / 100.0, 2)))
+                spin.setValue((box.low, box.high)[side][axis])
+
+
+def _form() -> QFormLayout:
+    form = QFormLayout()
+    form.setContentsMargins(0, 0, 0, 0)
+    form.setVerticalSpacing(3)
+    return form
+
+
+def _pair(first: QWidget, second: QWidget, between: str, after: QWidget | None = None) -> QWidget:
+    row = QWidget()
+    layout = QHBoxLayout(row)
+    layout.setContentsMargins(0, 0, 0, 0)
+    layout.addWidget(first, 1)
+    layout.addWidget(QLabel(between))
+    layout.addWidget(second, 1)
+    if after is not None:
+        layout.addWidget(after)
+    return row

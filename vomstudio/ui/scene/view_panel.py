@@ -1,0 +1,295 @@
+"""The orthographic view direction: typed, along beta, along or facing a plane."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QFormLayout,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from vomstudio.document.records import FEATURES, Matrix, Model, Patch, Trace
+from vomstudio.errors import VomError
+from vomstudio.geology.folds import FoldAxis, fold_axis
+from vomstudio.geology.notation import format_line, parse_line
+from vomstudio.geology.orientation import Line, Plane, angle_between_lines, normals_to_planes
+from vomstudio.geometry import transform
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.wording import degrees
+from vomstudio.ui.scene.first_view import first_view
+
+SAME_DEG = 0.5
+"""Directions nearer than this are the same for whoever looks along them."""
+
+_EDGE_ON = 0.05
+"""Sine of the angle to the exposed face under which neither side is the better one."""
+
+
+class ViewPanel(QWidget):
+    """`look` turns the view: look(trend_deg, plunge_deg), orthographic."""
+
+    def __init__(self, studio: Studio, look: Callable[[float, float], None]) -> None:
+        super().__init__()
+        self._studio = studio
+        self._look = look
+        self._direction = Line(0.0, 0.0)
+        self._axis_kept: FoldAxis | str | None = None
+        self._faced: tuple[str, Matrix, npt.NDArray[np.float64]] | None = None
+        self.now = QLabel("–")
+        font = self.now.font()
+        font.setPointSizeF(font.pointSizeF() * 1.2)
+        font.setBold(True)
+        self.now.setFont(font)
+        self.typed = QLineEdit()
+        self.typed.setObjectName("view_direction")
+        self.typed.setPlaceholderText(self.tr("such as 125/26"))
+        self.typed.returnPressed.connect(self._typed)
+        go = QPushButton(self.tr("Look"))
+        go.clicked.connect(self._typed)
+        row = QHBoxLayout()
+        row.addWidget(self.typed, 1)
+        row.addWidget(go)
+        form = QFormLayout()
+        form.setContentsMargins(0, 0, 0, 0)
+        form.addRow(self.tr("Looking"), self.now)
+        form.addRow(self.tr("Look to"), row)
+
+        self._buttons: dict[str, QPushButton] = {}
+        grid = QGridLayout()
+        grid.setSpacing(4)
+        for i, (name, text, call) in enumerate(
+            (
+                ("beta", self.tr("Along beta"), self.along_beta),
+                ("facing", self.tr("Facing the plane"), self.face),
+                ("strike", self.tr("Along strike"), self._along_strike),
+                ("dip", self.tr("Down dip"), self._down_dip),
+                ("line", self.tr("Along the line"), self.along_line),
+                ("flip", self.tr("From the other side"), self._flip),
+            )
+        ):
+            button = QPushButton(text)
+            button.clicked.connect(call)
+            self._buttons[name] = button
+            grid.addWidget(button, i // 2, i % 2)
+        self.only_selected = QCheckBox(self.tr("beta of the selected bedding planes only"))
+        self.only_selected.toggled.connect(self._forget_axis)
+        self.only_selected.toggled.connect(self.refresh)
+        self._verdict = QLabel()
+        self._verdict.setWordWrap(True)
+        self._verdict.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(6, 6, 6, 6)
+        layout.addLayout(form)
+        layout.addLayout(grid)
+        layout.addWidget(self.only_selected)
+        layout.addWidget(self._verdict)
+        layout.addStretch()
+        for signal in (studio.project_opened, studio.edited):
+            signal.connect(self._forget_axis)
+            signal.connect(self.refresh)
+        studio.selection_changed.connect(self._selected)
+
+    def show_direction(self, trend_deg: float, plunge_deg: float, orthographic: bool) -> None:
+        self._direction = Line(trend_deg % 360.0, plunge_deg)
+        mode = self.tr("orthographic") if orthographic else self.tr("perspective")
+        self.now.setText(f"{format_line(self._direction, 0)}  ({mode})")
+
+    # --- directions --------------------------------------------------------------------------
+    def _typed(self) -> None:
+        try:
+            line = parse_line(self.typed.text())
+        except VomError as error:
+            self._studio.warn(str(error))
+            return
+        self._turn(line)
+
+    def along_beta(self) -> None:
+        axis = self._axis()
+        if isinstance(axis, FoldAxis):
+            self._turn_axis(axis.beta)
+
+    def face(self) -> None:
+        plane = self._plane()
+        if plane is not None:
+            # Against the upward normal; a vertical plane is looked at toward its dip direction
+            # plus 180 degrees (CLI.md, ortho --plane).
+            self._turn(Line((plane.dip_direction_deg + 180.0) % 360.0, 90.0 - plane.dip_deg))
+
+    def along_line(self) -> None:
+        """Along the selected lineation or intersection."""
+        line = self._line()
+        if line is not None:
+            self._turn_axis(line)
+
+    def _along_strike(self) -> None:
+        plane = self._plane()
+        if plane is not None:
+            self._turn(Line(plane.strike_rhr_deg, 0.0))
+
+    def _down_dip(self) -> None:
+        plane = self._plane()
+        if plane is not None:
+            self._turn(Line(plane.dip_direction_deg, plane.dip_deg))
+
+    def _flip(self) -> None:
+        self._turn(Line((self._direction.trend_deg + 180.0) % 360.0, -self._direction.plunge_deg))
+
+    def _turn_axis(self, axis: Line) -> None:
+        """Of the two views along an axis the one onto the exposed side; `From the other side` is
+        the other one, and where no side is known, or both are edge on, the view is down it."""
+        side = self._exposed_view()
+        if side is not None and axis.vector() @ side < -_EDGE_ON:
+            axis = Line.from_vector(-axis.vector(), directed=True)
+        self._turn(axis)
+
+    def _exposed_view(self) -> npt.NDArray[np.float64] | None:
+        """Direction of a view onto the first mesh that is open."""
+        for model_id, opened in self._studio.models.items():
+            model = self._studio.records.get(model_id)
+            if isinstance(model, Model) and isinstance(opened.data, Mesh):
+                if self._faced is None or self._faced[:2] != (model_id, model.to_world):
+                    trend, plunge = first_view(opened.data, transform.matrix(model.to_world))
+                    view = Line(trend, plunge).vector()
+                    self._faced = (model_id, model.to_world, view)
+                return self._faced[2]
+        return None
+
+    def _turn(self, line: Line) -> None:
+        self._look(line.trend_deg, line.plunge_deg)
+
+    def why_no_beta(self) -> str | None:
+        axis = self._axis()
+        return axis if isinstance(axis, str) else None
+
+    def why_no_plane(self) -> str | None:
+        return None if self._plane() is not None else self.tr("select a plane first")
+
+    def judged(self, direction: Line) -> tuple[str, float | None]:
+        """What is known of a direction, in a sentence, and its 95 % error where it is known."""
+        axis = self._axis()
+        if isinstance(axis, FoldAxis) and angle_between_lines(axis.beta, direction) < SAME_DEG:
+            words = (
+                f"Along beta {format_line(axis.beta, 0)} of {len(self.bedding())} bedding planes, "
+                f"95 %: {degrees(axis.max_confidence95_deg)}; verdict: {axis.verdict}, "
+                f"valid: {axis.valid}."
+            )
+            return words, axis.max_confidence95_deg
+        for id_ in reversed(self._studio.selection.ids):
+            feature = self._studio.records.get(id_)
+            if not isinstance(feature, FEATURES):
+                continue
+            measured = self._studio.measured([id_])[id_]
+            line = measured.line or (measured.plane.pole() if measured.plane else None)
+            if line is not None and angle_between_lines(line, direction) < SAME_DEG:
+                how = "Along" if measured.line is not None else "At right angles to"
+                error = measured.max_confidence95_deg
+                return f"{how} {feature.name}, 95 %: {degrees(error)}.", error
+        return (
+            "A direction as it was turned or typed: it follows from no measurement, so nothing is "
+            "known of its error.",
+            None,
+        )
+
+    def why_no_line(self) -> str | None:
+        if self._line() is not None:
+            return None
+        return self.tr("select a lineation or an intersection first")
+
+    # --- what they are taken from ------------------------------------------------------------
+    def _plane(self) -> Plane | None:
+        current = self._studio.selection.current
+        if current is None or not isinstance(self._studio.records.get(current), FEATURES):
+            return None
+        return self._studio.measured([current])[current].plane
+
+    def _line(self) -> Line | None:
+        current = self._studio.selection.current
+        if current is None or not isinstance(self._studio.records.get(current), FEATURES):
+            return None
+        return self._studio.measured([current])[current].line
+
+    def bedding(self) -> list[str]:
+        """Bedding only: kinds are never pooled silently."""
+        chosen = set(self._studio.selection.ids)
+        return [
+            t.id
+            for t in self._studio.session.features()
+            if isinstance(t, Trace | Patch)
+            and t.type_id == "bedding"
+            and (not self.only_selected.isChecked() or t.id in chosen)
+        ]
+
+    def _axis(self) -> FoldAxis | str:
+        """The fold axis of the bedding, or why there is none."""
+        if self._axis_kept is None:
+            self._axis_kept = self._find_axis()
+        return self._axis_kept
+
+    def _find_axis(self) -> FoldAxis | str:
+        fits = [m.fit for m in self._studio.measured(self.bedding()).values() if m.fit is not None]
+        if len(fits) < 2:
+            which = "selected " if self.only_selected.isChecked() else ""
+            return f"beta needs 2 or more {which}bedding planes; there are {len(fits)}"
+        try:
+            azimuths, dips, _ = normals_to_planes(np.array([fit.normal for fit in fits]))
+            return fold_axis(azimuths, dips)
+        except VomError as error:
+            return str(error)
+
+    def _forget_axis(self, *_: object) -> None:
+        """The state of every action asks for the axis: it is worked out once for a state."""
+        self._axis_kept = None
+
+    def _selected(self, *_: object) -> None:
+        if self.only_selected.isChecked():
+            self._forget_axis()
+        self.refresh()
+
+    def _poor_planes(self) -> tuple[str, ...]:
+        """The scatter of planes does not know how well each of them is known."""
+        measured = self._studio.measured(self.bedding()).values()
+        poor = sum(m.verdict is not None and m.verdict.quality == "poor" for m in measured)
+        if not poor:
+            return ()
+        return (
+            f"{poor} of these planes {'is' if poor == 1 else 'are'} poor: beta's error comes from "
+            "their scatter alone and is too small",
+        )
+
+    def refresh(self, *_: object) -> None:
+        axis, plane = self._axis(), self._plane()
+        _enable(self._buttons["beta"], None if isinstance(axis, FoldAxis) else axis)
+        why = None if plane is not None else self.tr("select a plane first")
+        for name in ("facing", "strike", "dip"):
+            _enable(self._buttons[name], why)
+        _enable(self._buttons["line"], self.why_no_line())
+        if isinstance(axis, FoldAxis):
+            count = len(self.bedding())
+            words = (
+                f"<b>beta {format_line(axis.beta, 0)}</b> of {count} bedding planes, 95 %: "
+                f"{degrees(axis.max_confidence95_deg)} × {degrees(axis.min_confidence95_deg)}<br>"
+                f"Verdict: {axis.verdict} (valid: {axis.valid})<br>"
+            )
+            self._verdict.setText(
+                words
+                + "<br>".join(f"• {reason}" for reason in (*axis.reasons, *self._poor_planes()))
+            )
+        else:
+            self._verdict.setText(axis[:1].upper() + axis[1:] + ".")
+
+
+def _enable(button: QPushButton, why_not: str | None) -> None:
+    button.setEnabled(why_not is None)
+    button.setToolTip("" if why_not is None else f"Not now: {why_not}")

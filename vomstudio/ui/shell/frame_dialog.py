@@ -1,0 +1,185 @@
+"""What the user says of a model whose file says nothing: up axis, unit, CRS or local."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import (
+    QButtonGroup,
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFormLayout,
+    QLabel,
+    QLineEdit,
+    QRadioButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from vomstudio.document.records import Frame, Model
+from vomstudio.errors import InputError
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.gis.crs import crs_name, parse_crs
+from vomstudio.ui.shell.model_loader import OpenModel
+
+_UNITS = (("metre", 1.0), ("millimetre", 0.001), ("centimetre", 0.01), ("foot", 0.3048),
+          ("US survey foot", 1200 / 3937), ("kilometre", 1000.0))  # fmt: skip
+
+
+_CODE = re.compile(r"(EPSG:)?\d{4,}", re.IGNORECASE)
+
+
+class FrameDialog(QDialog):
+    """`frame` holds the answer once it is accepted."""
+
+    def __init__(self, parent: QWidget, model: Model, opened: OpenModel | None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle(self.tr("Frame of {0}").format(model.name))
+        self.setMinimumWidth(480)
+        self.frame = model.frame
+        large = opened is not None and _large(opened)
+        self._crs_button = QRadioButton(self.tr("Projected coordinates (CRS)"))
+        self._local_button = QRadioButton(
+            self.tr("Local: metres, up and grid north are right, the place is not")
+        )
+        self._scaled_button = QRadioButton(
+            self.tr("Only the unit is known: angles are shown as local frame")
+        )
+        self._none_button = QRadioButton(
+            self.tr("Not known: angles are shown as local frame, lengths in units")
+        )
+        group = QButtonGroup(self)
+        for button in (
+            self._crs_button,
+            self._local_button,
+            self._scaled_button,
+            self._none_button,
+        ):
+            group.addButton(button)
+            button.toggled.connect(self._check)
+        self._crs = QLineEdit(model.frame.crs or "")
+        self._crs.setPlaceholderText("EPSG:32633")
+        self._crs.setObjectName("frame_crs")
+        self._crs.textChanged.connect(self._typed)
+        # A name that is not known is looked for in the whole register: not at every key.
+        self._pause = QTimer(self)
+        self._pause.setSingleShot(True)
+        self._pause.setInterval(300)
+        self._pause.timeout.connect(self._check)
+        self._crs_says = QLabel()
+        self._crs_says.setWordWrap(True)
+        self._up = QComboBox()
+        self._up.addItem(self.tr("Z (x East, y North)"), "z")
+        self._up.addItem(self.tr("Y (x East, z South)"), "y")
+        self._unit = QComboBox()
+        for name, metres in _UNITS:
+            self._unit.addItem(name, metres)
+        intro = QLabel(
+            self.tr(
+                "The file does not say how it stands in the world. Dip directions can be trusted "
+                "only if this is right; it can be changed later, and undone."
+            )
+        )
+        intro.setWordWrap(True)
+        size = QLabel(_size(opened)) if opened is not None else QLabel()
+        size.setWordWrap(True)
+        form = QFormLayout()
+        form.addRow(self.tr("Up axis"), self._up)
+        form.addRow(self.tr("Unit"), self._unit)
+        self._buttons = QDialogButtonBox(
+            QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
+        )
+        self._buttons.button(QDialogButtonBox.StandardButton.Cancel).setText(self.tr("Later"))
+        self._buttons.accepted.connect(self.accept)
+        self._buttons.rejected.connect(self.reject)
+        layout = QVBoxLayout(self)
+        layout.addWidget(intro)
+        layout.addWidget(size)
+        layout.addWidget(self._crs_button)
+        layout.addWidget(self._crs)
+        layout.addWidget(self._crs_says)
+        layout.addWidget(self._local_button)
+        layout.addWidget(self._scaled_button)
+        layout.addWidget(self._none_button)
+        layout.addLayout(form)
+        layout.addWidget(self._buttons)
+        self._up.setCurrentIndex(self._up.findData(model.frame.up_axis))
+        self._unit.setCurrentIndex(max(0, self._unit.findData(model.frame.unit_m)))
+        if model.frame.kind == "crs" or (model.frame.kind == "undeclared" and large):
+            self._crs_button.setChecked(True)
+            self._crs.setFocus()
+        elif model.frame.kind == "local":
+            self._local_button.setChecked(True)
+        elif model.frame.kind == "scaled":
+            self._scaled_button.setChecked(True)
+        else:
+            self._none_button.setChecked(True)
+        self._check()
+
+    def _typed(self, text: str) -> None:
+        if not text.strip() or _CODE.fullmatch(text.strip()):
+            self._check()
+        else:
+            self._buttons.button(QDialogButtonBox.StandardButton.Ok).setEnabled(False)
+            self._pause.start()
+
+    def _check(self, *_: object) -> None:
+        self._pause.stop()
+        ok = self._buttons.button(QDialogButtonBox.StandardButton.Ok)
+        self._crs.setEnabled(self._crs_button.isChecked())
+        self._unit.setEnabled(not self._none_button.isChecked())
+        self._unit.setToolTip(
+            self.tr("Not now: choose above what is known") if self._none_button.isChecked() else ""
+        )
+        if not self._crs_button.isChecked():
+            self._crs_says.setText("")
+            ok.setEnabled(True)
+            return
+        if not self._crs.text().strip():
+            self._crs_says.setText(self.tr("Type the code, such as EPSG:32633 (UTM zone 33 N)."))
+            ok.setEnabled(False)
+            return
+        try:
+            code, unit = parse_crs(self._crs.text())
+        except InputError as error:
+            self._crs_says.setText(error.message)
+            ok.setEnabled(False)
+            return
+        self._crs_says.setText(crs_name(code))
+        self._unit.setCurrentIndex(max(0, self._unit.findData(unit)))
+        ok.setEnabled(True)
+
+    def accept(self) -> None:
+        up, unit = self._up.currentData(), float(self._unit.currentData())
+        if self._crs_button.isChecked():
+            code, _ = parse_crs(self._crs.text())
+            self.frame = Frame("crs", code, unit, up)
+        elif self._local_button.isChecked():
+            self.frame = Frame("local", None, unit, up)
+        elif self._scaled_button.isChecked():
+            self.frame = Frame("scaled", None, unit, up)
+        else:
+            self.frame = Frame("undeclared", None, 1.0, up)
+        super().accept()
+
+
+def _bounds(opened: OpenModel) -> np.ndarray:
+    return opened.data.bounds
+
+
+def _large(opened: OpenModel) -> bool:
+    return bool(np.abs(_bounds(opened)).max() > 1e4)
+
+
+def _size(opened: OpenModel) -> str:
+    low, high = _bounds(opened)
+    x, y, z = high - low
+    what = "Mesh" if isinstance(opened.data, Mesh) else "Point cloud"
+    return (
+        f"{what} of {x:.4g} × {y:.4g} × {z:.4g} units (x × y × z), centred at "
+        f"{(low[0] + high[0]) / 2:,.1f}, {(low[1] + high[1]) / 2:,.1f}, "
+        f"{(low[2] + high[2]) / 2:,.1f}"
+    )

@@ -1,0 +1,40 @@
+"""A model brought into the project's folder, with its cameras and, where wanted, its photos."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtWidgets import QMessageBox
+
+from vomstudio.document.records import Model
+from vomstudio.io.models.model_copy import photos_of
+
+if TYPE_CHECKING:
+    from vomstudio.ui.shell.main_window import MainWindow
+
+
+def copy_into_project(w: MainWindow, model: Model) -> None:
+    path = w.studio.project.find_model(model)
+    if path is None:
+        return
+    cameras = w.photo_links.cameras_path(model.id)
+    count, size = (0, 0) if cameras is None else photos_of(path, cameras)
+    photos = False
+    if count:
+        box = QMessageBox(w)
+        box.setIcon(QMessageBox.Icon.Question)
+        box.setText(w.tr("Copy the {0} photos of {1} too?").format(count, model.name))
+        box.setInformativeText(
+            w.tr(
+                "They take {0:,.0f} MB. With them the project's folder can be moved to another "
+                "computer and still shows features in the photos; without, it finds them where "
+                "they are now."
+            ).format(size / 1e6)
+        )
+        button = QMessageBox.StandardButton
+        box.setStandardButtons(button.Yes | button.No | button.Cancel)
+        answer = box.exec()
+        if answer == button.Cancel:
+            return
+        photos = answer == button.Yes
+    w.studio.copy_model(model.id, cameras, photos, lambda: w.photo_links.forget_choices(model.id))

@@ -1,0 +1,73 @@
+"""The window's birth: window first, viewport after, everything heavy once it is on the screen."""
+
+from __future__ import annotations
+
+import locale
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+
+def run_window(paths: Sequence[str]) -> int:
+    if sys.platform.startswith("linux") and not any(
+        os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")
+    ):
+        # Without a screen Qt would abort the process with a page of its own.
+        print(
+            "There is no screen for the window (DISPLAY is not set). The commands work without "
+            "one: vomstudio --help lists them.",
+            file=sys.stderr,
+        )
+        return 2
+    os.environ.setdefault("QT_API", "pyside6")
+    from PySide6.QtCore import QTimer
+    from PySide6.QtGui import QSurfaceFormat
+    from PySide6.QtWidgets import QApplication, QMessageBox
+
+    surface = QSurfaceFormat()
+    surface.setRenderableType(QSurfaceFormat.RenderableType.OpenGL)
+    surface.setVersion(3, 2)
+    surface.setProfile(QSurfaceFormat.OpenGLContextProfile.CoreProfile)
+    surface.setDepthBufferSize(24)
+    QSurfaceFormat.setDefaultFormat(surface)
+    application = QApplication([sys.argv[0]])
+    # QApplication takes the user's locale; under a comma locale native readers misread decimals.
+    locale.setlocale(locale.LC_NUMERIC, "C")
+    application.setApplicationName("VOM Studio")
+    application.setDesktopFileName("vomstudio")
+
+    from vomstudio.errors import VomError
+    from vomstudio.io.settings import read_settings
+    from vomstudio.ui.common import theme
+    from vomstudio.ui.shell.main_window import MainWindow
+
+    theme.at_least_nine_points(application)
+    settings, problems = read_settings()
+    window = MainWindow(settings)
+    window.show()
+
+    def begin() -> None:
+        try:
+            window.begin([Path(p) for p in paths])
+        except VomError as error:
+            # Without a place for the project's journal no work could be kept.
+            QMessageBox.critical(window, "VOM Studio", str(error))
+            application.exit(error.exit_code)
+            return
+        for problem in problems:
+            window.studio.warn(problem)
+
+    # The first paint comes before a timer of zero.
+    application.processEvents()
+    QTimer.singleShot(0, begin)
+    # Ctrl+C in the terminal closes like the window's own button; the timer lets Python hear it.
+    # A signal comes between any two lines of Python: closing waits for the event loop.
+    signal.signal(signal.SIGINT, lambda *_: QTimer.singleShot(0, window.close))
+    listener = QTimer()
+    listener.start(500)
+    listener.timeout.connect(lambda: None)
+    code = application.exec()
+    listener.stop()
+    return code

@@ -1,0 +1,77 @@
+"""What an empty window offers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QToolButton, QVBoxLayout, QWidget
+
+from vomstudio.ui.common.studio import Studio
+
+
+class StartPage(QFrame):
+    def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
+        super().__init__()
+        self._studio = studio
+        self.setObjectName("start_page")
+        self.setAutoFillBackground(True)
+        self.setFrameShape(QFrame.Shape.StyledPanel)
+        title = QLabel("VOM Studio")
+        font = title.font()
+        font.setPointSizeF(font.pointSizeF() * 1.8)
+        title.setFont(font)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(28, 22, 28, 22)
+        layout.setSpacing(8)
+        layout.addWidget(title)
+        layout.addWidget(
+            QLabel(self.tr("From photos of an outcrop to measurements with their errors"))
+        )
+        layout.addSpacing(6)
+        for name in ("open", "choose_photos", "open_sample", "open_project"):
+            button = QToolButton()
+            button.setDefaultAction(actions[name])
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+            button.setMinimumWidth(280)
+            layout.addWidget(button)
+        self._recent = QVBoxLayout()
+        layout.addSpacing(6)
+        layout.addLayout(self._recent)
+        layout.addWidget(QLabel(self.tr("or drop a file or a folder of photos onto the window")))
+        studio.recent_changed.connect(self._fill)
+        self._fill()
+
+    def _fill(self) -> None:
+        while (item := self._recent.takeAt(0)) is not None:
+            if (old := item.widget()) is not None:
+                old.deleteLater()
+        existing = [Path(p) for p in self._studio.settings.recent if Path(p).exists()][:5]
+        if existing:
+            self._recent.addWidget(QLabel(self.tr("Recent")))
+        for path in existing:
+            button = QPushButton(path.name)
+            button.setToolTip(str(path))
+            button.setFlat(True)
+            button.setStyleSheet("text-align: left; padding: 2px 6px;")
+            button.clicked.connect(lambda _=False, p=path: self.window().open_path(p))  # type: ignore[attr-defined]
+            self._recent.addWidget(button)
+
+    def place_over(self, viewport: QWidget) -> None:
+        """Stay in the middle of the viewport."""
+        viewport.installEventFilter(self)
+        self._centre(viewport)
+        self.raise_()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
+        if event.type() == QEvent.Type.Resize and isinstance(watched, QWidget):
+            self._centre(watched)
+        return False
+
+    def _centre(self, viewport: QWidget) -> None:
+        self.adjustSize()
+        self.move(
+            max(0, (viewport.width() - self.width()) // 2),
+            max(0, (viewport.height() - self.height()) // 2),
+        )

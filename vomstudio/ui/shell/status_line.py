@@ -1,0 +1,137 @@
+"""The status line: what the next click does, where the cursor is, in what frame, what runs."""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+from PySide6.QtCore import QTimer
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QLabel, QProgressBar, QStatusBar, QToolButton
+
+from vomstudio.document.records import Model
+from vomstudio.geometry import transform
+from vomstudio.tools.types import Pointer, PointerEvent
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import ElidedLabel
+
+
+class StatusLine(QStatusBar):
+    def __init__(self, studio: Studio, declare: QAction) -> None:
+        super().__init__()
+        self._studio = studio
+        self._layers_time: datetime | None = None
+        self._hint = ElidedLabel()
+        self._position = QLabel()
+        self._badge = QToolButton()
+        self._badge.setObjectName("frame_badge")
+        self._badge.setAutoRaise(True)
+        self._badge.clicked.connect(declare.trigger)
+        self._selected = QLabel()
+        self._layers = QLabel()
+        self._job = ElidedLabel()
+        self._bar = QProgressBar()
+        self._bar.setFixedWidth(110)
+        self._stop = QToolButton()
+        self._stop.setText(self.tr("Stop"))
+        self._stop.clicked.connect(self._stop_job)
+        self.addWidget(self._hint, 1)
+        for widget in (
+            self._position,
+            self._badge,
+            self._selected,
+            self._layers,
+            self._job,
+            self._bar,
+            self._stop,
+        ):
+            self.addPermanentWidget(widget)
+        self._jobs_timer = QTimer(self)
+        self._jobs_timer.setSingleShot(True)
+        # Slow things show themselves after 0.2 s.
+        self._jobs_timer.setInterval(200)
+        self._jobs_timer.timeout.connect(self._show_jobs)
+        studio.jobs.changed.connect(self._jobs_changed)
+        studio.layers_written.connect(self._layers_written)
+        for signal in (
+            studio.project_opened,
+            studio.edited,
+            studio.selection_changed,
+            studio.model_loaded,
+            studio.active_tool_changed,
+            studio.tool_changed_signal,
+        ):
+            signal.connect(self.refresh)
+        studio.project_opened.connect(self._position.clear)
+        self._show_jobs()
+
+    def refresh(self, *_: object) -> None:
+        studio = self._studio
+        if (tool := studio.tool) is not None:
+            self._hint.setText(tool.hint())
+        else:
+            self._hint.setText(
+                self.tr(
+                    "Navigate: drag to orbit, wheel to zoom, Shift+drag to pan; "
+                    "click a plane to select it"
+                )
+            )
+        count = len(studio.selection.ids)
+        self._selected.setText(f"{count} selected" if count else "")
+        self._badge.setVisible(bool(studio.session.of(Model)))
+        known = studio.north_known()
+        self._badge.setText(
+            studio.frame_name() if known else self.tr("⚠ local frame: not registered")
+        )
+        self._badge.setToolTip(
+            self.tr("The frame of the numbers shown. Click to change it.")
+            if known
+            else self.tr("Angles are not geographic yet. Click to declare the model's frame.")
+        )
+        self._badge.setStyleSheet(
+            "" if known else "background: #e69f00; color: black; padding: 1px 6px;"
+        )
+
+    def show_pointer(self, event: PointerEvent) -> None:
+        """World coordinates under the cursor."""
+        if event.kind is not Pointer.MOVE:
+            return
+        model = self._studio.records.get(event.hit.model_id) if event.hit else None
+        if event.hit is None or not isinstance(model, Model):
+            self._position.setText("")
+            return
+        point = transform.apply(model.to_world, [event.hit.position])[0]
+        names = ("E", "N", "Z") if model.frame.has_north else ("x", "y", "z")
+        words = "  ".join(f"{name} {value:,.3f}" for name, value in zip(names, point, strict=True))
+        words = words.replace(",", "\N{NARROW NO-BREAK SPACE}")
+        self._position.setText(f"{words} {'m' if model.frame.has_metres else self.tr('units')}")
+
+    def _jobs_changed(self) -> None:
+        if not self._studio.jobs.visible():
+            self._jobs_timer.stop()
+            self._show_jobs()
+        elif not self._jobs_timer.isActive():
+            self._jobs_timer.start()
+
+    def _show_jobs(self) -> None:
+        jobs = self._studio.jobs.visible()
+        for widget in (self._job, self._bar, self._stop):
+            widget.setVisible(bool(jobs))
+        if jobs:
+            # The newest: what was asked for last is what is waited for.
+            self._job.setText(jobs[-1].words())
+            self._bar.setRange(0, jobs[-1].total or 0)
+            self._bar.setValue(jobs[-1].done)
+
+    def _stop_job(self) -> None:
+        for job in self._studio.jobs.visible()[-1:]:
+            self._studio.jobs.cancel(job)
+
+    def _layers_written(self, path: str) -> None:
+        if path:
+            self._layers_time = datetime.now()
+            self._layers.setText("")
+            self._layers.setToolTip(path)
+        elif self._layers_time:
+            self._layers.setText(f"GIS layers are from {self._layers_time:%H:%M}")
+        else:
+            self._layers.setText(self.tr("GIS layers are not written yet"))

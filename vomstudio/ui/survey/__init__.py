@@ -1,0 +1,1 @@
+"""Planning a survey, frames of a video, making a model."""

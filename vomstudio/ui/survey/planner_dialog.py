@@ -1,0 +1,426 @@
+"""A photo survey planned before going out: every figure comes from `photogrammetry.planning`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QImage, QPainter
+from PySide6.QtWidgets import (
+    QComboBox,
+    QCompleter,
+    QDialog,
+    QDialogButtonBox,
+    QFileDialog,
+    QFormLayout,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QMessageBox,
+    QPushButton,
+    QSizePolicy,
+    QSpinBox,
+    QVBoxLayout,
+    QWidget,
+)
+
+from vomstudio.errors import VomError
+from vomstudio.io.photos.camera_table import camera_models
+from vomstudio.products.report.field_sheet import figures, write_field_sheet
+from vomstudio.survey.plan_camera import camera_of
+from vomstudio.survey.planning import LEAST_OVERLAP, MANNERS, MOST_OVERLAP, SurveyPlan, plan_survey
+from vomstudio.ui.common.background import Background
+from vomstudio.ui.common.vertex_table import parse_number
+from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.survey.plan_drawing import PlanDrawing
+
+if TYPE_CHECKING:
+    from vomstudio.ui.shell.main_window import MainWindow
+
+_KEPT = "survey_plan"
+_TYPING_MS = 200
+_MANNERS = dict(
+    zip(
+        MANNERS,
+        ("on foot", "by drone before a cliff", "by drone over flat ground"),
+        strict=True,
+    )
+)
+# What is asked for, its unit, and how many of it make a metre.
+_WISHES = (
+    ("Distance", "distance_m", "m", 1.0, "30"),
+    ("Pixel on the rock", "gsd_m", "mm", 1000.0, "10"),
+    ("Smallest plane to measure", "plane_m", "m", 1.0, "5"),
+)
+_DEFAULTS = {"camera": "", "focal": "", "aperture": "8", "width": "80", "height": "25",
+             "wish": "distance_m", "value": "30", "overlap": 70, "manner": "handheld"}  # fmt: skip
+_PRINT_DPI = 300
+_FIELDS = {
+    "--width": "width of the outcrop",
+    "--height": "height of the outcrop",
+    "--distance": "distance",
+    "--gsd": "pixel on the rock",
+    "--plane": "smallest plane",
+    "--aperture": "f-number",
+    "--focal": "focal length",
+    "--camera": "camera",
+    "--overlap": "overlap",
+}
+
+
+class PlannerDialog(QDialog):
+    """What is typed is kept with the project."""
+
+    def __init__(self, window: MainWindow) -> None:
+        super().__init__(window)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowTitle(self.tr("Plan a photo survey"))
+        self.resize(1120, 720)
+        self._window = window
+        self._background = Background(self)
+        self._asked = self._shown = 0
+        self.plan: SurveyPlan | None = None
+        self._soon = QTimer(self)
+        self._soon.setSingleShot(True)
+        self._soon.setInterval(_TYPING_MS)
+        self._soon.timeout.connect(self._compute)
+        self.drawing = PlanDrawing()
+        left = QWidget()
+        left.setFixedWidth(430)
+        column = QVBoxLayout(left)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addLayout(self._make_form())
+        column.addWidget(self._make_results(), 1)
+        sides = QHBoxLayout()
+        sides.addWidget(left)
+        sides.addWidget(self.drawing, 1)
+        layout = QVBoxLayout(self)
+        layout.addLayout(sides, 1)
+        layout.addWidget(self._make_buttons())
+        kept = window.studio.project.journal.view(_KEPT, {})
+        self._fill({**_DEFAULTS, **kept})
+        self._compute()
+
+    # --- parts -------------------------------------------------------------------------------
+    def _make_form(self) -> QFormLayout:
+        self.camera = QComboBox()
+        self.camera.setObjectName("plan_camera")
+        self.camera.setEditable(True)
+        self.camera.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+        self.camera.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        labels = sorted({model.label for model in camera_models()}, key=str.casefold)
+        self.camera.addItems(labels)
+        completer = QCompleter(labels, self.camera)
+        completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
+        completer.setFilterMode(Qt.MatchFlag.MatchContains)
+        self.camera.setCompleter(completer)
+        edit = self.camera.lineEdit()
+        assert edit is not None
+        edit.setPlaceholderText(self.tr("name, or 23.5x15.6,35,6000x4000"))
+        self.camera.setToolTip(
+            self.tr("A camera of the table, or its sensor in mm, focal length in mm and pixels")
+        )
+        self.camera.editTextChanged.connect(self._changed)
+        photo = QPushButton(self.tr("From a photo…"))
+        photo.setToolTip(self.tr("Camera and focal length as a photo states them"))
+        photo.clicked.connect(self._browse_photo)
+        self.focal = self._number("plan_focal")
+        self.focal.setPlaceholderText(self.tr("built in"))
+        self.aperture = self._number("plan_aperture")
+        self.width_ = self._number("plan_width")
+        self.height_ = self._number("plan_height")
+        self.wish = ComboBox()
+        self.wish.setObjectName("plan_wish")
+        for title, key, *_ in _WISHES:
+            self.wish.addItem(self.tr(title), key)
+        self.wish.currentIndexChanged.connect(self._wish_chosen)
+        self.value = self._number("plan_value")
+        self._unit = QLabel()
+        self.overlap = QSpinBox()
+        self.overlap.setObjectName("plan_overlap")
+        self.overlap.setRange(round(100 * LEAST_OVERLAP), round(100 * MOST_OVERLAP))
+        self.overlap.setSuffix(" %")
+        self.overlap.valueChanged.connect(self._changed)
+        self.manner = ComboBox()
+        self.manner.setObjectName("plan_manner")
+        for key, title in _MANNERS.items():
+            self.manner.addItem(self.tr(title), key)
+        self.manner.currentIndexChanged.connect(self._changed)
+        form = QFormLayout()
+        form.setVerticalSpacing(6)
+        form.addRow(self.tr("Camera"), _row((self.camera, 1), (photo, 0)))
+        form.addRow(
+            self.tr("Lens"),
+            _row((self.focal, 0), (QLabel(self.tr("mm   at f/")), 0), (self.aperture, 0)),
+        )
+        form.addRow(
+            self.tr("Outcrop"),
+            _row((self.width_, 0), (QLabel(self.tr("m wide")), 0), (self.height_, 0),
+                 (QLabel(self.tr("m high")), 0)),
+        )  # fmt: skip
+        form.addRow(self.tr("Taken"), self.manner)
+        form.addRow(self.tr("Wanted"), _row((self.wish, 0), (self.value, 0), (self._unit, 0)))
+        form.addRow(self.tr("Overlap"), _row((self.overlap, 0)))
+        return form
+
+    def _number(self, name: str) -> QLineEdit:
+        field = QLineEdit()
+        field.setObjectName(name)
+        field.setFixedWidth(76)
+        field.setAlignment(Qt.AlignmentFlag.AlignRight)
+        field.textChanged.connect(self._changed)
+        return field
+
+    def _make_results(self) -> QWidget:
+        box = QWidget()
+        column = QVBoxLayout(box)
+        column.setContentsMargins(0, 8, 0, 0)
+        self._grid = QGridLayout()
+        self._grid.setColumnStretch(1, 1)
+        self._grid.setHorizontalSpacing(14)
+        self._grid.setVerticalSpacing(3)
+        self.problem = QLabel()
+        self.problem.setObjectName("plan_problem")
+        self.problem.setWordWrap(True)
+        self.warnings = QLabel()
+        self.warnings.setObjectName("plan_warnings")
+        self.warnings.setWordWrap(True)
+        column.addWidget(self.problem)
+        column.addLayout(self._grid)
+        column.addWidget(self.warnings)
+        column.addStretch(1)
+        self.figures: dict[str, QLabel] = {}
+        return box
+
+    def _make_buttons(self) -> QDialogButtonBox:
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        role = QDialogButtonBox.ButtonRole.ActionRole
+        self.save = buttons.addButton(self.tr("Save the field sheet…"), role)
+        self.print_ = buttons.addButton(self.tr("Print the field sheet…"), role)
+        self.save.clicked.connect(self._save)
+        self.print_.clicked.connect(self._print)
+        for button in buttons.buttons():
+            # Enter in a field is no wish to leave.
+            if isinstance(button, QPushButton):
+                button.setAutoDefault(False)
+        buttons.rejected.connect(self.close)
+        return buttons
+
+    # --- what is asked -----------------------------------------------------------------------
+    def _fill(self, values: dict[str, Any]) -> None:
+        self.camera.setEditText(str(values["camera"]))
+        for field, name in ((self.focal, "focal"), (self.aperture, "aperture"),
+                            (self.width_, "width"), (self.height_, "height")):  # fmt: skip
+            field.setText(str(values[name]))
+        self.wish.setCurrentIndex(max(0, self.wish.findData(values["wish"])))
+        self._show_unit()
+        self.value.setText(str(values["value"]))
+        self.overlap.setValue(int(values["overlap"]))
+        self.manner.setCurrentIndex(max(0, self.manner.findData(values["manner"])))
+
+    def _values(self) -> dict[str, Any]:
+        return {
+            "camera": self.camera.currentText().strip(),
+            "focal": self.focal.text().strip(),
+            "aperture": self.aperture.text().strip(),
+            "width": self.width_.text().strip(),
+            "height": self.height_.text().strip(),
+            "wish": self.wish.currentData(),
+            "value": self.value.text().strip(),
+            "overlap": self.overlap.value(),
+            "manner": self.manner.currentData(),
+        }
+
+    def _wish_chosen(self) -> None:
+        """The same plan, said in the other quantity."""
+        self._show_unit()
+        _, key, _, per_metre, proposed = _WISHES[self.wish.currentIndex()]
+        known = None
+        if self.plan is not None:
+            known = {"distance_m": self.plan.distance_m, "gsd_m": self.plan.gsd_m,
+                     "plane_m": self.plan.smallest_plane_m}[key]  # fmt: skip
+        self.value.setText(proposed if known is None else f"{known * per_metre:.3g}")
+        self._changed()
+
+    def _show_unit(self) -> None:
+        self._unit.setText(_WISHES[self.wish.currentIndex()][2])
+
+    def _browse_photo(self) -> None:
+        start = str(self._window.survey.folder or self._window.files.folder())
+        name, _ = QFileDialog.getOpenFileName(
+            self, self.tr("A photo taken with this camera"), start,
+            self.tr("Photos (*.jpg *.jpeg *.JPG *.JPEG *.tif *.tiff *.png);;All files (*)"),
+        )  # fmt: skip
+        if name:
+            self.focal.clear()
+            self.camera.setEditText(name)
+
+    def _changed(self, *_: object) -> None:
+        self._soon.start()
+
+    # --- what comes of it --------------------------------------------------------------------
+    def _compute(self) -> None:
+        values = self._values()
+        self._asked += 1
+        asked = self._asked
+
+        def arrived(made: object) -> None:
+            if asked == self._asked:
+                self._show(made)
+                self._shown = asked
+
+        self._background.run(lambda: _plan(values), arrived)
+
+    def _show(self, made: object) -> None:
+        self.plan = made if isinstance(made, SurveyPlan) else None
+        self.problem.setVisible(self.plan is None)
+        if self.plan is None:
+            self.problem.setText(str(made))
+        else:
+            self._window.studio.project.journal.set_view(_KEPT, self._values())
+        self._show_figures([] if self.plan is None else figures(self.plan))
+        warnings = () if self.plan is None else self.plan.warnings
+        self.warnings.setText("\n".join(f"⚠ {text[:1].upper()}{text[1:]}." for text in warnings))
+        self.drawing.show_plan(self.plan)
+        for button in (self.save, self.print_):
+            button.setEnabled(self.plan is not None)
+
+    def _show_figures(self, rows: list[tuple[str, str]]) -> None:
+        if self.plan is not None:
+            count, size = len(self.plan.control_points), 100 * self.plan.target_size_m
+            use = sum(point.use == "check" for point in self.plan.control_points)
+            # Not what is in the form above.
+            rows = [row for row in rows if row[0] not in ("Outcrop", "Overlap")]
+            rows = [*rows, (self.tr("Control points"), self.tr(
+                "{0}, {1} of them to check with; marks of {2:.2g} cm"
+            ).format(count, use, size))]  # fmt: skip
+        for name, label in self.figures.items():
+            label.setVisible(name in dict(rows))
+        while (item := self._grid.takeAt(0)) is not None:
+            if (widget := item.widget()) is not None:
+                widget.deleteLater()
+        self.figures = {}
+        for line, (name, value) in enumerate(rows):
+            value_label = QLabel(value)
+            value_label.setWordWrap(True)
+            value_label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+            self._grid.addWidget(QLabel(name), line, 0, Qt.AlignmentFlag.AlignTop)
+            self._grid.addWidget(value_label, line, 1)
+            self.figures[name] = value_label
+
+    # --- the sheet ---------------------------------------------------------------------------
+    def _save(self) -> None:
+        if self.plan is None:
+            return
+        name, chosen = QFileDialog.getSaveFileName(
+            self, self.tr("Save the field sheet"),
+            str(Path(self._window.files.folder()) / "field_sheet.pdf"),
+            "PDF (*.pdf);;SVG (*.svg);;HTML (*.html)",
+        )  # fmt: skip
+        if not name:
+            return
+        path = Path(name)
+        if not path.suffix:
+            path = path.with_suffix(chosen[chosen.rfind("*") + 1 : -1] or ".pdf")
+            # The dialog has asked about the name without it.
+            if path.exists() and not self._may_replace(path):
+                return
+        self.save_to(path)
+
+    def _may_replace(self, path: Path) -> bool:
+        words = self.tr("{0} exists already. Replace it?").format(path.name)
+        yes = QMessageBox.StandardButton.Yes
+        return QMessageBox.question(self, self.tr("Save the field sheet"), words) == yes
+
+    def save_to(self, path: Path) -> None:
+        plan, studio = self.plan, self._window.studio
+        if plan is None:
+            return
+
+        def work() -> object:
+            try:
+                write_field_sheet(path, plan, force=True)
+            except VomError as error:
+                return error
+            return path
+
+        def done(made: object) -> None:
+            if isinstance(made, VomError):
+                studio.fail(made)
+            else:
+                studio.info(self.tr("Written: {0}").format(made))
+
+        # matplotlib takes a second to come.
+        self._background.run(work, done)
+
+    def _print(self) -> None:
+        from PySide6.QtPrintSupport import QPrintDialog, QPrinter
+
+        if self.plan is None:
+            return
+        printer = QPrinter(QPrinter.PrinterMode.HighResolution)
+        if QPrintDialog(printer, self).exec() == QDialog.DialogCode.Accepted:
+            self.print_to(printer)
+
+    def print_to(self, printer: Any) -> None:
+        """On one page of a QPrinter."""
+        from io import BytesIO
+
+        from vomstudio.products.report.field_sheet import draw_field_sheet
+
+        if self.plan is None:
+            return
+        picture = BytesIO()
+        draw_field_sheet(self.plan).savefig(picture, format="png", dpi=_PRINT_DPI)
+        image = QImage.fromData(picture.getvalue())
+        painter = QPainter(printer)
+        page = painter.viewport()
+        size = image.size().scaled(page.size(), Qt.AspectRatioMode.KeepAspectRatio)
+        painter.setViewport(page.x(), page.y(), size.width(), size.height())
+        painter.setWindow(image.rect())
+        painter.drawImage(0, 0, image)
+        painter.end()
+
+    def done(self, result: int) -> None:
+        self._background.close()
+        super().done(result)
+
+
+def _row(*widgets: tuple[QWidget, int]) -> QHBoxLayout:
+    row = QHBoxLayout()
+    for widget, stretch in widgets:
+        row.addWidget(widget, stretch)
+    if not any(stretch for _, stretch in widgets):
+        row.addStretch(1)
+    return row
+
+
+def _plan(values: dict[str, Any]) -> SurveyPlan | str:
+    """The plan, or why there is none in words of the dialog."""
+    if not values["camera"]:
+        return "Choose the camera, or a photo that was taken with it."
+    numbers: dict[str, float | None] = {}
+    for name in ("focal", "aperture", "width", "height", "value"):
+        numbers[name] = parse_number(values[name]) if values[name] else None
+        if numbers[name] is None and (values[name] or name != "focal"):
+            what = "what is wanted" if name == "value" else name
+            return f"The {what} is a number: “{values[name]}” is none."
+    per_metre = next(row[3] for row in _WISHES if row[1] == values["wish"])
+    wish = {values["wish"]: (numbers["value"] or 0.0) / per_metre}
+    try:
+        return plan_survey(
+            camera_of(values["camera"], numbers["focal"]),
+            numbers["width"] or 0.0,
+            numbers["height"] or 0.0,
+            overlap=values["overlap"] / 100.0,
+            manner=values["manner"],
+            f_number=numbers["aperture"] or 0.0,
+            **wish,
+        )
+    except VomError as error:
+        text = error.message.replace("--focal MM", "the lens above")
+        field = _FIELDS.get(error.field or "", "")
+        said = f"{field}: {text}" if field else text
+        return said[:1].upper() + said[1:]

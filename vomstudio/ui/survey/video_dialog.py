@@ -1,0 +1,199 @@
+"""Frames of a video for a model: taken by a worker, judged, and opened as photos."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import (
+    QDialog,
+    QDialogButtonBox,
+    QDoubleSpinBox,
+    QFileDialog,
+    QFormLayout,
+    QHBoxLayout,
+    QLabel,
+    QMessageBox,
+    QProgressBar,
+    QVBoxLayout,
+)
+
+from vomstudio.jobs.events import Failed
+from vomstudio.survey.video import DEFAULT_FPS, is_ours
+from vomstudio.ui.common.job_bridge import Job
+from vomstudio.ui.common.studio import Notice
+from vomstudio.ui.common.widgets import file_field
+
+if TYPE_CHECKING:
+    from vomstudio.ui.shell.main_window import MainWindow
+
+_VIDEOS = "Videos (*.mp4 *.MP4 *.mov *.MOV *.avi *.AVI *.mkv *.m4v *.mts *.MTS);;All files (*)"
+_SHOWN_GAPS = 6
+
+
+class VideoDialog(QDialog):
+    """It can be closed while the work goes on: the Jobs panel shows it, and a notice its end."""
+
+    def __init__(self, window: MainWindow) -> None:
+        super().__init__(window)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowTitle(self.tr("Frames from a video"))
+        self.setMinimumWidth(620)
+        self._window = window
+        self._job: Job | None = None
+        about = QLabel(
+            self.tr(
+                "The sharpest frame of every moment is kept, unless it is blurred or shows what "
+                "the one before shows. Photos are better wherever they can be had: they are "
+                "larger, sharper, and know their camera and place."
+            )
+        )
+        about.setWordWrap(True)
+        self.video, video = file_field("video_file", self.tr("Choose…"), self._browse_video)
+        self.folder, folder = file_field("video_folder", self.tr("Choose…"), self._browse_folder)
+        self.fps = QDoubleSpinBox()
+        self.fps.setObjectName("video_fps")
+        self.fps.setRange(0.1, 10.0)
+        self.fps.setDecimals(1)
+        self.fps.setSingleStep(0.5)
+        self.fps.setValue(DEFAULT_FPS)
+        self.fps.setToolTip(self.tr("1 to 4 are usual; more where the camera moves fast"))
+        rate = QHBoxLayout()
+        rate.addWidget(self.fps)
+        rate.addWidget(QLabel(self.tr("of a second (1 to 4 are usual)")))
+        rate.addStretch()
+        form = QFormLayout()
+        form.addRow(self.tr("Video"), video)
+        form.addRow(self.tr("Frames"), rate)
+        form.addRow(self.tr("Write to"), folder)
+        self.bar = QProgressBar()
+        self.bar.hide()
+        self.said = QLabel()
+        self.said.setObjectName("video_said")
+        self.said.setWordWrap(True)
+        self.said.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        role = QDialogButtonBox.ButtonRole.ActionRole
+        self.start = buttons.addButton(self.tr("Take the frames"), role)
+        self.stop = buttons.addButton(self.tr("Stop"), role)
+        self.start.clicked.connect(self._start)
+        self.stop.clicked.connect(self._stop)
+        buttons.rejected.connect(self.close)
+        layout = QVBoxLayout(self)
+        layout.addWidget(about)
+        layout.addSpacing(4)
+        layout.addLayout(form)
+        layout.addWidget(self.bar)
+        layout.addWidget(self.said)
+        layout.addStretch(1)
+        layout.addWidget(buttons)
+        for field in (self.video, self.folder):
+            field.textChanged.connect(self._refresh)
+        window.studio.jobs.changed.connect(self._refresh)
+        self._refresh()
+
+    # --- choosing ----------------------------------------------------------------------------
+    def _browse_video(self) -> None:
+        name, _ = QFileDialog.getOpenFileName(
+            self, self.tr("A video of the outcrop"), self._window.files.folder(), self.tr(_VIDEOS)
+        )
+        if name:
+            self.choose_video(Path(name))
+
+    def choose_video(self, path: Path) -> None:
+        self.video.setText(str(path))
+        self.folder.setText(str(path.with_name(f"{path.stem} frames")))
+
+    def _browse_folder(self) -> None:
+        name = QFileDialog.getExistingDirectory(
+            self, self.tr("A folder for the frames"), self.folder.text()
+        )
+        if name:
+            self.folder.setText(name)
+
+    def _refresh(self) -> None:
+        job = self._job
+        ready = bool(self.video.text().strip() and self.folder.text().strip())
+        self.start.setEnabled(job is None and ready)
+        self.start.setToolTip("" if ready else self.tr("Not now: choose a video first"))
+        self.stop.setVisible(job is not None)
+        self.bar.setVisible(job is not None)
+        if job is not None:
+            self.bar.setRange(0, job.total or 0)
+            self.bar.setValue(job.done)
+
+    # --- the job -----------------------------------------------------------------------------
+    def _start(self) -> None:
+        video = Path(self.video.text().strip()).expanduser()
+        folder = Path(self.folder.text().strip()).expanduser()
+        force = False
+        if folder.is_dir() and any(folder.iterdir()) and not is_ours(folder):
+            answer = QMessageBox.question(
+                self,
+                self.tr("Write among other files?"),
+                self.tr("{0} holds other files. Write the frames among them?").format(folder.name),
+            )
+            if answer != QMessageBox.StandardButton.Yes:
+                return
+            force = True
+        self.said.setText("")
+        window, fps = self._window, self.fps.value()
+        request = {"video": str(video), "out": str(folder), "fps": fps, "force": force}
+
+        def done(result: dict[str, Any]) -> None:
+            self._ended(report_words(result))
+            level = "info" if result["good_enough"] else "warning"
+            window.studio.notice.emit(Notice(f"{video.name}: {result['verdict']}", level))
+            from vomstudio.ui.survey.survey_commands import open_photos
+
+            open_photos(window, folder)
+
+        def failed(event: Failed) -> None:
+            if event.cancelled:
+                self._ended(self.tr("Stopped; nothing was written."))
+                return
+            self._ended(event.message)
+            window.studio.warn(event.message, "error")
+
+        self._job = window.studio.jobs.submit(
+            "photos",
+            "take_frames",
+            request,
+            title=self.tr("Frames of {0}").format(video.name),
+            on_done=done,
+            on_failed=failed,
+        )
+        self._refresh()
+
+    def _stop(self) -> None:
+        if self._job is not None:
+            self._window.studio.jobs.cancel(self._job)
+
+    def _ended(self, words: str) -> None:
+        """Whatever was shown, where the dialog is still there."""
+        self._job = None
+        try:
+            self.said.setText(words)
+            self._refresh()
+            self.adjustSize()
+        except RuntimeError:
+            # Closed meanwhile: Qt's side of it is gone.
+            return
+
+
+def report_words(result: dict[str, Any]) -> str:
+    """What was taken and what not, with the reasons."""
+    count = len(result["frames"])
+    lines = [
+        f"<b>{count} frames kept</b> of {result['width']} × {result['height']} pixels, from "
+        f"{result['seconds']:.0f} s",
+        *(f"{number} moments left out: {reason}" for reason, number in result["skipped"].items()),
+    ]
+    if gaps := result["gaps_s"]:
+        more = " …" if len(gaps) > _SHOWN_GAPS else ""
+        shown = ", ".join(f"{seconds:.1f} s" for seconds in gaps[:_SHOWN_GAPS])
+        lines.append(f"the picture jumps at {shown}{more}: frames may not overlap there")
+    lines += [f"⚠ {text}" for text in result["warnings"]]
+    lines.append(f"<b>{result['verdict']}</b>")
+    return "<br>".join(lines)
