@@ -1,105 +1,11 @@
-"""The records of a project: frozen, plain, and in the frame of the file they were measured on.
-
-Features hold float64 coordinates in their model's own file frame. World coordinates and fits follow
-from (feature, model) and are never stored, so declaring or changing a frame is one edit of one
-Model and moves everything with it.
-"""
+"""The features: what is measured on a model, or in the field."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Literal
 
-Point = tuple[float, float, float]
-Matrix = tuple[tuple[float, float, float, float], ...]
-
-IDENTITY: Matrix = (
-    (1.0, 0.0, 0.0, 0.0),
-    (0.0, 1.0, 0.0, 0.0),
-    (0.0, 0.0, 1.0, 0.0),
-    (0.0, 0.0, 0.0, 1.0),
-)
-
-FrameKind = Literal["crs", "local", "scaled", "undeclared"]
-UpAxis = Literal["z", "y"]
-
-
-@dataclass(frozen=True)
-class Frame:
-    """What is known of a model's frame.
-
-    kind: "crs" (World is the projected CRS `crs`), "local" (metres, up and north are known, the
-    place is not), "scaled" (metres are known, up and north are not) or "undeclared" (no north, no
-    up, no metre: angles are shown as local frame, lengths in units).
-    unit_m: metres per unit of the file. up_axis: the file's axis that points up; with "y" the file
-    is taken as x East, y Up, z South (glTF).
-    """
-
-    kind: FrameKind = "undeclared"
-    crs: str | None = None
-    unit_m: float = 1.0
-    up_axis: UpAxis = "z"
-
-    @property
-    def has_north(self) -> bool:
-        return self.kind in ("crs", "local")
-
-    @property
-    def has_metres(self) -> bool:
-        return self.kind != "undeclared"
-
-    def to_world(self) -> Matrix:
-        """4x4 similarity from the file frame to World (x East, y North, z Up, metres)."""
-        s = float(self.unit_m)
-        if self.up_axis == "y":
-            return (
-                (s, 0.0, 0.0, 0.0),
-                (0.0, 0.0, -s, 0.0),
-                (0.0, s, 0.0, 0.0),
-                (0.0, 0.0, 0.0, 1.0),
-            )
-        return (
-            (s, 0.0, 0.0, 0.0),
-            (0.0, s, 0.0, 0.0),
-            (0.0, 0.0, s, 0.0),
-            (0.0, 0.0, 0.0, 1.0),
-        )
-
-    def name(self) -> str:
-        """In a few words, for badges and table headers."""
-        if self.kind == "crs":
-            return f"{self.crs}, grid north"
-        if self.kind == "local":
-            return "local, north known"
-        if self.kind == "scaled":
-            return "local frame in metres: not registered"
-        return "local frame: not registered"
-
-
-@dataclass(frozen=True)
-class Model:
-    """A model of the outcrop. `path` is relative to the project folder where it lies inside it or
-    beside it on the same drive, else absolute; `content_hash` is the SHA-256 of the file."""
-
-    id: str
-    name: str
-    path: str
-    kind: Literal["mesh", "cloud"]
-    content_hash: str
-    frame: Frame = Frame()
-    to_world: Matrix = IDENTITY
-
-
-@dataclass(frozen=True)
-class FeatureType:
-    """What is measured: bedding, fault, joint ... `color` is #rrggbb, `symbol` a marker name,
-    `geometry` what its features are by nature (a plane may all the same be drawn as its pole)."""
-
-    id: str
-    name: str
-    color: str
-    symbol: str = "circle"
-    geometry: Literal["plane", "line"] = "plane"
+from vomstudio.document.records.basics import Point
 
 
 @dataclass(frozen=True)
@@ -244,20 +150,7 @@ class Intersection:
 
 Feature = Trace | Patch | Lineation | Reading | Dimension | Intersection
 Typed = Trace | Patch | Lineation | Reading | Intersection
-Record = Model | FeatureType | Feature
 
 FEATURES = (Trace, Patch, Lineation, Reading, Dimension, Intersection)
 TYPED = (Trace, Patch, Lineation, Reading, Intersection)
 ON_A_MODEL = (Trace, Patch, Lineation, Dimension)
-
-# Okabe-Ito (2008), a set that colour-blind readers can tell apart.
-DEFAULT_TYPES: tuple[FeatureType, ...] = (
-    FeatureType("bedding", "Bedding", "#0072b2", "circle"),
-    FeatureType("fault", "Fault", "#d55e00", "square"),
-    FeatureType("joint", "Joint", "#009e73", "triangle"),
-    FeatureType("vein", "Vein", "#cc79a7", "diamond"),
-    FeatureType("foliation", "Foliation", "#56b4e9", "pentagon"),
-    FeatureType("contact", "Contact", "#e69f00", "star"),
-    FeatureType("fold_axis", "Fold axis", "#999999", "circle", "line"),
-    FeatureType("lineation", "Lineation", "#f0e442", "square", "line"),
-)

@@ -1,0 +1,63 @@
+"""What is known of the frame of a model's file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from vomstudio.document.records.basics import Matrix
+
+FrameKind = Literal["crs", "local", "scaled", "undeclared"]
+UpAxis = Literal["z", "y"]
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What is known of a model's frame.
+
+    kind: "crs" (World is the projected CRS `crs`), "local" (metres, up and north are known, the
+    place is not), "scaled" (metres are known, up and north are not) or "undeclared" (no north, no
+    up, no metre: angles are shown as local frame, lengths in units).
+    unit_m: metres per unit of the file. up_axis: the file's axis that points up; with "y" the file
+    is taken as x East, y Up, z South (glTF).
+    """
+
+    kind: FrameKind = "undeclared"
+    crs: str | None = None
+    unit_m: float = 1.0
+    up_axis: UpAxis = "z"
+
+    @property
+    def has_north(self) -> bool:
+        return self.kind in ("crs", "local")
+
+    @property
+    def has_metres(self) -> bool:
+        return self.kind != "undeclared"
+
+    def to_world(self) -> Matrix:
+        """4x4 similarity from the file frame to World (x East, y North, z Up, metres)."""
+        s = float(self.unit_m)
+        if self.up_axis == "y":
+            return (
+                (s, 0.0, 0.0, 0.0),
+                (0.0, 0.0, -s, 0.0),
+                (0.0, s, 0.0, 0.0),
+                (0.0, 0.0, 0.0, 1.0),
+            )
+        return (
+            (s, 0.0, 0.0, 0.0),
+            (0.0, s, 0.0, 0.0),
+            (0.0, 0.0, s, 0.0),
+            (0.0, 0.0, 0.0, 1.0),
+        )
+
+    def name(self) -> str:
+        """In a few words, for badges and table headers."""
+        if self.kind == "crs":
+            return f"{self.crs}, grid north"
+        if self.kind == "local":
+            return "local, north known"
+        if self.kind == "scaled":
+            return "local frame in metres: not registered"
+        return "local frame: not registered"

@@ -1,0 +1,31 @@
+"""Types of features: what is measured, and how it is shown."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+
+@dataclass(frozen=True)
+class FeatureType:
+    """What is measured: bedding, fault, joint ... `color` is #rrggbb, `symbol` a marker name,
+    `geometry` what its features are by nature (a plane may all the same be drawn as its pole)."""
+
+    id: str
+    name: str
+    color: str
+    symbol: str = "circle"
+    geometry: Literal["plane", "line"] = "plane"
+
+
+# Okabe-Ito (2008), a set that colour-blind readers can tell apart.
+DEFAULT_TYPES: tuple[FeatureType, ...] = (
+    FeatureType("bedding", "Bedding", "#0072b2", "circle"),
+    FeatureType("fault", "Fault", "#d55e00", "square"),
+    FeatureType("joint", "Joint", "#009e73", "triangle"),
+    FeatureType("vein", "Vein", "#cc79a7", "diamond"),
+    FeatureType("foliation", "Foliation", "#56b4e9", "pentagon"),
+    FeatureType("contact", "Contact", "#e69f00", "star"),
+    FeatureType("fold_axis", "Fold axis", "#999999", "circle", "line"),
+    FeatureType("lineation", "Lineation", "#f0e442", "square", "line"),
+)
