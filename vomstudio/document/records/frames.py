@@ -61,3 +61,6 @@ class Frame:
         if self.kind == "scaled":
             return "local frame in metres: not registered"
         return "local frame: not registered"
+
+
+UNDECLARED = Frame()

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from vomstudio.document.records.basics import IDENTITY, Matrix
-from vomstudio.document.records.frames import Frame
+from vomstudio.document.records.frames import UNDECLARED, Frame
 
 
 @dataclass(frozen=True)
@@ -19,5 +19,5 @@ class Model:
     path: str
     kind: Literal["mesh", "cloud"]
     content_hash: str
-    frame: Frame = Frame()
+    frame: Frame = UNDECLARED
     to_world: Matrix = IDENTITY
