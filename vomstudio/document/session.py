@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, Generic, TypeVar
 
-from vomstudio.document.codec import encode_changes
+from vomstudio.document.codec import encode_edit
 from vomstudio.document.edit import Edit, change
-from vomstudio.document.journal import Draft, Journal, replay
+from vomstudio.document.journal import Draft, Journal, RowKind, replay
 from vomstudio.document.records import DEFAULT_TYPES, FEATURES, Feature, FeatureType, Record
 
 T = TypeVar("T")
@@ -86,26 +86,37 @@ class Session:
         )
 
     # --- edits -------------------------------------------------------------------------------
-    def apply(self, edit: Edit, *, finishes_draft: bool = False) -> None:
-        """Raises DocumentError where the edit no longer fits or cannot be written; then nothing
-        has changed."""
-        self._write(edit, "do", finishes_draft=finishes_draft)
-        self._tell(edit)
+    def apply(self, edit: Edit, *, finishes_draft: bool = False, joins: int | None = None) -> int:
+        """joins: the number of the newest edit, as this call returned it, with which it shall be
+        one step of the history; where that is not the newest any more, it becomes its own.
 
-    def _write(self, edit: Edit, kind: str, *, finishes_draft: bool = False) -> None:
+        Returns the number of the edit. Raises DocumentError where the edit no longer fits or cannot
+        be written; then nothing has changed.
+        """
+        # Amending what is saved would take the save back with it.
+        amends = joins is not None and joins == self.top and self.dirty
+        self._write(edit, "amend" if amends else "do", finishes_draft=finishes_draft)
+        self._tell(edit)
+        return self.top
+
+    def _write(self, edit: Edit, kind: RowKind, *, finishes_draft: bool = False) -> None:
         trial = dict(self._records)
         edit.swap(trial)
+        before, after = encode_edit(edit)
+        of_seq = self.draft.seq if finishes_draft and self.draft else None
         seq = self._journal.append(
-            "discard" if kind == "discard" else "do",
-            of_seq=self.draft.seq if finishes_draft and self.draft else None,
+            kind,
+            of_seq=self.top if kind == "amend" else of_seq,
             label=edit.label,
-            before=encode_changes(edit.before),
-            after=encode_changes(edit.after),
+            before=before,
+            after=after,
             settings=self._settings(),
         )
         if finishes_draft:
             self.draft = None
         self._records = trial
+        if kind == "amend":
+            edit = self._done.pop()[1].followed_by(edit)
         self._done.append((seq, edit))
         self._undone.clear()
 
