@@ -76,8 +76,9 @@ class Reconstruction:
     """A model that was made of a set of photos.
 
     folder: below the project's folder of reconstructions; result_sha256: of its
-    reconstruction.json, which holds all figures. settings: names and values of what was asked for. registered, photos:
-    how many photos were aligned, of how many. finished: when, ISO 8601 in UTC.
+    reconstruction.json, which holds all figures. settings: names and values of what was asked
+    for. registered, photos: how many photos were aligned, of how many. finished: when, ISO 8601 in
+    UTC.
     """
 
     id: str

@@ -2,8 +2,9 @@
 
 `journal.sqlite` is the truth; `project.gpkg` is derived; `models/` holds copies where the user
 wants them, `reconstruction/` what was made of photos, `assets/` what is too large for a row of the
-journal, `photos/` exports for photos whose own folder cannot be written; `cache/` may be deleted. A project that has
-no name yet lives in the user's state folder and is offered back at the next start.
+journal, `photos/` exports for photos whose own folder cannot be written; `cache/` may be
+deleted. A project that has no name yet lives in the user's state folder and is offered back at the
+next start.
 """
 
 from __future__ import annotations
@@ -22,13 +23,12 @@ from vomstudio.files.lock import ProjectLock
 from vomstudio.io.photos.cameras_file import FILE_NAME
 from vomstudio.io.project.assets import FOLDER as ASSETS
 from vomstudio.io.project.journal import NAME as JOURNAL
-from vomstudio.io.project.journal import SCHEMA_VERSION, SqliteJournal, read_replay
+from vomstudio.io.project.journal import TAKING_IN, SqliteJournal, read_replay
 from vomstudio.io.project.taking_in import PHOTO_TABLES, RECONSTRUCTIONS, take_in_earlier
 
 SUFFIX = ".vom"
 _MODELS = "models"
 _ALONG = (_MODELS, PHOTO_TABLES, ASSETS)
-_UNFINISHED = "taking in the files of schema 1"
 # What a reconstruction adds lines to; all else is written once, under another name.
 _LARGEST_COPIED = 1 << 20
 
@@ -51,13 +51,11 @@ class Project:
         self.session = Session(journal, settings)
         self.problems: list[str] = list(self.session.problems)
         """Sentences on what could not be read."""
-        if journal.opened_schema < SCHEMA_VERSION or journal.view(_UNFINISHED, False):
+        if journal.view(TAKING_IN, False):
             self._take_in()
 
     def _take_in(self) -> None:
-        """Files beside a journal of schema 1 become records, as one edit. A kill before it is
-        written leaves the note that it is to be done."""
-        self.journal.set_view(_UNFINISHED, True)
+        """Files beside a journal of schema 1 become records, as one edit."""
         was_saved = not self.session.dirty
         edit, problems = take_in_earlier(self.folder, self.session.records)
         self.problems += problems
@@ -65,7 +63,7 @@ class Project:
             self.session.apply(edit)
             if was_saved:
                 self.session.save()
-        self.journal.set_view(_UNFINISHED, False)
+        self.journal.set_view(TAKING_IN, False)
 
     @classmethod
     def create(cls, folder: Path, *, settings: Callable[[], Mapping[str, Any]] = dict) -> Project:

@@ -22,6 +22,8 @@ from vomstudio.version import __version__
 SCHEMA_VERSION = 2
 APPLICATION_ID = 0x564F4D31  # "VOM1"
 NAME = "journal.sqlite"
+TAKING_IN = "taking in the files of schema 1"
+"""A view that is true from the migration on until `folder.Project` has made records of them."""
 
 _SCHEMA = f"""
 CREATE TABLE journal (
@@ -224,6 +226,7 @@ def _to_schema_2(db: sqlite3.Connection) -> None:
         head = Head(head.rows + 1, values[0], checksum(head.checksum, values))
         db.execute("UPDATE journal SET checksum = ? WHERE seq = ?", (head.checksum, head.seq))
     db.execute(SET_HEAD, head)
+    db.execute("INSERT OR REPLACE INTO view VALUES (?, 'true')", (TAKING_IN,))
 
 
 # _STEPS[n] brings schema n to n + 1.

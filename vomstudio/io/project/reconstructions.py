@@ -67,6 +67,7 @@ def read_reconstruction(
 def _registration(found: Mapping[str, Any], reconstruction: Reconstruction) -> Registration:
     told = found.get("registration")
     told = told if isinstance(told, dict) else {}
+    method: Literal["gps", "control", "local"]
     method = _METHODS.get(str(told.get("method")), "local")
     words = {"gps": "GPS of the cameras", "control": "control points", "local": "photos only"}
     crs = found.get("frame")

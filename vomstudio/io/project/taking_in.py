@@ -217,7 +217,7 @@ def _given(request: Mapping[str, object]) -> tuple[Path | None, Path | None]:
 
 
 def _place(records: dict[str, Record], folder: str, registration: Registration) -> None:
-    """Models of a reconstruction are placed by what it found, unless the user declared otherwise."""
+    """Models of a reconstruction are placed by what it found, unless another frame was declared."""
     inside = f"{RECONSTRUCTIONS}/{folder}/"
     for record in list(records.values()):
         if (
