@@ -38,7 +38,7 @@ def copy_of(name: str, folder: Path) -> Path:
 
 def open_project(folder: Path) -> Any:
     """The project, which must be closed again."""
-    from vomstudio.io.project import Project
+    from vomstudio.io.project.folder import Project
 
     return Project.open(folder)
 

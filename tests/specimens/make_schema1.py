@@ -39,9 +39,9 @@ def main() -> None:
     os.environ["VOMSTUDIO_SETTINGS"] = str(state / "settings.toml")
 
     from PySide6.QtCore import QCoreApplication
+    from vomstudio.io.journal import SCHEMA_VERSION
 
     from vomstudio.io import image_store
-    from vomstudio.io.journal import SCHEMA_VERSION
 
     if SCHEMA_VERSION != 1:
         raise SystemExit("This program writes another schema; see the docstring.")
@@ -59,11 +59,11 @@ def main() -> None:
 def make_photos(folder: Path) -> None:
     """Three of the sample's photos, small, with control points, marks and the mask of one."""
     from PIL import Image
+    from vomstudio.io.photo_masks import mask_place, write_mask
+    from vomstudio.io.sample import sample_control, sample_marks, sample_photos
 
     from vomstudio.io.control import CONTROL, MARKS, read_control, read_marks, write_control
     from vomstudio.io.control import write_marks as write
-    from vomstudio.io.photo_masks import mask_place, write_mask
-    from vomstudio.io.sample import sample_control, sample_marks, sample_photos
 
     folder.mkdir()
     for name in PHOTOS:
@@ -87,14 +87,14 @@ def make_photos(folder: Path) -> None:
 def make_models(folder: Path) -> None:
     """`face.obj` with its cameras, `boulder.ply`, a cloud in feet with y up, and `block.ply`."""
     from PIL import Image
+    from vomstudio.io.cameras_file import FILE_NAME, Cameras, write_cameras
+    from vomstudio.io.sample import read_true_cameras, sample_model
+    from vomstudio.io.writing import write_model
 
     from vomstudio.geometry.cameras import View
     from vomstudio.geometry.cloud import PointCloud
     from vomstudio.geometry.mesh import Material, Mesh
-    from vomstudio.io.cameras_file import FILE_NAME, Cameras, write_cameras
     from vomstudio.io.models import read_model
-    from vomstudio.io.sample import read_true_cameras, sample_model
-    from vomstudio.io.writing import write_model
 
     true = read_true_cameras()
     views = []
@@ -169,8 +169,9 @@ class Geologist:
     """A studio without a screen, and the hand that clicks."""
 
     def __init__(self) -> None:
-        from vomstudio.io.settings import Settings
         from vomstudio.ui.studio import Studio
+
+        from vomstudio.io.settings import Settings
 
         self.studio = Studio(Settings())
         self.studio.jobs.close()
@@ -264,9 +265,10 @@ class Geologist:
 
 
 def read(path: Path) -> Any:
+    from vomstudio.ui.model_loader import OpenModel
+
     from vomstudio.geometry.brush import surface_of
     from vomstudio.io.models import read_model
-    from vomstudio.ui.model_loader import OpenModel
 
     loaded = read_model(path)
     surface = surface_of(loaded.data)
@@ -285,6 +287,12 @@ def picked(name: str, count: int) -> Any:
 
 def days(outcrop: Path, state: Path) -> None:
     """The project `schema1.vom`."""
+    from vomstudio.io.model_copy import copy_model
+    from vomstudio.io.readings import FieldRow, guess, make_readings, read_field_table, understand
+    from vomstudio.ui.job_bridge import JobBridge
+    from vomstudio.ui.make_settings import MakeSettings
+    from vomstudio.ui.photo_survey import PhotoSurvey
+
     from vomstudio.document import edits
     from vomstudio.document.records import FeatureType, Frame, Group, Intersection, Lineation
     from vomstudio.io.control import (
@@ -295,14 +303,9 @@ def days(outcrop: Path, state: Path) -> None:
         write_control,
         write_marks,
     )
-    from vomstudio.io.model_copy import copy_model
-    from vomstudio.io.readings import FieldRow, guess, make_readings, read_field_table, understand
     from vomstudio.jobs.running import run_job
     from vomstudio.jobs.tasks import write_layers
     from vomstudio.progress import Silent
-    from vomstudio.ui.job_bridge import JobBridge
-    from vomstudio.ui.make_settings import MakeSettings
-    from vomstudio.ui.photo_survey import PhotoSurvey
 
     me = Geologist()
     studio = me.studio
@@ -556,11 +559,11 @@ def days(outcrop: Path, state: Path) -> None:
 def shrink(out: Path, photo: Path) -> None:
     """Leave what is small of a finished reconstruction; the mesh becomes a coarse one."""
     from PIL import Image
+    from vomstudio.io.cameras_file import read_cameras
+    from vomstudio.io.writing import write_model
 
     from vomstudio.geometry.mesh import Material, Mesh
-    from vomstudio.io.cameras_file import read_cameras
     from vomstudio.io.models import read_model
-    from vomstudio.io.writing import write_model
 
     data = read_model(out / "model.obj").data
     cameras = read_cameras(out / "cameras.json")

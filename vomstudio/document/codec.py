@@ -52,6 +52,7 @@ _KINDS: dict[str, type] = {
 }
 _PARTS: dict[str, type] = {
     "placement": Frame,
+    "frame": Frame,
     "first": Group,
     "second": Group,
     "file": Asset,

@@ -99,6 +99,15 @@ class Session:
         self._tell(edit)
         return self.top
 
+    def take_in(self, edit: Edit) -> None:
+        """Apply what an earlier version kept elsewhere. It can be undone, and what can be done
+        again still can; a project that was saved stays so. Raises DocumentError."""
+        was_saved = not self.dirty
+        self._write(edit, "take_in")
+        self._tell(edit)
+        if was_saved:
+            self.save()
+
     def _write(self, edit: Edit, kind: RowKind, *, finishes_draft: bool = False) -> None:
         trial = dict(self._records)
         edit.swap(trial)
@@ -118,7 +127,8 @@ class Session:
         if kind == "amend":
             edit = self._done.pop()[1].followed_by(edit)
         self._done.append((seq, edit))
-        self._undone.clear()
+        if kind != "take_in":
+            self._undone.clear()
 
     def _tell(self, edit: Edit) -> None:
         self.changed.emit(edit)

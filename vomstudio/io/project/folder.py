@@ -56,13 +56,10 @@ class Project:
 
     def _take_in(self) -> None:
         """Files beside a journal of schema 1 become records, as one edit."""
-        was_saved = not self.session.dirty
         edit, problems = take_in_earlier(self.folder, self.session.records)
         self.problems += problems
         if edit is not None:
-            self.session.apply(edit)
-            if was_saved:
-                self.session.save()
+            self.session.take_in(edit)
         self.journal.set_view(TAKING_IN, False)
 
     @classmethod

@@ -69,6 +69,8 @@ class SqliteJournal:
                 self._db.executescript("BEGIN;" + _SCHEMA + "COMMIT;")
             self.opened_schema = _schema_of(self._db, path)
             """The schema that the file had when it was opened."""
+            if not create:
+                _require_sound(self._db, path)
             if self.opened_schema < SCHEMA_VERSION:
                 migrate(self._db, path, self.opened_schema)
             self._make_durable()
@@ -258,6 +260,13 @@ def _schema_of(db: sqlite3.Connection, path: Path) -> int:
             file=path,
         )
     return int(version)
+
+
+def _require_sound(db: sqlite3.Connection, path: Path) -> None:
+    """Raises InputError for a file that was torn: writing to it would make it worse."""
+    (said,) = db.execute("PRAGMA quick_check(1)").fetchone()
+    if said != "ok":
+        raise InputError("the journal is damaged; restore it from a copy", file=path)
 
 
 class Head(NamedTuple):
