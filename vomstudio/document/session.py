@@ -140,6 +140,16 @@ class Session:
         return self._done[-1][0] if self._done else 0
 
     @property
+    def saved_top(self) -> int:
+        """The number of the newest edit at the last save."""
+        return self._saved_top
+
+    @property
+    def saved(self) -> Mapping[str, Record]:
+        """The records at the last save."""
+        return MappingProxyType(self._saved)
+
+    @property
     def undo_label(self) -> str | None:
         """What would be undone; None where there is nothing (the project's birth stays)."""
         return self._done[-1][1].label if len(self._done) > 1 else None
@@ -207,10 +217,25 @@ class Session:
         seq = self._journal.append("draft", after=state)
         self.draft = None if state is None else Draft(seq, dict(state))
 
-    def use_journal(self, journal: Journal) -> Journal:
-        """Go on in another journal, which holds the same rows; returns the one left."""
+    def use_journal(self, journal: Journal, numbers: Mapping[int, int] | None = None) -> Journal:
+        """Go on in another journal, which holds the same steps; returns the one left. numbers: of
+        its rows by those of the one left, where they differ."""
         old, self._journal = self._journal, journal
+        if numbers:
+            self._done = [(numbers[seq], edit) for seq, edit in self._done]
+            self._undone = [(numbers[seq], edit) for seq, edit in self._undone]
+            self._saved_top = numbers.get(self._saved_top, self._saved_top)
+            if self.draft is not None:
+                self.draft = Draft(numbers[self.draft.seq], self.draft.state)
         return old
+
+    def done_steps(self) -> list[tuple[int, Edit]]:
+        """Row number and edit of what can be undone, the oldest first."""
+        return list(self._done)
+
+    def undone_steps(self) -> list[tuple[int, Edit]]:
+        """Row number and edit of what can be done again, the next one last."""
+        return list(self._undone)
 
     def close(self) -> None:
         self._journal.close()

@@ -18,9 +18,10 @@ from typing import Any
 
 from vomstudio.document.records import FEATURES, Model
 from vomstudio.document.session import Session
-from vomstudio.errors import InputError, TargetError, VomError
+from vomstudio.errors import DocumentError, InputError, TargetError, VomError
 from vomstudio.files.lock import ProjectLock
 from vomstudio.io.photos.cameras_file import FILE_NAME
+from vomstudio.io.project import compaction
 from vomstudio.io.project.assets import FOLDER as ASSETS
 from vomstudio.io.project.journal import NAME as JOURNAL
 from vomstudio.io.project.journal import TAKING_IN, SqliteJournal, read_replay
@@ -49,6 +50,7 @@ class Project:
         self._lock = lock
         self._settings = settings
         self.session = Session(journal, settings)
+        self._compacted: compaction.Compacted | None = None
         self.problems: list[str] = list(self.session.problems)
         """Sentences on what could not be read."""
         if journal.view(TAKING_IN, False):
@@ -113,6 +115,25 @@ class Project:
     def has_photo_tables(self) -> bool:
         return any(path.is_file() for path in (self.folder / PHOTO_TABLES).glob("*/*"))
 
+    def compaction(self) -> compaction.Plan:
+        """What compacting would take away."""
+        return compaction.plan(self.folder, self.session, self.journal)
+
+    def compact(self) -> None:
+        """Take away rows and files that nothing can reach any more; until the project is closed
+        `take_back_compaction` brings them back. Raises DocumentError, TargetError."""
+        made = compaction.compact(self.folder, self.session, self.journal)
+        self.journal, self._compacted = made.journal, made
+
+    def take_back_compaction(self) -> None:
+        """Raises DocumentError where the project was not compacted since it was opened."""
+        if self._compacted is None:
+            raise DocumentError("the project was not compacted since it was opened")
+        self.journal = compaction.take_back(
+            self.folder, self.session, self.journal, self._compacted
+        )
+        self._compacted = None
+
     def save_as(self, folder: Path) -> None:
         """Move to another folder: history, copies and reconstructions go along. A project with a
         name stays behind as it was last saved; an untitled one is gone. Nobody may be at work in
@@ -166,6 +187,7 @@ class Project:
         empty = empty and not self.has_reconstructions and not self.has_photo_tables
         worthless = self.untitled and empty
         self.session.close()
+        compaction.forget(self.folder)
         self._lock.release()
         if worthless:
             shutil.rmtree(self.folder, ignore_errors=True)

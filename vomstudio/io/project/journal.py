@@ -95,7 +95,19 @@ class SqliteJournal:
         after: Mapping[str, Any] | None = None,
         settings: Mapping[str, Any] | None = None,
     ) -> int:
-        time = datetime.now(UTC).isoformat(timespec="milliseconds")
+        return self._append(kind, of_seq, label, before, after, _now(), __version__, settings)
+
+    def _append(
+        self,
+        kind: str,
+        of_seq: int | None,
+        label: str,
+        before: Mapping[str, Any] | None,
+        after: Mapping[str, Any] | None,
+        time: str,
+        version: str,
+        settings: Mapping[str, Any] | None,
+    ) -> int:
         head = self._head
         seq = head.seq + 1
         values = (
@@ -106,7 +118,7 @@ class SqliteJournal:
             _dump(before),
             _dump(after),
             time,
-            __version__,
+            version,
             _dump(settings),
         )
         new = Head(head.rows + 1, seq, checksum(head.checksum, values))
@@ -128,6 +140,31 @@ class SqliteJournal:
             ) from error
         self._head = new
         return seq
+
+    @property
+    def last(self) -> int:
+        """The number of the last row."""
+        return self._head.seq
+
+    def copy_row(
+        self,
+        kind: str,
+        of_seq: int | None,
+        label: str,
+        before: Mapping[str, Any] | None,
+        after: Mapping[str, Any] | None,
+        like: Row | None,
+    ) -> int:
+        """Append a row with the time, version and settings of another; its number."""
+        if like is None:
+            return self._append(kind, of_seq, label, before, after, _now(), __version__, None)
+        return self._append(
+            kind, of_seq, label, before, after, like.time, like.version, like.settings
+        )
+
+    def copy_views(self, other: SqliteJournal) -> None:
+        for key, value in other._db.execute("SELECT key, value FROM view"):
+            self.set_view(key, json.loads(value))
 
     def rows(self) -> Iterator[Row]:
         """Rows in order. Raises InputError where the file itself is damaged."""
@@ -176,6 +213,11 @@ def read_records(folder: Path) -> dict[str, Record]:
 def read_replay(folder: Path) -> Replay:
     """What the journal of the project in `folder` says, without taking hold of it: it may be open
     in a window. Raises InputError."""
+    return read_schema_and_replay(folder)[1]
+
+
+def read_schema_and_replay(folder: Path) -> tuple[int, Replay]:
+    """As `read_replay`, with the schema of the journal."""
     path = Path(folder)
     path = path / NAME if path.is_dir() else path
     if not path.is_file():
@@ -187,7 +229,8 @@ def read_replay(folder: Path) -> Replay:
         db = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=5.0)
         db.text_factory = _text
         try:
-            return replay(read_rows(db, path, _schema_of(db, path)))
+            schema = _schema_of(db, path)
+            return schema, replay(read_rows(db, path, schema))
         finally:
             db.close()
     except sqlite3.Error as error:
@@ -353,6 +396,10 @@ def _missing(first: int, last: int) -> str:
 def _text(raw: bytes) -> str:
     """Damaged bytes become a row that its checksum tells apart, not an error of the whole file."""
     return raw.decode("utf-8", "replace")
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="milliseconds")
 
 
 def _dump(value: Mapping[str, Any] | None) -> str | None:
