@@ -42,6 +42,10 @@ class Mask:
     photo: str
     file: Asset
 
+    @property
+    def name(self) -> str:
+        return self.photo
+
 
 @dataclass(frozen=True)
 class MarkedPoint:
@@ -58,6 +62,10 @@ class MarkedPoint:
     sigma_m: float | None = None
     check: bool = False
 
+    @property
+    def name(self) -> str:
+        return self.label
+
 
 @dataclass(frozen=True)
 class ImageMark:
@@ -69,6 +77,10 @@ class ImageMark:
     photo: str
     x: float
     y: float
+
+    @property
+    def name(self) -> str:
+        return self.photo
 
 
 @dataclass(frozen=True)
