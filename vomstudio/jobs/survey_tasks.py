@@ -57,4 +57,18 @@ def _control(path: Path, marks: str | None, crs: str | None, photos: Any) -> dic
     return check_control(points, seen, photos, placed, reason).as_dict()
 
 
-TASKS = {"take_frames": take_frames, "foresee": foresee}
+def take_in_photos(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+    """What lies beside the photos called `names`: the tables `control` and `marks`, and `masks`,
+    file by photo, which are kept in the folder `project`."""
+    from vomstudio.io.project.taking_in import read_beside
+
+    def path(name: str) -> Path | None:
+        return None if args[name] is None else Path(args[name])
+
+    masks = {photo: Path(mask) for photo, mask in args["masks"].items()}
+    progress.stage("Taking in points and masks", None)
+    found = read_beside(Path(args["project"]), path("control"), path("marks"), masks, args["names"])
+    return found.as_dict()
+
+
+TASKS = {"take_in_photos": take_in_photos, "take_frames": take_frames, "foresee": foresee}

@@ -218,6 +218,7 @@ def list_photos(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
                 "taken": "" if photo.taken is None else photo.taken.isoformat(" ", "seconds"),
                 "has_gps": photo.latitude_deg is not None,
                 "mask": None if photo.mask is None else str(photo.mask),
+                "found_sha256": "" if photo.mask is None else _sha256(photo.mask),
                 "thumbnail": _keep_thumbnail(photo, thumbnails, thumbnail),
                 "place": [east, north] if math.isfinite(east) else None,
                 "looks": looks,
@@ -225,6 +226,14 @@ def list_photos(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
         )
     left_out = [f"{name} is not used: it {reason}" for name, reason in found.skipped]
     return {"rows": rows, "left_out": [*left_out, *found.warnings]}
+
+
+def _sha256(path: Path) -> str:
+    try:
+        with path.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError:
+        return ""
 
 
 def _focal(photo: Any) -> str:

@@ -8,8 +8,9 @@ from __future__ import annotations
 import contextlib
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.edits import new_id
@@ -44,6 +45,31 @@ class Beside:
     masks: dict[str, Asset] = field(default_factory=dict)
     crs: str = ""
     problems: list[str] = field(default_factory=list)
+    unread: list[str] = field(default_factory=list)
+    """Names of files that could not be read: they are nobody's to replace unasked."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """As JSON can hold it."""
+        return {
+            "points": [asdict(point) for point in self.points],
+            "marks": [[label, photo, *pixel] for (label, photo), pixel in self.marks.items()],
+            "masks": {photo: asdict(asset) for photo, asset in self.masks.items()},
+            "crs": self.crs,
+            "problems": self.problems,
+            "unread": self.unread,
+        }
+
+    @classmethod
+    def from_dict(cls, plain: Mapping[str, Any]) -> Beside:
+        points = [
+            PointState(**{**p, "position": None if p["position"] is None else tuple(p["position"])})
+            for p in plain["points"]
+        ]
+        marks = {(label, photo): (x, y) for label, photo, x, y in plain["marks"]}
+        masks = {photo: Asset(**asset) for photo, asset in plain["masks"].items()}
+        return cls(
+            points, marks, masks, plain["crs"], list(plain["problems"]), list(plain["unread"])
+        )
 
 
 def spare_folder(project: Path, photos: Path) -> Path:
@@ -80,9 +106,14 @@ def read_beside(
         if control is not None:
             found.points = [_state(point) for point in read_control(control)]
             found.crs = crs_of(control) or ""
+    except VomError as error:
+        found.unread.append(CONTROL)
+        found.problems.append(str(error))
+    try:
         if marks is not None:
             found.marks = _by_photo(read_marks(marks), photos)
     except VomError as error:
+        found.unread.append(MARKS)
         found.problems.append(str(error))
     for name, path in masks.items():
         try:

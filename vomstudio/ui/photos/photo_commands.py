@@ -16,12 +16,18 @@ def commands(w: MainWindow) -> list[Command]:
         Command("open_photo", "&Open the photo", lambda: open_photo(w), "image-edit-outline", (),
                 "In a window of its own: draw what is to be left out, mark points",
                 lambda: why_not_open(w)),
+        Command("take_in_photos", "&Take in what lies beside the photos",
+                lambda: w.survey.take_in_beside(), "tray-arrow-down", (),
+                "Control points, marks and masks that another program has written there",
+                lambda: why_not_open(w)),
     ]  # fmt: skip
 
 
 def why_not_open(w: MainWindow) -> str | None:
     if w.survey.folder is None or not w.survey.rows:
         return "choose a folder of photos first"
+    if not w.survey.document.taken_in:
+        return "the photos are being looked at"
     return None
 
 

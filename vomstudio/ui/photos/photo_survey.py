@@ -3,52 +3,35 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import itertools
 import json
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
+from vomstudio.document.edits import new_id
+from vomstudio.document.photo_edits import add_photo_set, take_in
+from vomstudio.document.records import PhotoSet
 from vomstudio.errors import VomError
 from vomstudio.io.control.control_files import find_control, marks_beside
 from vomstudio.io.control.tables import CONTROL, MARKS
 from vomstudio.io.photos.cameras_file import FILE_NAME, read_cameras
-from vomstudio.io.project.taking_in import PHOTO_TABLES, RECONSTRUCTIONS
+from vomstudio.io.project.taking_in import RECONSTRUCTIONS, Beside, stored_path, tables_of
 from vomstudio.jobs.events import Failed
 from vomstudio.ui.common.job_bridge import Job
 from vomstudio.ui.common.studio import Notice, Studio
 from vomstudio.ui.photos.make_settings import MakeSettings, asked_for
-from vomstudio.ui.photos.photo_marks import MarkFiles
+from vomstudio.ui.photos.photo_document import PhotoDocument
+from vomstudio.ui.photos.photo_exports import PhotoExports
+from vomstudio.ui.photos.photo_marks import not_there
+from vomstudio.ui.photos.photo_row import PhotoRow
 
 # What does not listen is stopped the hard way before that.
 _STOPPING_S = 10.0
 # Marks come one soon after the other.
 _TABLES_MS = 1000
-
-
-@dataclass
-class PhotoRow:
-    """A photo as the panel shows it. place: (x, y) metres in plan; looks: unit (dx, dy) or None."""
-
-    name: str
-    path: str
-    width: int
-    height: int
-    camera: str
-    focal: str
-    taken: str
-    has_gps: bool
-    mask: str | None
-    thumbnail: str | None = None
-    place: tuple[float, float] | None = None
-    looks: tuple[float, float] | None = None
-    gsd_m: float | None = None
-    blur: float | None = None
-    views: float | None = None
-    findings: list[str] = field(default_factory=list)
 
 
 class PhotoSurvey(QObject):
@@ -59,6 +42,9 @@ class PhotoSurvey(QObject):
     drawn_changed = Signal()
     """Masks of the photos."""
     marks_changed = Signal()
+    edited = Signal(object)
+    """Edit, of whatever in the project."""
+    history_changed = Signal()
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
@@ -78,8 +64,14 @@ class PhotoSurvey(QObject):
         self.settings = MakeSettings()
         self.forecast: dict[str, Any] | None = None
         self._foreseeing: Job | None = None
-        self._taken_over: Path | None = None
-        """Control points of another file from which those beside the photos were begun."""
+        self._given_from: Path | None = None
+        """The file that the settings named, from which the points of the project were begun."""
+        self.document = PhotoDocument(studio)
+        self.exports = PhotoExports(self.document)
+        self.exports.tables_written.connect(self.marks_changed)
+        self.document.masks_changed.connect(self._show_masks)
+        studio.edited.connect(self.edited)
+        studio.history_changed.connect(self.history_changed)
         self._tables_soon = QTimer(self)
         self._tables_soon.setSingleShot(True)
         self._tables_soon.setInterval(_TABLES_MS)
@@ -164,7 +156,9 @@ class PhotoSurvey(QObject):
         """List the photos of a folder, then check them. settings: None for those of before, with
         the control that lies beside these photos."""
         self._stop_reading()
-        self.folder = folder
+        self.exports.end()
+        self.folder, self._given_from = folder, None
+        self.document.look_at(folder)
         self.settings = settings or self._with_tables(self.settings.for_photos(folder))
         self.forecast = None
         self.rows, self.findings, self.left_out = [], [], []
@@ -173,7 +167,7 @@ class PhotoSurvey(QObject):
         self.rows_changed.emit()
         self._read("list_photos", self.tr("Looking at photos"), self._listed)
 
-    def _read(self, task: str, title: str, then: Any) -> None:
+    def _read(self, task: str, title: str, then: Any, **more: Any) -> None:
         def done(result: dict[str, Any]) -> None:
             self._reading = None
             then(result)
@@ -188,7 +182,7 @@ class PhotoSurvey(QObject):
         self._reading = self._studio.jobs.submit(
             "photos",
             task,
-            {"photos": str(self.folder), "cache": str(self._studio.project.cache)},
+            {"photos": str(self.folder), "cache": str(self._studio.project.cache), **more},
             title=title,
             on_done=done,
             on_failed=failed,
@@ -196,11 +190,11 @@ class PhotoSurvey(QObject):
         self.changed.emit()
 
     def _listed(self, result: dict[str, Any]) -> None:
-        self.rows = [PhotoRow(**row) for row in result["rows"]]
+        self.rows = [PhotoRow(**row, found_mask=row["mask"]) for row in result["rows"]]
         self.left_out = list(result["left_out"])
         self.rows_changed.emit()
         self.foresee()
-        self._read("check_photos", self.tr("Checking the survey"), self._checked)
+        self._take_in()
 
     def _checked(self, result: dict[str, Any]) -> None:
         self._take(result)
@@ -264,7 +258,7 @@ class PhotoSurvey(QObject):
         self._tables_soon.stop()
         if self.folder is None:
             return
-        if self.settings.found or self.settings.control in (None, self._taken_over):
+        if self.settings.found or self.settings.control in (None, self._given_from):
             self.settings = self._with_tables(self.settings)
         self.foresee()
         self.changed.emit()
@@ -316,41 +310,96 @@ class PhotoSurvey(QObject):
             self._reading = None
 
     # --- masks and marks ---------------------------------------------------------------------
-    def mark_files(self) -> MarkFiles | None:
-        """Where control points and marks of these photos are."""
-        if self.folder is None:
-            return None
-        key = hashlib.sha256(str(self.folder.resolve()).encode()).hexdigest()[:8]
-        name = f"{self.folder.name}-{key}"
-
-        def kept() -> Path:
-            return self._studio.project.folder / PHOTO_TABLES / name
-
-        control, marks = self.settings.control, self.settings.marks
-        files = MarkFiles(self.folder, kept)
-        if control is None or files.own:
-            return files
-        if marks is None:
-            with contextlib.suppress(VomError):
-                marks = marks_beside(control)
-        self._taken_over = control
-        return MarkFiles(self.folder, kept, control, marks)
-
-    def set_mask(self, name: str, mask: str | None) -> None:
-        for row in self.rows:
-            if row.name == name:
-                row.mask = mask
-        self.drawn_changed.emit()
-
     def tables(self) -> tuple[Path | None, Path | None]:
         """The control points, with their marks, and the tie points that nobody has to name."""
-        files = self.mark_files()
-        if files is None:
+        if self.folder is None:
             return None, None
-        if (found := find_control(files.photos)) is not None:
+        if (found := find_control(self.folder)) is not None:
             return found
-        control, marks = files.found(CONTROL), files.found(MARKS)
+        control, marks = self.exports.table(CONTROL), self.exports.table(MARKS)
         return (None if marks is None else control), marks
+
+    def take_in_beside(self) -> None:
+        """What lies beside the photos now, in place of what the project holds."""
+        if self.folder is not None and not self.reading and self.making is None:
+            self._take_in(again=True)
+
+    def _take_in(self, *, again: bool = False) -> None:
+        """What lies beside photos that are new to the project becomes records, as one edit."""
+        folder, project = self.folder, self._studio.project
+        if folder is None or (self.document.taken_in and not again):
+            self._taken_in()
+            return
+        known = self.document.photo_set
+        control, marks = tables_of(project.folder, folder)
+        given = None
+        if control is None and marks is None:
+            control, marks = self._given()
+            given = control
+
+        def done(result: dict[str, Any]) -> None:
+            if self._studio.project is not project or self.folder != folder:
+                return
+            beside = Beside.from_dict(result)
+            for problem in beside.problems:
+                self._studio.warn(self.tr("{0} (it stays as it is)").format(problem))
+            strangers = {photo for _, photo in beside.marks} - {row.name for row in self.rows}
+            if strangers:
+                self._studio.warn(not_there(sorted(strangers)))
+            points, seen, masks = beside.points, beside.marks, beside.masks
+            if known is None:
+                path = stored_path(project.folder, folder)
+                made = PhotoSet(new_id("photos"), folder.name, path, beside.crs)
+                self._studio.attempt(add_photo_set, made, points, seen, masks)
+            else:
+                if control is None and marks is None:
+                    points, seen = self.document.states()
+                self._studio.attempt(take_in, known.id, points, seen, masks, beside.crs)
+            self._given_from = given
+            self._taken_in()
+            self.exports.seen(beside.unread)
+
+        self._read(
+            "take_in_photos",
+            self.tr("Taking in points and masks"),
+            done,
+            project=str(project.folder),
+            control=None if control is None else str(control),
+            marks=None if marks is None else str(marks),
+            masks={row.name: row.found_mask for row in self.rows if row.found_mask},
+            names=[row.name for row in self.rows],
+        )
+
+    def _given(self) -> tuple[Path | None, Path | None]:
+        """The files that the settings name."""
+        control, marks = self.settings.control, self.settings.marks
+        if control is not None and marks is None:
+            with contextlib.suppress(VomError):
+                marks = marks_beside(control)
+        return control, marks
+
+    def _taken_in(self) -> None:
+        """The records are what is shown."""
+        self.document.look_at(self.folder)
+        self.exports.begin(self.rows, given=self._given_from is not None)
+        if self.document.taken_in and self.exports.foreign:
+            names = self.exports.foreign
+            more = self.tr(" and {0} more").format(len(names) - 3) if len(names) > 3 else ""
+            text = self.tr(
+                "Another program has changed files beside the photos: {0}. What the project holds "
+                "is used until you take in what lies there."
+            ).format(", ".join(names[:3]) + more)
+            self._studio.notice.emit(Notice(text, "warning", "take_in_photos"))
+        self._show_masks()
+        self.rows_changed.emit()
+        self._read("check_photos", self.tr("Checking the survey"), self._checked)
+
+    def _show_masks(self, _: object = None) -> None:
+        for row in self.rows:
+            with contextlib.suppress(VomError):
+                path = self.document.mask_path(row.name)
+                row.mask = None if path is None else str(path)
+        self.drawn_changed.emit()
 
     def _with_tables(self, settings: MakeSettings) -> MakeSettings:
         control, marks = self.tables()
@@ -467,9 +516,11 @@ class PhotoSurvey(QObject):
 
     def _project_opened(self) -> None:
         self._stop_reading()
+        self.exports.end()
         self.folder, self.rows, self.findings, self.result = None, [], [], None
         self.verdict = self.problem = self.control_note = ""
         self.forecast = None
+        self.document.look_at(None)
         self.rows_changed.emit()
         # The newest is the one that the user was at.
         asked = (self._studio.project.folder / RECONSTRUCTIONS).glob("*/request.json")

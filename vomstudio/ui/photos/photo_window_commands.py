@@ -55,12 +55,12 @@ def commands(w: PhotoWindow) -> list[Command]:
                 in_viewport=True, checked=is_tool(BRUSH)),
         Command("undo", "Undo", lambda: w.undo(), "undo", "Ctrl+Z", "",
                 lambda: w.masks.busy or (
-                    None if w.tools.corners or w.history.undo_words else "nothing was drawn"),
-                what=lambda: w.history.undo_words),
+                    None if w.tools.corners or w.document.undo_words else "nothing was done"),
+                what=lambda: w.document.undo_words),
         Command("redo", "Redo", lambda: w.undo(again=True), "redo", ("Ctrl+Shift+Z", "Ctrl+Y"), "",
                 lambda: w.masks.busy or (
-                    None if w.history.redo_words else "nothing was taken back"),
-                what=lambda: w.history.redo_words),
+                    None if w.document.redo_words else "nothing was taken back"),
+                what=lambda: w.document.redo_words),
         Command("fit", "Whole photo", lambda: w.canvas.fit(), "fit-to-page-outline", "0",
                 in_viewport=True),
         Command("one_to_one", "1 : 1", lambda: w.canvas.one_to_one(), "magnify-plus-outline", "1",

@@ -262,7 +262,7 @@ class PointsBox(QGroupBox):
             self._fill_form()
             return
         self.label = text
-        self._marks.change(self.tr("Rename {0}").format(label), self.photo, made)
+        self._marks.change(self.tr("Rename {0}").format(label), made)
         self.chosen.emit(text)
 
     def _role_chosen(self) -> None:
@@ -284,7 +284,7 @@ class PointsBox(QGroupBox):
             made = marking.unplaced(label)
         else:
             made = marking.placed(replace(point, check=role == CHECK))
-        self._marks.change(self.tr("Role of {0}").format(label), self.photo, made)
+        self._marks.change(self.tr("Role of {0}").format(label), made)
 
     def _numbers_typed(self) -> None:
         if not self.label or not any(field.isModified() for field in self.numbers):
@@ -313,4 +313,4 @@ class PointsBox(QGroupBox):
             )
         for field in self.numbers:
             field.setModified(False)
-        self._marks.change(self.tr("Coordinates of {0}").format(label), self.photo, made)
+        self._marks.change(self.tr("Coordinates of {0}").format(label), made)
