@@ -19,7 +19,6 @@ from vomstudio.io.photos.cameras_file import Cameras, write_cameras
 from vomstudio.io.photos.reading import read_photos
 from vomstudio.io.project.sample import read_true_cameras
 from vomstudio.paths import resource
-from vomstudio.ui.photos import photo_commands
 
 TRUE = read_true_cameras()
 NAMES = ("HL_2041.jpg", "HL_2042.jpg", "HL_2043.jpg", "HL_2044.jpg")
@@ -57,8 +56,8 @@ def open_by_double_click(window, row: int):
     at = table.visualItemRect(table.item(row, 0)).center()
     QTest.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=at)
     QTest.mouseDClick(table.viewport(), Qt.MouseButton.LeftButton, pos=at)
-    wait(lambda: photo_commands.opened(window) is not None, "the photo's window")
-    photo = photo_commands.opened(window)
+    wait(lambda: window.photo_opening.opened is not None, "the photo's window")
+    photo = window.photo_opening.opened
     ready(photo)
     return photo
 
