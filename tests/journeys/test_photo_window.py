@@ -428,7 +428,7 @@ def test_the_whole_picture_leaves_the_view_and_a_closed_window_is_let_go(looked_
     click(photo.canvas, on(photo, 500, 400))
     photo.canvas.fit()
     before = photo.canvas._scale
-    photo._pictured(photo._rows[photo.photo].path, photo.canvas._picture)
+    photo.shown._pictured(photo.shown.row.path, photo.canvas._picture)
     assert photo.canvas._scale == before
     tools = weakref.ref(photo.tools)
     assert photo.close()

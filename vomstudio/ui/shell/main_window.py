@@ -273,13 +273,14 @@ class MainWindow(QMainWindow):
         studio.tool_changed_signal.connect(self.message_bar.end_hint)
         # A dialog takes long to make: not in the same event as all that a new model brings about.
         studio.frame_wanted.connect(self.files.declare_frame, Qt.ConnectionType.QueuedConnection)
-        studio.recovery_found.connect(
-            lambda found: self._notices.offer_recovery(found, self.files.open_path)
-        )
+        studio.recovery_found.connect(self._offer_recovery)
         studio.jobs.changed.connect(self._show_start_page)
         self.survey.changed.connect(self.actions_table.refresh)
         self.cameras.found.connect(self.actions_table.refresh)
         self.photos_panel.chosen.connect(self.cameras.choose)
+
+    def _offer_recovery(self, folders: list[Path]) -> None:
+        self._notices.offer_recovery(folders, self.files.open_path)
 
     # --- birth -------------------------------------------------------------------------------
     def begin(self, paths: list[Path]) -> None:
@@ -297,7 +298,7 @@ class MainWindow(QMainWindow):
         self.view.join(viewport)
         self._join_panels(viewport)
         self.view.turned.connect(self.view_panel.show_direction)
-        self.view.turned.connect(lambda *_: self.actions_table.refresh())
+        self.view.turned.connect(self.actions_table.refresh)
         self.view.follow_camera()
         viewport.setFocus()
         # A window that is closed before the process ends is not to stay for ever.
