@@ -68,7 +68,8 @@ def on_screen(studio: Any) -> dict[str, Any]:
         ],
         "photos": [[s.name, s.path, s.crs] for s in studio.session.of(PhotoSet)],
         "points": sorted(
-            [p.label, list(p.position or ()), p.sigma_m, p.check] for p in studio.session.of(MarkedPoint)
+            [p.label, list(p.position or ()), p.sigma_m, p.check]
+            for p in studio.session.of(MarkedPoint)
         ),
         "marks": sorted(
             [studio.records[m.point_id].label, m.photo, m.x, m.y]

@@ -19,6 +19,7 @@ from tests.photogrammetry.made_reconstruction import NAMES
 from vomstudio.document import edits
 from vomstudio.document.records import Frame, Model
 from vomstudio.ui.alignment.alignment_dialog import AlignmentDialog
+from vomstudio.ui.common.chosen import current_model
 
 
 @pytest.fixture(scope="module")
@@ -148,7 +149,7 @@ def test_tie_points_open_in_the_frame_of_the_model_with_their_error(window, made
     assert scale.unit == "px"
     assert np.isclose(scale.high, 0.5 / 3, atol=0.01)
     names = [window.display_panel.field.itemData(i) for i in range(3)]
-    assert {"error_px", "views"} <= set(names) or window.files.current_model().id != points.id
+    assert {"error_px", "views"} <= set(names) or current_model(window.studio).id != points.id
     # Asked for again, they are not opened twice.
     window.actions_table.run("show_tie_points")
     driver.pause(100)
@@ -161,7 +162,7 @@ def test_the_photos_panel_leads_to_the_alignment(window, made) -> None:
     shutil.copytree(made.out, folder)
     window.open_path(made.photos)
     wait(lambda: window.survey.rows and not window.survey.reading, "the check", 120.0)
-    window.show_dock("photos")
+    window.docks.bring_forward("photos")
     button = window.photos_panel.results
     shown: list[list[bool]] = []
 

@@ -13,7 +13,7 @@ from vomstudio.ui.scene import display_commands
 
 def menu_of_fields(window, name: str):
     menu = QMenu(window)
-    display_commands.fill_fields(window, menu)
+    display_commands.fill_fields(menu, window.studio)
     (action,) = [a for a in menu.actions() if a.text().startswith(name)]
     return action
 

@@ -19,7 +19,6 @@ from vomstudio.io.photos.cameras_file import Cameras, write_cameras
 from vomstudio.io.photos.reading import read_photos
 from vomstudio.io.project.sample import read_true_cameras
 from vomstudio.paths import resource
-from vomstudio.ui.photos import photo_commands
 
 TRUE = read_true_cameras()
 NAMES = ("HL_2041.jpg", "HL_2042.jpg", "HL_2043.jpg", "HL_2044.jpg")
@@ -57,8 +56,8 @@ def open_by_double_click(window, row: int):
     at = table.visualItemRect(table.item(row, 0)).center()
     QTest.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=at)
     QTest.mouseDClick(table.viewport(), Qt.MouseButton.LeftButton, pos=at)
-    wait(lambda: photo_commands.opened(window) is not None, "the photo's window")
-    photo = photo_commands.opened(window)
+    wait(lambda: window.photo_opening.opened is not None, "the photo's window")
+    photo = window.photo_opening.opened
     ready(photo)
     return photo
 
@@ -457,7 +456,7 @@ def test_the_whole_picture_leaves_the_view_and_a_closed_window_is_let_go(looked_
     click(photo.canvas, on(photo, 500, 400))
     photo.canvas.fit()
     before = photo.canvas._scale
-    photo._pictured(photo._rows[photo.photo].path, photo.canvas._picture)
+    photo.shown._pictured(photo.shown.row.path, photo.canvas._picture)
     assert photo.canvas._scale == before
     tools = weakref.ref(photo.tools)
     assert photo.close()

@@ -12,8 +12,9 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.rendering.view.scalars import FieldStyle
-from vomstudio.ui.scene import display, display_commands
-from vomstudio.ui.scene.display import Display, why_not_mode
+from vomstudio.ui.common import display
+from vomstudio.ui.common.display import Display, why_not_mode
+from vomstudio.ui.scene import display_commands
 from vomstudio.ui.shell.model_loader import OpenModel
 
 BOX = ClipBox((0.0, 1.0, 2.0), (10.0, 11.0, 12.0))
@@ -126,8 +127,8 @@ def test_the_first_field_is_what_says_most():
 def test_a_range_is_typed_and_taken_back(window, studio):
     attach(studio, cloud(fields={"intensity": np.arange(50)}))
     panel = window.display_panel
-    window.show_dock("display")
-    display_commands.choose_field(window)
+    window.docks.bring_forward("display")
+    display_commands.choose_field(studio, window.docks)
     assert studio.display.styles["m1"] == FieldStyle("intensity")
     for edit, text in ((panel.low, "5,5"), (panel.high, "40")):
         edit.setFocus()

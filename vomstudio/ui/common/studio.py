@@ -48,9 +48,9 @@ from vomstudio.tools.measure import MeasureTool
 from vomstudio.tools.patch import PatchTool
 from vomstudio.tools.trace import TraceTool
 from vomstudio.tools.types import PointerEvent, Preview
+from vomstudio.ui.common.display import Display
 from vomstudio.ui.common.job_bridge import JobBridge
 from vomstudio.ui.common.wording import degrees, length, plane_text
-from vomstudio.ui.scene.display import Display
 from vomstudio.ui.shell.model_loader import ModelLoader, OpenModel
 
 DIMENSIONS = "dimensions"

@@ -14,8 +14,10 @@ from vomstudio.document.records import DimensionKind
 from vomstudio.geology.notation import format_line, format_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.planes import PlaneFit
-from vomstudio.geometry.units import area_text as area
-from vomstudio.geometry.units import length_text as length
+from vomstudio.geometry.units import area_text, length_text
+
+area, length = area_text, length_text
+"""In words, with a unit that fits."""
 
 
 def plane_text(

@@ -27,12 +27,11 @@ class _States:
     """What masks were lately, by their files: taking a step back waits for no disk."""
 
     def __init__(self) -> None:
-        self._packed: dict[str, tuple[Flags, tuple[int, int]]] = {}
+        self._packed: dict[str, tuple[npt.NDArray[np.uint8], tuple[int, int]]] = {}
 
     def keep(self, file: Asset, used: Flags) -> None:
-        height, width = used.shape
         self._packed.pop(file.path, None)
-        self._packed[file.path] = np.packbits(used), (height, width)
+        self._packed[file.path] = np.packbits(used), (used.shape[0], used.shape[1])
         for path in list(self._packed)[:-_STATES]:
             del self._packed[path]
 
