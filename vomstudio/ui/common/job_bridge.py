@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 from PySide6.QtCore import QObject, Qt, Signal
 
 from vomstudio.errors import WorkerError
+from vomstudio.jobs import job as jobs
 from vomstudio.jobs.events import Done, Event, Failed, Stage, Step
+from vomstudio.jobs.job import Lane, Request, Result
 from vomstudio.jobs.supervisor import Worker
 
 
@@ -20,7 +22,7 @@ class Job:
     number: int
     title: str
     worker: Worker
-    on_done: Callable[[dict[str, Any]], None]
+    on_done: Callable[[Any], None]
     on_failed: Callable[[Failed], None]
     quiet: bool = False
     stage: str = ""
@@ -44,35 +46,34 @@ class JobBridge(QObject):
 
     def __init__(self) -> None:
         super().__init__()
-        lanes = ("models", "files", "products", "photos", "reconstruction", "inspection")
-        self._workers = {lane: Worker() for lane in lanes}
-        self.jobs: dict[tuple[str, int], Job] = {}
+        self._workers = {lane: Worker() for lane in Lane}
+        self.jobs: dict[tuple[Lane, int], Job] = {}
         self._refused = 0
         self._arrived.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
 
     def submit(
         self,
-        lane: str,
-        task: str,
-        args: Mapping[str, Any],
+        job: jobs.Job[Request, Result],
+        request: Request,
         *,
         title: str,
-        on_done: Callable[[dict[str, Any]], None],
+        on_done: Callable[[Result], None],
         on_failed: Callable[[Failed], None],
         quiet: bool = False,
     ) -> Job:
+        lane = job.lane
         worker = self._workers[lane]
         try:
-            number = worker.submit(task, args, lambda event: self._arrived.emit(lane, event))
+            number = worker.submit(job, request, lambda event: self._arrived.emit(lane, event))
         except WorkerError as error:
             # Told like every other failure, once the caller has its job.
             self._refused -= 1
             number = self._refused
             self._arrived.emit(lane, Failed(number, error.as_dict(), error.exit_code))
-        job = Job(number, title, worker, on_done, on_failed, quiet)
-        self.jobs[lane, number] = job
+        begun = Job(number, title, worker, on_done, on_failed, quiet)
+        self.jobs[lane, number] = begun
         self.changed.emit()
-        return job
+        return begun
 
     def cancel(self, job: Job) -> None:
         job.worker.cancel(job.number)
@@ -80,7 +81,7 @@ class JobBridge(QObject):
     def visible(self) -> list[Job]:
         return [job for job in self.jobs.values() if not job.quiet]
 
-    def _deliver(self, lane: str, event: Event) -> None:
+    def _deliver(self, lane: Lane, event: Event) -> None:
         job = self.jobs.get((lane, event.job))
         if job is None:
             return
@@ -96,7 +97,7 @@ class JobBridge(QObject):
                 job.on_failed(event)
         self.changed.emit()
 
-    def finish(self, lane: str, timeout_s: float) -> None:
+    def finish(self, lane: Lane, timeout_s: float) -> None:
         """Wait for what a lane is doing; nobody is told of it before the event loop runs."""
         self._workers[lane].finish(timeout_s)
 

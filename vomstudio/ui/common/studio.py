@@ -41,6 +41,9 @@ from vomstudio.io.project.folder import (
 )
 from vomstudio.io.settings import Settings, SettingsFile
 from vomstudio.jobs.events import Failed
+from vomstudio.jobs.job import Lane
+from vomstudio.jobs.model_tasks import COPY_MODEL, CopiedModel, ModelCopy
+from vomstudio.jobs.product_tasks import WRITE_LAYERS, LayersOf
 from vomstudio.tools.context import Tool
 from vomstudio.tools.line import LineTool
 from vomstudio.tools.measure import MeasureTool
@@ -217,7 +220,7 @@ class Studio(QObject):
     def close(self) -> None:
         """The window goes: give everything back."""
         self._leave()
-        self.jobs.finish("files", _LAYERS_PATIENCE_S)
+        self.jobs.finish(Lane.FILES, _LAYERS_PATIENCE_S)
         self.jobs.close()
 
     def save(self) -> None:
@@ -433,24 +436,17 @@ class Studio(QObject):
             return
         project = self.project
 
-        def arrived(result: dict[str, Any]) -> None:
-            copy = Path(result["path"])
+        def arrived(copy: CopiedModel) -> None:
             if self.project is not project:
                 return
             then()
-            stored = project.model_path(copy)
+            stored = project.model_path(copy.path)
             if self.attempt(edits.relocate_model, model_id, stored, model.content_hash):
                 self.info(f"{model.name} is part of the project's folder now.")
 
         self.jobs.submit(
-            "files",
-            "copy_model",
-            {
-                "path": str(path),
-                "folder": str(project.folder / "models"),
-                "cameras": None if cameras is None else str(cameras),
-                "photos": photos,
-            },
+            COPY_MODEL,
+            ModelCopy(path, project.folder / "models", cameras, photos),
             title=f"Copying {model.name}",
             on_done=arrived,
             on_failed=lambda event: self.warn(event.message, "error"),
@@ -578,9 +574,8 @@ class Studio(QObject):
             self._layers_timer.start(30_000)
 
         self.jobs.submit(
-            "files",
-            "write_layers",
-            {"folder": str(folder)},
+            WRITE_LAYERS,
+            LayersOf(folder),
             title="Writing GIS layers",
             on_done=lambda _: self.layers_written.emit(str(folder / "project.gpkg")),
             on_failed=failed,

@@ -6,18 +6,25 @@ import contextlib
 import hashlib
 import itertools
 import json
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from vomstudio.errors import VomError
+from vomstudio.errors import VomError, WorkerError
 from vomstudio.io.control.control_files import find_control, marks_beside
 from vomstudio.io.control.tables import CONTROL, MARKS
 from vomstudio.io.photos.cameras_file import FILE_NAME, read_cameras
 from vomstudio.io.project.folder import PHOTO_TABLES, RECONSTRUCTIONS
+from vomstudio.jobs import job as jobs
+from vomstudio.jobs import wire
 from vomstudio.jobs.events import Failed
+from vomstudio.jobs.job import Lane, Result
+from vomstudio.jobs.photo_tasks import CHECK_PHOTOS, LIST_PHOTOS, PhotoList, PhotosIn
+from vomstudio.jobs.reconstruction_tasks import RECONSTRUCT, Reconstruction
+from vomstudio.jobs.survey_tasks import FORESEE, ControlFacts, Forecast, ForecastOrder
+from vomstudio.survey.check_results import Finding, SurveyReport
 from vomstudio.ui.common.job_bridge import Job
 from vomstudio.ui.common.studio import Notice, Studio
 from vomstudio.ui.photos.make_settings import MakeSettings, asked_for
@@ -65,18 +72,18 @@ class PhotoSurvey(QObject):
         self._studio = studio
         self.folder: Path | None = None
         self.rows: list[PhotoRow] = []
-        self.findings: list[dict[str, Any]] = []
+        self.findings: tuple[Finding, ...] = ()
         self.verdict = ""
         self.left_out: list[str] = []
         self.problem = ""
         self.has_north = True
         self.control_note = ""
-        self.result: dict[str, Any] | None = None
+        self.result: Reconstruction | None = None
         self._reading: Job | None = None
         self._making: Job | None = None
         self._goes_on = False
         self.settings = MakeSettings()
-        self.forecast: dict[str, Any] | None = None
+        self.forecast: Forecast | None = None
         self._foreseeing: Job | None = None
         self._taken_over: Path | None = None
         """Control points of another file from which those beside the photos were begun."""
@@ -116,14 +123,15 @@ class PhotoSurvey(QObject):
         if self.settings.control is not None:
             if self._foreseeing is not None:
                 return self.tr("the control points are being looked at")
-            if problem := self.control_facts.get("problem"):
+            facts = self.control_facts
+            if facts is not None and (problem := facts.problem):
                 return self.tr("{0} (Settings of the model: other files, or none)").format(problem)
         return None
 
     @property
-    def control_facts(self) -> dict[str, Any]:
-        """See `ControlCheck`; empty where no control is chosen or it has not been looked at."""
-        return (self.forecast or {}).get("control") or {}
+    def control_facts(self) -> ControlFacts | None:
+        """None where no control is chosen or it has not been looked at."""
+        return None if self.forecast is None else self.forecast.control
 
     def out(self) -> Path | None:
         """Where the model of these photos in this quality is made, or was begun. One of another
@@ -167,14 +175,16 @@ class PhotoSurvey(QObject):
         self.folder = folder
         self.settings = settings or self._with_tables(self.settings.for_photos(folder))
         self.forecast = None
-        self.rows, self.findings, self.left_out = [], [], []
+        self.rows, self.findings, self.left_out = [], (), []
         self.verdict, self.problem, self.result = "", "", None
         self.has_north = True
         self.rows_changed.emit()
-        self._read("list_photos", self.tr("Looking at photos"), self._listed)
+        self._read(LIST_PHOTOS, self.tr("Looking at photos"), self._listed)
 
-    def _read(self, task: str, title: str, then: Any) -> None:
-        def done(result: dict[str, Any]) -> None:
+    def _read(
+        self, job: jobs.Job[PhotosIn, Result], title: str, then: Callable[[Result], None]
+    ) -> None:
+        def done(result: Result) -> None:
             self._reading = None
             then(result)
             self.changed.emit()
@@ -185,27 +195,27 @@ class PhotoSurvey(QObject):
                 self.problem = event.message
             self.changed.emit()
 
+        assert self.folder is not None
         self._reading = self._studio.jobs.submit(
-            "photos",
-            task,
-            {"photos": str(self.folder), "cache": str(self._studio.project.cache)},
+            job,
+            PhotosIn(self.folder, self._studio.project.cache),
             title=title,
             on_done=done,
             on_failed=failed,
         )
         self.changed.emit()
 
-    def _listed(self, result: dict[str, Any]) -> None:
-        self.rows = [PhotoRow(**row) for row in result["rows"]]
-        self.left_out = list(result["left_out"])
+    def _listed(self, listed: PhotoList) -> None:
+        self.rows = [PhotoRow(**vars(row)) for row in listed.rows]
+        self.left_out = list(listed.left_out)
         self.rows_changed.emit()
         self.foresee()
-        self._read("check_photos", self.tr("Checking the survey"), self._checked)
+        self._read(CHECK_PHOTOS, self.tr("Checking the survey"), self._checked)
 
-    def _checked(self, result: dict[str, Any]) -> None:
-        self._take(result)
-        if (after := self._earlier_result()) is not None:
-            self._take(after["survey"])
+    def _checked(self, report: SurveyReport) -> None:
+        self._take(report)
+        if (after := self._earlier_survey()) is not None:
+            self._take(after)
         self._show_cameras()
         self.rows_changed.emit()
 
@@ -217,21 +227,21 @@ class PhotoSurvey(QObject):
         """Ask a worker what the settings mean for these photos; `changed` tells when it has."""
         if self.folder is None:
             return
-        settings, request = self.settings, self.settings.request()
+        settings = self.settings
 
-        def done(result: dict[str, Any]) -> None:
+        def done(found: Forecast) -> None:
             if self._foreseeing is not job:
                 return
             self._foreseeing = None
-            facts = result["control"]
-            if settings.found and facts is not None and facts["problem"]:
+            facts = found.control
+            if settings.found and facts is not None and facts.problem:
                 # Nobody asked for these files: they are in the way of no model.
                 self.settings = settings.without_control()
                 self.control_note = self.tr("{0} beside the photos is not used: {1}").format(
-                    Path(request["control"]).name, facts["problem"]
+                    Path(str(settings.control)).name, facts.problem
                 )
-                result = {**result, "control": None}
-            self.forecast = result
+                found = replace(found, control=None)
+            self.forecast = found
             self.rows_changed.emit()
             self.changed.emit()
 
@@ -244,13 +254,16 @@ class PhotoSurvey(QObject):
 
         self.control_note = ""
         job = self._studio.jobs.submit(
-            "inspection",
-            "foresee",
-            {
-                "photos": str(self.folder),
-                "sizes": [(row.width, row.height) for row in self.rows],
-                **request,
-            },
+            FORESEE,
+            ForecastOrder(
+                self.folder,
+                tuple((row.width, row.height) for row in self.rows),
+                settings.quality,
+                settings.crs,
+                settings.control,
+                settings.marks,
+                settings.threads,
+            ),
             title=self.tr("Looking at what the model needs"),
             on_done=done,
             on_failed=failed,
@@ -272,42 +285,42 @@ class PhotoSurvey(QObject):
     def control_findings(self) -> list[tuple[str, str]]:
         """Severity and sentence of what the control points can do."""
         facts = self.control_facts
-        if not facts:
+        if facts is None:
             return [("warning", self.control_note)] if self.control_note else []
-        if facts["problem"]:
-            return [("error", facts["problem"])]
-        frame = facts["crs"] or self.tr("a local frame")
+        if facts.problem:
+            return [("error", facts.problem)]
+        frame = facts.crs or self.tr("a local frame")
         words = self.tr("The model is placed by ground control in {0}: {1}.").format(
-            frame, facts["summary"]
+            frame, facts.summary
         )
-        return [("info", words), *(("warning", text) for text in facts["warnings"])]
+        return [("info", words), *(("warning", text) for text in facts.warnings)]
 
-    def _earlier_result(self) -> dict[str, Any] | None:
-        """What a finished reconstruction of these photos has told."""
+    def _earlier_survey(self) -> SurveyReport | None:
+        """What a finished reconstruction of these photos has told of them."""
         out = self.out()
         if out is None:
             return None
         try:
             found = json.loads((out / "reconstruction.json").read_text(encoding="utf-8"))
-        except (OSError, ValueError):
+            return wire.decode(SurveyReport, found["survey"])
+        except (OSError, ValueError, TypeError, KeyError, WorkerError):
             return None
-        return found if isinstance(found, dict) and "survey" in found else None
 
-    def _take(self, result: dict[str, Any]) -> None:
+    def _take(self, report: SurveyReport) -> None:
         """The findings of a survey check, before or after the alignment."""
-        self.findings, self.verdict = result["findings"], result["verdict"]
+        self.findings, self.verdict = report.findings, report.verdict
         for each in self.rows:
             each.findings = []
         by_name = {row.name: row for row in self.rows}
-        for facts in result["photos"]:
-            if row := by_name.get(facts["name"]):
-                row.gsd_m, row.views = facts["gsd_m"], facts["views"]
-                if facts["blur"] is not None:
-                    row.blur = facts["blur"]
+        for facts in report.photos:
+            if row := by_name.get(facts.name):
+                row.gsd_m, row.views = facts.gsd_m, facts.views
+                if facts.blur is not None:
+                    row.blur = facts.blur
         for finding in self.findings:
-            for name in finding["photos"] or ():
+            for name in finding.photos:
                 if row := by_name.get(name):
-                    row.findings.append(finding["text"])
+                    row.findings.append(finding.text)
 
     def _stop_reading(self) -> None:
         self._foreseeing = None
@@ -374,7 +387,7 @@ class PhotoSurvey(QObject):
     def check_again(self) -> None:
         """Masks have changed what the photos are worth."""
         if not self.reading and self.making is None and self.rows:
-            self._read("check_photos", self.tr("Checking the survey"), self._checked)
+            self._read(CHECK_PHOTOS, self.tr("Checking the survey"), self._checked)
 
     # --- the model ---------------------------------------------------------------------------
     def make(self) -> None:
@@ -382,35 +395,35 @@ class PhotoSurvey(QObject):
         out, folder = self.out(), self.folder
         if self.why_not_make() is not None or out is None or folder is None:
             return
-        request = {"photos": str(folder), "out": str(out), **self.settings.request()}
-        # Shown before; the reconstruction itself would take no CRS for a local one.
-        request["crs"] = self.control_facts.get("crs") or self.settings.crs
+        order = self.settings.order(folder, out)
+        if (facts := self.control_facts) is not None and facts.crs:
+            # Shown before; the reconstruction itself would take no CRS for a local one.
+            order = replace(order, crs=facts.crs)
         if self.settings.control is None:
             # Tie points join photos whatever places the model.
-            marks = self.tables()[1]
-            request["marks"] = None if marks is None else str(marks)
+            order = replace(order, marks=self.tables()[1])
         session, name = self._studio.session, folder.name
         self.result = None
 
-        def done(result: dict[str, Any]) -> None:
+        def done(result: Reconstruction) -> None:
             self._making, self._goes_on = None, False
             words = self.tr("The model of {0} is made: {1} of {2} photos, {3:,} faces.").format(
-                name, result["registered"], result["photos"], result["faces"]
+                name, result.registered, result.photos, result.faces
             )
             if self._studio.session is not session:
-                where = self.tr("It belongs to another project: {0}").format(result["mesh"])
+                where = self.tr("It belongs to another project: {0}").format(result.mesh)
                 self._studio.notice.emit(Notice(f"{words} {where}"))
                 self.changed.emit()
                 return
             self.result = result
-            self._take(result["survey"])
+            self._take(result.survey)
             self._show_cameras()
             self.rows_changed.emit()
-            said = "".join(f" {text}" for text in result["warnings"][:2])
+            said = "".join(f" {text}" for text in result.warnings[:2])
             self._studio.notice.emit(Notice(words + said))
             # The project may have been saved under another name meanwhile.
             place = self._studio.project.folder / RECONSTRUCTIONS / out.name
-            self._studio.open_model(place / Path(result["mesh"]).name, name)
+            self._studio.open_model(place / Path(result.mesh).name, name)
 
         def failed(event: Failed) -> None:
             self._making = None
@@ -422,9 +435,8 @@ class PhotoSurvey(QObject):
             self.changed.emit()
 
         self._making = self._studio.jobs.submit(
-            "reconstruction",
-            "reconstruct",
-            request,
+            RECONSTRUCT,
+            order,
             title=self.tr("Making a model of {0}").format(name),
             on_done=done,
             on_failed=failed,
@@ -436,7 +448,7 @@ class PhotoSurvey(QObject):
         if self._making is not None:
             self._goes_on = True
             self.pause()
-            self._studio.jobs.finish("reconstruction", _STOPPING_S)
+            self._studio.jobs.finish(Lane.RECONSTRUCTION, _STOPPING_S)
 
     def pause(self) -> None:
         """Stop the work; what is finished is kept, and `make` goes on behind it."""
@@ -467,7 +479,7 @@ class PhotoSurvey(QObject):
 
     def _project_opened(self) -> None:
         self._stop_reading()
-        self.folder, self.rows, self.findings, self.result = None, [], [], None
+        self.folder, self.rows, self.findings, self.result = None, [], (), None
         self.verdict = self.problem = self.control_note = ""
         self.forecast = None
         self.rows_changed.emit()

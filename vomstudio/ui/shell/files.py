@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Qt
 from PySide6.QtWidgets import QFileDialog, QMenu, QMessageBox
@@ -16,6 +16,7 @@ from vomstudio.io.models.registry import extensions
 from vomstudio.io.project.export import export_records
 from vomstudio.io.project.folder import SUFFIX, is_project, untitled_folder, untitled_projects
 from vomstudio.jobs.events import Failed
+from vomstudio.jobs.model_tasks import EXPORT_MODEL, ExportedModel, ModelExport
 from vomstudio.ui.common.studio import Notice, Studio
 from vomstudio.ui.shell.frame_dialog import FrameDialog
 
@@ -131,23 +132,18 @@ class Files(QObject):
         if not name:
             return
 
-        def done(result: dict[str, Any]) -> None:
-            self.studio.info(" ".join([f"Written: {name}.", *result["warnings"]]))
+        def done(made: ExportedModel) -> None:
+            self.studio.info(" ".join([f"Written: {name}.", *made.warnings]))
 
         def failed(event: Failed) -> None:
             if not event.cancelled:
                 self.studio.warn(event.message, "error")
 
         self.studio.jobs.submit(
-            "products",
-            "export_model",
-            {
-                "path": str(path),
-                "cache": str(self.studio.project.cache),
-                "to_world": [list(row) for row in model.to_world],
-                "crs": model.frame.crs,
-                "out": name,
-            },
+            EXPORT_MODEL,
+            ModelExport(
+                path, self.studio.project.cache, model.to_world, model.frame.crs, Path(name)
+            ),
             title=f"Exporting {model.name}",
             on_done=done,
             on_failed=failed,

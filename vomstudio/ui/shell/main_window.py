@@ -41,6 +41,8 @@ from vomstudio.document.records import (
     Trace,
 )
 from vomstudio.io.settings import Settings
+from vomstudio.jobs.job import Nothing
+from vomstudio.jobs.model_tasks import COMPILE_KERNELS, WARM
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.actions import Actions
 from vomstudio.ui.common.wording import drawn_points
@@ -420,11 +422,10 @@ class MainWindow(QMainWindow):
         self.docks["stereonet"].setWidget(self.net)
         self._net_place.deleteLater()
         # Each lane's worker gets ready for what it will be asked; photos come last.
-        for lane, task in (("models", "warm"), ("photos", "compile_kernels")):
+        for job in (WARM, COMPILE_KERNELS):
             self.studio.jobs.submit(
-                lane,
-                task,
-                {},
+                job,
+                Nothing(),
                 title="Getting ready",
                 on_done=lambda _: None,
                 on_failed=lambda _: None,

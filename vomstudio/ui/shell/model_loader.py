@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from PySide6.QtCore import QObject, Qt, Signal
@@ -21,6 +21,14 @@ from vomstudio.geometry.streaming.octree import POINT_BUDGET
 from vomstudio.io.models import copc, model_cache
 from vomstudio.io.models.opening import file_hash
 from vomstudio.jobs.events import Failed
+from vomstudio.jobs.model_tasks import (
+    LOAD_MODEL,
+    PREVIEW_MODEL,
+    CachedModel,
+    Glimpse,
+    GlimpsedPoints,
+    ModelFile,
+)
 from vomstudio.rendering.scene.model_work import give_way
 from vomstudio.ui.common.job_bridge import Job, JobBridge
 
@@ -89,9 +97,8 @@ class ModelLoader(QObject):
 
         self._preview(key, path, cache)
         self._running[key] = self._jobs.submit(
-            "models",
-            "load_model",
-            {"path": str(path), "cache": str(cache)},
+            LOAD_MODEL,
+            ModelFile(path, cache),
             title=f"Opening {path.name}",
             on_done=lambda result: self._map(key, path, result, then),
             on_failed=failed,
@@ -144,16 +151,15 @@ class ModelLoader(QObject):
         os.close(descriptor)
         out = Path(name)
 
-        def ready(result: dict[str, Any]) -> None:
-            if not result["points"] or key not in self._running:
+        def ready(found: GlimpsedPoints) -> None:
+            if not found.points or key not in self._running:
                 out.unlink(missing_ok=True)
                 return
             threading.Thread(target=self._read_preview, args=(key, out)).start()
 
         self._jobs.submit(
-            "models",
-            "preview_model",
-            {"path": str(path), "out": name},
+            PREVIEW_MODEL,
+            Glimpse(path, out),
             title=f"Looking at {path.name}",
             on_done=ready,
             on_failed=lambda _: out.unlink(missing_ok=True),
@@ -188,16 +194,16 @@ class ModelLoader(QObject):
                 self._jobs.cancel(job)
         self._running.clear()
 
-    def _map(self, key: str, path: Path, result: dict[str, Any], then: Then) -> None:
+    def _map(self, key: str, path: Path, cached: CachedModel, then: Then) -> None:
         if key not in self._running:
             return
         # Checking a large cache touches every page of it: not in the GUI's thread.
         self._running[key] = None
-        threading.Thread(target=self._map_in_thread, args=(key, path, result, then)).start()
+        threading.Thread(target=self._map_in_thread, args=(key, path, cached, then)).start()
 
-    def _map_in_thread(self, key: str, path: Path, result: dict[str, Any], then: Then) -> None:
+    def _map_in_thread(self, key: str, path: Path, cached: CachedModel, then: Then) -> None:
         try:
-            loaded = model_cache.open_cached(Path(result["folder"]))
+            loaded = model_cache.open_cached(cached.folder)
         except VomError as error:
             self._mapped.emit(key, f"{path.name} cannot be kept at hand: {error}", then)
             return
@@ -208,10 +214,10 @@ class ModelLoader(QObject):
         opened = OpenModel(
             data,
             surface,
-            tuple(result["warnings"]),
-            result["resolution"],
-            result["crs"],
-            result["content_hash"],
+            cached.warnings,
+            cached.resolution,
+            cached.crs,
+            cached.content_hash,
         )
         self._mapped.emit(key, opened, then)
         # The picture first, and the next ones: nobody waits for this.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.jobs.events import Failed
+from vomstudio.jobs.survey_tasks import TAKE_FRAMES, FramesOrder, TakenFrames
 from vomstudio.survey.video import DEFAULT_FPS, is_ours
 from vomstudio.ui.common.job_bridge import Job
 from vomstudio.ui.common.studio import Notice
@@ -139,12 +140,11 @@ class VideoDialog(QDialog):
             force = True
         self.said.setText("")
         window, fps = self._window, self.fps.value()
-        request = {"video": str(video), "out": str(folder), "fps": fps, "force": force}
 
-        def done(result: dict[str, Any]) -> None:
+        def done(result: TakenFrames) -> None:
             self._ended(report_words(result))
-            level = "info" if result["good_enough"] else "warning"
-            window.studio.notice.emit(Notice(f"{video.name}: {result['verdict']}", level))
+            level = "info" if result.good_enough else "warning"
+            window.studio.notice.emit(Notice(f"{video.name}: {result.verdict}", level))
             from vomstudio.ui.survey.survey_commands import open_photos
 
             open_photos(window, folder)
@@ -157,9 +157,8 @@ class VideoDialog(QDialog):
             window.studio.warn(event.message, "error")
 
         self._job = window.studio.jobs.submit(
-            "photos",
-            "take_frames",
-            request,
+            TAKE_FRAMES,
+            FramesOrder(video, folder, fps, force),
             title=self.tr("Frames of {0}").format(video.name),
             on_done=done,
             on_failed=failed,
@@ -182,18 +181,18 @@ class VideoDialog(QDialog):
             return
 
 
-def report_words(result: dict[str, Any]) -> str:
+def report_words(result: TakenFrames) -> str:
     """What was taken and what not, with the reasons."""
-    count = len(result["frames"])
+    count = len(result.frames)
     lines = [
-        f"<b>{count} frames kept</b> of {result['width']} × {result['height']} pixels, from "
-        f"{result['seconds']:.0f} s",
-        *(f"{number} moments left out: {reason}" for reason, number in result["skipped"].items()),
+        f"<b>{count} frames kept</b> of {result.width} × {result.height} pixels, from "
+        f"{result.seconds:.0f} s",
+        *(f"{number} moments left out: {reason}" for reason, number in result.skipped.items()),
     ]
-    if gaps := result["gaps_s"]:
+    if gaps := result.gaps_s:
         more = " …" if len(gaps) > _SHOWN_GAPS else ""
         shown = ", ".join(f"{seconds:.1f} s" for seconds in gaps[:_SHOWN_GAPS])
         lines.append(f"the picture jumps at {shown}{more}: frames may not overlap there")
-    lines += [f"⚠ {text}" for text in result["warnings"]]
-    lines.append(f"<b>{result['verdict']}</b>")
+    lines += [f"⚠ {text}" for text in result.warnings]
+    lines.append(f"<b>{result.verdict}</b>")
     return "<br>".join(lines)
