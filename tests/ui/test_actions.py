@@ -334,7 +334,7 @@ def test_a_window_that_is_closed_leaves_no_timer_no_thread_and_no_process(own_fo
     failed = []
     jobs.submit(LEVITATE, Nothing(), title="", on_done=print, on_failed=failed.append)
     qtbot.waitUntil(lambda: bool(failed), timeout=20_000)
-    processes = [w._process for w in jobs._workers.values() if w._process]
+    processes = [w._process for w in jobs.workers.values() if w._process]
     assert all(isinstance(p, subprocess.Popen) for p in processes)
     made.close()
     assert all(p.poll() is not None for p in processes)

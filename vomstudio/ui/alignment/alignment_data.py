@@ -35,9 +35,9 @@ from vomstudio.jobs.inspection_tasks import (
 )
 from vomstudio.jobs.job import Request, Result
 from vomstudio.ui.common.background import Background
-from vomstudio.ui.common.job_bridge import Job
 from vomstudio.ui.common.picture_panes import Picture
 from vomstudio.ui.common.studio import Studio
+from vomstudio.workspace.jobs import RunningJob
 
 LONG_SIDE = 3200
 _KEPT = 4
@@ -93,7 +93,7 @@ class AlignmentData(QObject):
         self._studio, self.folder = studio, folder
         self._background = Background(self)
         self._photos: OrderedDict[str, ShownPhoto] = OrderedDict()
-        self._asked: dict[str, tuple[object, Job]] = {}
+        self._asked: dict[str, tuple[object, RunningJob]] = {}
         self._closed = False
         self.overview = NOTHING_ALIGNED
 

@@ -25,10 +25,10 @@ from vomstudio.jobs.photo_tasks import CHECK_PHOTOS, LIST_PHOTOS, PhotoList, Pho
 from vomstudio.jobs.reconstruction_tasks import RECONSTRUCT, Reconstruction
 from vomstudio.jobs.survey_tasks import FORESEE, ControlFacts, Forecast, ForecastOrder
 from vomstudio.survey.check_results import Finding, SurveyReport
-from vomstudio.ui.common.job_bridge import Job
 from vomstudio.ui.common.studio import Notice, Studio
 from vomstudio.ui.photos.make_settings import MakeSettings, asked_for
 from vomstudio.ui.photos.photo_marks import MarkFiles
+from vomstudio.workspace.jobs import RunningJob
 
 # What does not listen is stopped the hard way before that.
 _STOPPING_S = 10.0
@@ -79,12 +79,12 @@ class PhotoSurvey(QObject):
         self.has_north = True
         self.control_note = ""
         self.result: Reconstruction | None = None
-        self._reading: Job | None = None
-        self._making: Job | None = None
+        self._reading: RunningJob | None = None
+        self._making: RunningJob | None = None
         self._goes_on = False
         self.settings = MakeSettings()
         self.forecast: Forecast | None = None
-        self._foreseeing: Job | None = None
+        self._foreseeing: RunningJob | None = None
         self._taken_over: Path | None = None
         """Control points of another file from which those beside the photos were begun."""
         self._tables_soon = QTimer(self)
@@ -93,7 +93,7 @@ class PhotoSurvey(QObject):
         self._tables_soon.timeout.connect(self.control_written)
         self.marks_changed.connect(self._tables_soon.start)
         studio.project_opened.connect(self._project_opened)
-        studio.jobs.changed.connect(self.changed)
+        studio.jobs_changed.connect(self.changed)
 
     # --- state -------------------------------------------------------------------------------
     @property
@@ -105,7 +105,7 @@ class PhotoSurvey(QObject):
         return self._reading is not None
 
     @property
-    def making(self) -> Job | None:
+    def making(self) -> RunningJob | None:
         """The running reconstruction."""
         return self._making
 

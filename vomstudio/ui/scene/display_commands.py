@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QMenu
 
 from vomstudio.rendering.view.scalars import ELEVATION, FieldStyle, field_names, title_of
 from vomstudio.ui.common.actions import Command
-from vomstudio.ui.scene import display
+from vomstudio.workspace import display
 
 if TYPE_CHECKING:
     from vomstudio.ui.shell.main_window import MainWindow

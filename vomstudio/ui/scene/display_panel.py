@@ -39,7 +39,7 @@ from vomstudio.rendering.view.scalars import (
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
-from vomstudio.ui.scene import display
+from vomstudio.workspace import display
 
 if TYPE_CHECKING:
     from vomstudio.rendering.qt.viewport import Viewport

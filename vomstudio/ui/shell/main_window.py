@@ -117,12 +117,11 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.scene.camera_view import CameraView
         from vomstudio.ui.shell.commands import commands
         from vomstudio.ui.shell.files import Files
-        from vomstudio.ui.sight.photo_links import PhotoLinks
 
         self.studio = Studio(self._settings)
         self.files = Files(self, self.studio)
         self.survey = PhotoSurvey(self.studio)
-        self.photo_links = PhotoLinks(self.studio)
+        self.photo_links = self.studio.photo_links
         self.cameras = CameraView(self.studio, self.photo_links)
         self.actions_table = Actions(self)
         for command in commands(self):
@@ -343,7 +342,7 @@ class MainWindow(QMainWindow):
         # A dialog takes long to make: not in the same event as all that a new model brings about.
         studio.frame_wanted.connect(self.files.declare_frame, Qt.ConnectionType.QueuedConnection)
         studio.recovery_found.connect(self.files.offer_recovery)
-        studio.jobs.changed.connect(self._show_start_page)
+        studio.jobs_changed.connect(self._show_start_page)
         self.survey.changed.connect(self.actions_table.refresh)
         self.cameras.found.connect(self.actions_table.refresh)
         self.photos_panel.chosen.connect(self.cameras.choose)

@@ -22,9 +22,9 @@ from PySide6.QtWidgets import (
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.survey_tasks import TAKE_FRAMES, FramesOrder, TakenFrames
 from vomstudio.survey.video import DEFAULT_FPS, is_ours
-from vomstudio.ui.common.job_bridge import Job
 from vomstudio.ui.common.studio import Notice
 from vomstudio.ui.common.widgets import file_field
+from vomstudio.workspace.jobs import RunningJob
 
 if TYPE_CHECKING:
     from vomstudio.ui.shell.main_window import MainWindow
@@ -42,7 +42,7 @@ class VideoDialog(QDialog):
         self.setWindowTitle(self.tr("Frames from a video"))
         self.setMinimumWidth(620)
         self._window = window
-        self._job: Job | None = None
+        self._job: RunningJob | None = None
         about = QLabel(
             self.tr(
                 "The sharpest frame of every moment is kept, unless it is blurred or shows what "
@@ -91,7 +91,7 @@ class VideoDialog(QDialog):
         layout.addWidget(buttons)
         for field in (self.video, self.folder):
             field.textChanged.connect(self._refresh)
-        window.studio.jobs.changed.connect(self._refresh)
+        window.studio.jobs_changed.connect(self._refresh)
         self._refresh()
 
     # --- choosing ----------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""Events of worker jobs, brought to the GUI thread."""
+"""Jobs in flight: worker processes, and their events brought to the thread that owns them."""
 
 from __future__ import annotations
 
@@ -6,18 +6,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from PySide6.QtCore import QObject, Qt, Signal
-
 from vomstudio.errors import WorkerError
-from vomstudio.jobs import job as jobs
 from vomstudio.jobs.events import Done, Event, Failed, Stage, Step
-from vomstudio.jobs.job import Lane, Request, Result
+from vomstudio.jobs.job import Job, Lane, Request, Result
 from vomstudio.jobs.supervisor import Worker
+from vomstudio.signals import Signal
+from vomstudio.workspace.owner import Post
 
 
 @dataclass
-class Job:
-    """A running job as the window shows it."""
+class RunningJob:
+    """A running job as it is shown."""
 
     number: int
     title: str
@@ -37,53 +36,56 @@ class Job:
         return f"{self.title}: {self.stage}"
 
 
-class JobBridge(QObject):
-    """Worker processes, each begun when it is first needed and each for its own kind of work, so
-    that reading a model never waits for a reconstruction."""
+class Jobs:
+    """Worker processes, each begun when it is first needed and each for its own lane."""
 
-    changed = Signal()
-    _arrived = Signal(object, object)
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._workers = {lane: Worker() for lane in Lane}
-        self.jobs: dict[tuple[Lane, int], Job] = {}
+    def __init__(self, post: Post) -> None:
+        self.changed: Signal[()] = Signal()
+        self._post = post
+        self.workers = {lane: Worker() for lane in Lane}
+        self.jobs: dict[tuple[Lane, int], RunningJob] = {}
         self._refused = 0
-        self._arrived.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
+        self._closed = False
 
     def submit(
         self,
-        job: jobs.Job[Request, Result],
+        job: Job[Request, Result],
         request: Request,
         *,
         title: str,
         on_done: Callable[[Result], None],
         on_failed: Callable[[Failed], None],
         quiet: bool = False,
-    ) -> Job:
+    ) -> RunningJob:
+        """Begin a job; of its end the owner's thread is told. After `close` nothing is begun and
+        nobody told."""
         lane = job.lane
-        worker = self._workers[lane]
+        worker = self.workers[lane]
         try:
-            number = worker.submit(job, request, lambda event: self._arrived.emit(lane, event))
+            number = worker.submit(
+                job, request, lambda event: self._post(lambda: self._deliver(lane, event))
+            )
         except WorkerError as error:
             # Told like every other failure, once the caller has its job.
             self._refused -= 1
             number = self._refused
-            self._arrived.emit(lane, Failed(number, error.as_dict(), error.exit_code))
-        begun = Job(number, title, worker, on_done, on_failed, quiet)
-        self.jobs[lane, number] = begun
-        self.changed.emit()
+            failed = Failed(number, error.as_dict(), error.exit_code)
+            self._post(lambda: self._deliver(lane, failed))
+        begun = RunningJob(number, title, worker, on_done, on_failed, quiet)
+        if not self._closed:
+            self.jobs[lane, number] = begun
+            self.changed.emit()
         return begun
 
-    def cancel(self, job: Job) -> None:
+    def cancel(self, job: RunningJob) -> None:
         job.worker.cancel(job.number)
 
-    def visible(self) -> list[Job]:
+    def visible(self) -> list[RunningJob]:
         return [job for job in self.jobs.values() if not job.quiet]
 
     def _deliver(self, lane: Lane, event: Event) -> None:
         job = self.jobs.get((lane, event.job))
-        if job is None:
+        if job is None or self._closed:
             return
         if isinstance(event, Stage):
             job.stage, job.total, job.done = event.name, event.total, 0
@@ -98,10 +100,10 @@ class JobBridge(QObject):
         self.changed.emit()
 
     def finish(self, lane: Lane, timeout_s: float) -> None:
-        """Wait for what a lane is doing; nobody is told of it before the event loop runs."""
-        self._workers[lane].finish(timeout_s)
+        """Wait for what a lane is doing; nobody is told of it before the owner's loop runs."""
+        self.workers[lane].finish(timeout_s)
 
     def close(self) -> None:
-        self._arrived.disconnect(self._deliver)
-        for worker in self._workers.values():
+        self._closed = True
+        for worker in self.workers.values():
             worker.close()
