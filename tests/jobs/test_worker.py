@@ -126,6 +126,17 @@ def test_a_waiting_job_can_be_cancelled(worker):
     assert len(second.events) == 1
 
 
+def test_cancelling_a_waiting_job_never_ends_the_one_before_it(worker, monkeypatch):
+    monkeypatch.setattr("vomstudio.jobs.supervisor._GRACE_S", 0.1)
+    first, second = Listener(), Listener()
+    worker.submit(COUNT, To(200), first)
+    first.until(lambda e: isinstance(e, Step))
+    job = worker.submit(COUNT, To(200), second)
+    worker.cancel(job)
+    assert isinstance(first.end(), Done)
+    assert second.end().cancelled
+
+
 def test_a_job_that_does_not_listen_is_ended_with_its_process(worker, monkeypatch):
     monkeypatch.setattr("vomstudio.jobs.supervisor._GRACE_S", 0.2)
     heard = Listener()

@@ -74,10 +74,13 @@ class Worker:
             with contextlib.suppress(OSError):
                 stdin.write(json.dumps({"cancel": job}) + "\n")
                 stdin.flush()
-            timer = threading.Timer(_GRACE_S, self._kill, args=(job,))
-            timer.daemon = True
-            self._timers[job] = timer
-            timer.start()
+            self._end_later(job)
+
+    def _end_later(self, job: int) -> None:
+        timer = threading.Timer(_GRACE_S, self._kill, args=(job,))
+        timer.daemon = True
+        self._timers[job] = timer
+        timer.start()
 
     def finish(self, timeout_s: float) -> bool:
         """Wait until every job has ended; False where some have not."""
@@ -203,8 +206,13 @@ class Worker:
     def _kill(self, job: int) -> None:
         with self._lock:
             process = self._owners.get(job)
-        if process is not None:
-            process.kill()
+            if process is None:
+                return
+            if min(each for each, owner in self._owners.items() if owner is process) < job:
+                # It only waits behind a job that nobody has cancelled.
+                self._end_later(job)
+                return
+        process.kill()
 
 
 def _typed(event: Done, result: type[Any]) -> Event:
