@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from vomstudio.document import edits
-from vomstudio.document.records import Frame, Model
+from vomstudio.document.records import Frame, Model, Registration
 from vomstudio.errors import VomError
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.io.photos import cameras_file
@@ -157,19 +157,17 @@ class Models:
                 self._attach(same[0].id, path, opened)
             self._notices.info(f"{path.name} is open already.")
             return
-        frame = frame_of(path, opened.crs)
-        to_world = frame.to_world()
+        placement: Frame | Registration = frame_of(path, opened.crs)
         other = self._projects.records.get(like or "")
         if isinstance(other, Model):
-            frame, to_world = other.frame, other.to_world
+            placement = other.placement
         model = Model(
             id=edits.new_id("model"),
             name=name,
             path=self._projects.project.model_path(path),
             kind=opened.kind,
             content_hash=opened.content_hash,
-            frame=frame,
-            to_world=to_world,
+            placement=placement,
         )
         # The data first: an edit that brings a model without data would read the file again.
         self.open[model.id] = opened
@@ -178,7 +176,7 @@ class Models:
             return
         self._preferences.remember(path)
         self._attach(model.id, path, opened)
-        if frame.kind == "undeclared" and not isinstance(other, Model):
+        if model.frame.kind == "undeclared" and not isinstance(other, Model):
             self.frame_wanted.emit(model.id)
         then(model.id)
 
