@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+from pathlib import Path
 
+from vomstudio.errors import VomError
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.job import Lane
 from vomstudio.jobs.product_tasks import WRITE_LAYERS, LayersOf
@@ -13,9 +15,30 @@ from vomstudio.workspace.notices import Notices
 from vomstudio.workspace.owner import Later
 from vomstudio.workspace.projects import Projects
 
+LAYERS = "project.gpkg"
 _IDLE_S = 2.0
 _AGAIN_S = 30.0
 _PATIENCE_S = 10.0
+
+
+def written_layers(folder: Path, has_features: bool) -> list[str]:
+    """Bring the layers of a project up to date at once; sentences on why they could not be."""
+    if not has_features:
+        remove_layers(folder)
+        return []
+    from vomstudio.io.project.export import export_project
+
+    try:
+        export_project(folder, "gpkg", folder / LAYERS, force=True)
+    except VomError as error:
+        return [f"the GIS layers are not up to date: {error}"]
+    return []
+
+
+def remove_layers(folder: Path) -> None:
+    """Layers that show what is not there any more would be worse than none."""
+    with contextlib.suppress(OSError):
+        (folder / LAYERS).unlink(missing_ok=True)
 
 
 class GisLayers:
@@ -44,11 +67,9 @@ class GisLayers:
         if self._projects.project.untitled:
             return
         folder = self._projects.project.folder
-        path = folder / "project.gpkg"
+        path = folder / LAYERS
         if not self._projects.session.features():
-            # Layers that show what is not there any more would be worse than none.
-            with contextlib.suppress(OSError):
-                path.unlink(missing_ok=True)
+            remove_layers(folder)
             return
 
         def failed(event: Failed) -> None:

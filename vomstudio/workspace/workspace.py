@@ -85,7 +85,7 @@ class Workspace:
         self.photos.forget_all()
         self.project_opened.emit()
         self.history_changed.emit()
-        for problem in session.problems:
+        for problem in self.projects.project.problems:
             self.notices.warn(
                 f"A part of the project could not be read and was left out: {problem}"
             )
