@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.arguments import Parser, Subparsers, add_command, progress_of
 from vomstudio.cli.output import Output
-from vomstudio.errors import TargetError
+from vomstudio.errors import TargetError, WorkerError
 from vomstudio.progress import Progress
 
 if TYPE_CHECKING:
@@ -125,6 +125,8 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
         marks=sample_marks(),
     )
     made = run_job(RECONSTRUCT, order, progress)
+    if made.dense_gsd_m is None:
+        raise WorkerError("none of the sample's photos was placed; install the program again")
     outcrop, cloud = read_model(sample_model()).data, read_model(Path(made.dense)).data
     checks = check_photos(
         read_cameras(made.poses),

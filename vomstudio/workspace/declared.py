@@ -63,7 +63,7 @@ def _in_crs(crs: str, file_crs: str | None, up: UpAxis, unit: str | None) -> Pla
             f"the unit of {code} is {metres:g} m, not {unit}; leave one of them out.",
             field="--unit",
         )
-    warnings = ()
+    warnings: tuple[str, ...] = ()
     if file_crs not in (None, code):
         warnings = (f"the file itself names {file_crs}; {code} was given and is taken",)
     return Placed(Frame("crs", code, metres, up), warnings)

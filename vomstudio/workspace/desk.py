@@ -9,7 +9,7 @@ import contextlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -31,6 +31,7 @@ from vomstudio.workspace.declared import Declared, placed
 from vomstudio.workspace.models import name_of
 
 Array = npt.NDArray[np.float64]
+Named = TypeVar("Named", Model, FeatureType)
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +210,7 @@ class ProjectDesk:
         return None, (f"{why}: resolution and outcrop are not known to the new planes",)
 
 
-def _matching(records: Sequence[Any], wanted: str) -> list[Any]:
+def _matching(records: Sequence[Named], wanted: str) -> list[Named]:
     exact = [record for record in records if record.id == wanted]
     return exact or [r for r in records if r.name.casefold() == wanted.casefold()]
 
@@ -217,7 +218,7 @@ def _matching(records: Sequence[Any], wanted: str) -> list[Any]:
 def _trace(
     pick: Picks, model: Model, kind: FeatureType, set_name: str, surface: Surface | None
 ) -> Trace:
-    to_file = np.linalg.inv(transform.matrix(model.to_world))
+    to_file = np.asarray(np.linalg.inv(transform.matrix(model.to_world)), np.float64)
     points = transform.apply(to_file, pick.points)
     vertices: tuple[Point, ...] = tuple((float(x), float(y), float(z)) for x, y, z in points)
     trace = Trace(

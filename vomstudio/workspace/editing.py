@@ -31,7 +31,7 @@ class Editing:
     def redo(self) -> None:
         self._do(self._projects.session.redo)
 
-    def _do(self, do: Callable[[], None]) -> bool:
+    def _do(self, do: Callable[[], object]) -> bool:
         try:
             do()
         except VomError as error:
