@@ -28,7 +28,7 @@ from vomstudio.io.settings import Settings
 from vomstudio.progress import Progress, Silent
 from vomstudio.tools.surroundings import around
 from vomstudio.workspace.declared import Declared, placed
-from vomstudio.workspace.models import name_of
+from vomstudio.workspace.models import name_of, new_model
 
 Array = npt.NDArray[np.float64]
 Named = TypeVar("Named", Model, FeatureType)
@@ -126,13 +126,12 @@ class ProjectDesk:
         placement = placed(
             path, loaded.crs, loaded.turned_about is not None, declared or Declared()
         )
-        model = Model(
-            id=edits.new_id("model"),
-            name=name_of(path),
-            path=self.project.model_path(path),
-            kind=loaded.kind,
-            content_hash=loaded.content_hash or "",
-            placement=placement.frame,
+        model = new_model(
+            name_of(path),
+            self.project.model_path(path),
+            loaded.kind,
+            loaded.content_hash or "",
+            placement.frame,
         )
         self.session.apply(edits.add_model(self.session.records, model))
         self._surfaces[model.id] = surface_of(loaded.data)

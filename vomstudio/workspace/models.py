@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Literal
 
 from vomstudio.document import edits
 from vomstudio.document.records import Frame, Model, Registration
@@ -161,14 +162,8 @@ class Models:
         other = self._projects.records.get(like or "")
         if isinstance(other, Model):
             placement = other.placement
-        model = Model(
-            id=edits.new_id("model"),
-            name=name,
-            path=self._projects.project.model_path(path),
-            kind=opened.kind,
-            content_hash=opened.content_hash,
-            placement=placement,
-        )
+        stored = self._projects.project.model_path(path)
+        model = new_model(name, stored, opened.kind, opened.content_hash, placement)
         # The data first: an edit that brings a model without data would read the file again.
         self.open[model.id] = opened
         if not self._editing.attempt(edits.add_model, model):
@@ -186,6 +181,17 @@ class Models:
             # One notice: the bar shows the newest only.
             self._notices.warn(f"{path.name}: " + "\n".join(opened.warnings))
         self.loaded.emit(model_id)
+
+
+def new_model(
+    name: str,
+    stored: str,
+    kind: Literal["mesh", "cloud"],
+    content_hash: str,
+    placement: Frame | Registration,
+) -> Model:
+    """The record of a model that is not in the project yet; stored : its path as it is kept."""
+    return Model(edits.new_id("model"), name, stored, kind, content_hash, placement)
 
 
 def name_of(path: Path) -> str:
