@@ -107,13 +107,6 @@ def announce(name: str, studio: Any) -> None:
     print(json.dumps({"event": name, "screen": on_screen(studio)}), flush=True)
 
 
-class NoJobs:
-    """Stands where the worker processes are; nothing is ever loaded or written."""
-
-    def __getattr__(self, name: str) -> Any:
-        return lambda *args, **values: []
-
-
 # --- without a viewport --------------------------------------------------------------------------
 def make_studio() -> Any:
     from vomstudio.io.settings import Settings
@@ -121,7 +114,6 @@ def make_studio() -> Any:
 
     studio = Studio(Settings())
     studio.jobs.close()
-    studio.jobs = NoJobs()
     return studio
 
 

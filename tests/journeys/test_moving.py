@@ -155,5 +155,5 @@ def test_a_file_dropped_on_the_window_is_opened(window, qtbot):
     assert str(resource("outcrop", "outcrop.obj")) in window.studio.settings.recent
     # The same file again is not a second model.
     window.open_path(resource("outcrop", "outcrop.obj"))
-    wait(lambda: not window.studio.loader._running, "the second reading")
+    wait(lambda: not window.studio.loader.busy, "the second reading")
     assert len(window.studio.models) == 1

@@ -49,7 +49,7 @@ class Opened:
         beside = read_beside(project, *(given if taken else own), {}, PHOTOS)
         self.problems = beside.problems
         made = PhotoSet(new_id("photos"), "photos", stored_path(project, folder), beside.crs)
-        studio.attempt(add_photo_set, made, beside.points, beside.marks)
+        studio.attempt(add_photo_set, made, beside.points, beside.pixels)
         self.document.look_at(folder)
         rows = [PhotoRow(n, str(folder / n), 100, 80, "", "", "", False, None) for n in PHOTOS]
         self.exports.begin(rows, given=taken)

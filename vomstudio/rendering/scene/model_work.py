@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import collections
 import contextlib
-import os
-import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -18,6 +16,7 @@ import numpy.typing as npt
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
+from vomstudio.jobs.priority import give_way
 from vomstudio.rendering.view.scalars import FieldStyle
 
 Array = npt.NDArray[np.float64]
@@ -185,11 +184,3 @@ class ModelWork:
         except Exception as error:  # noqa: BLE001 - as above
             with contextlib.suppress(preparation.Stopped):
                 emit(preparation.Problem(f"{what}: {error}"))
-
-
-def give_way(niceness: int = 5) -> None:
-    """Let the window's thread, and those that draw for it, go before this thread; with 19 it works
-    only while nobody else does. Only Linux has priorities of threads."""
-    if sys.platform == "linux":
-        with contextlib.suppress(OSError):
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), niceness)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from PySide6.QtCore import Qt, QTimer
@@ -28,6 +28,7 @@ from vomstudio.geology.notation import format_line
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry import transform
 from vomstudio.jobs.events import Failed
+from vomstudio.jobs.product_tasks import ORTHOPHOTO, OrthophotoOrder, WrittenOrthophoto
 from vomstudio.products.ortho import orthophoto
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.ui.common.chosen import current_model, start_folder
@@ -224,9 +225,7 @@ class OrthoDialog(QDialog):
         )
         if self.flip.isChecked():
             view = view.flipped()
-        region = None
-        if self.seen.isChecked():
-            region = [list(self._seen.centre), self._seen.width, self._seen.height]
+        region = self._seen if self.seen.isChecked() else None
         ending = str(self.sheet_format.currentData())
         sheet = out.with_name(f"{out.stem}_sheet.{ending}") if self.sheet.isChecked() else None
         try:
@@ -238,26 +237,18 @@ class OrthoDialog(QDialog):
         if there and not self._replace(there):
             return
         studio.jobs.submit(
-            "products",
-            "orthophoto",
-            {
-                "path": str(path),
-                "cache": str(studio.project.cache),
-                "view": {
-                    "trend_deg": view.trend_deg,
-                    "plunge_deg": view.plunge_deg,
-                    "sense": view.sense,
-                    "reason": view.reason,
-                    "north_known": model.frame.has_north,
-                    "metric": model.frame.has_metres,
-                },
-                "to_world": [list(row) for row in model.to_world],
-                "crs": model.frame.crs,
-                "gsd": parse_number(self.gsd.text()),
-                "region": region,
-                "out": str(out),
-                "sheet": None if sheet is None else str(sheet),
-            },
+            ORTHOPHOTO,
+            OrthophotoOrder(
+                path,
+                studio.project.cache,
+                replace(view, north_known=model.frame.has_north, metric=model.frame.has_metres),
+                model.to_world,
+                model.frame.crs,
+                parse_number(self.gsd.text()),
+                region,
+                out,
+                sheet,
+            ),
             title=f"Orthophoto {out.name}",
             on_done=lambda result: _say_done(studio, result),
             on_failed=lambda event: _say_failed(studio, event),
@@ -273,14 +264,14 @@ class OrthoDialog(QDialog):
         return answer == QMessageBox.StandardButton.Yes
 
 
-def _say_done(studio: Studio, result: dict[str, Any]) -> None:
+def _say_done(studio: Studio, made: WrittenOrthophoto) -> None:
     words = (
-        f"Written: {result['image']}, {result['width']} × {result['height']} pixels of "
-        f"{result['gsd_m']:g} {result['unit']}, {result['coverage']:.0%} covered by the model"
+        f"Written: {made.image}, {made.width} × {made.height} pixels of "
+        f"{made.gsd_m:g} {made.unit}, {made.coverage:.0%} covered by the model"
     )
-    studio.info(words + (f"; sheet: {result['sheet']}" if result["sheet"] else "") + ".")
-    if result["warnings"]:
-        studio.info("\n".join(result["warnings"]))
+    studio.info(words + (f"; sheet: {made.sheet}" if made.sheet else "") + ".")
+    if made.warnings:
+        studio.info("\n".join(made.warnings))
 
 
 def _say_failed(studio: Studio, event: Failed) -> None:

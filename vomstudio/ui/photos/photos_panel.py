@@ -199,7 +199,7 @@ class PhotosPanel(QWidget):
             verdict.setFont(font)
             verdict.setIcon(QIcon())
         for finding in survey.findings:
-            self._add_finding(finding["severity"], finding["text"], finding["photos"] or [])
+            self._add_finding(finding.severity, finding.text, list(finding.photos))
         for severity, text in survey.control_findings():
             self._add_finding(severity, text, [])
         for text in survey.left_out:
@@ -272,7 +272,7 @@ class PhotosPanel(QWidget):
             return survey.problem
         if survey.reading:
             return self.tr("Looking at the photos…")
-        graver = sum(finding["severity"] != "info" for finding in survey.findings)
+        graver = sum(finding.severity != "info" for finding in survey.findings)
         return self.tr("{0} photos, {1} warnings").format(len(survey.rows), graver)
 
     # --- choosing ----------------------------------------------------------------------------

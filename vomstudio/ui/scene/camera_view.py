@@ -17,7 +17,7 @@ from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.tools.types import Button, Pointer, PointerEvent
 from vomstudio.ui.common.background import Background
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.sight.photo_links import PhotoLinks
+from vomstudio.workspace.photos import PhotoLinks
 
 Rows = tuple[tuple[float, ...], ...]
 """Of a 4 x 4 matrix."""

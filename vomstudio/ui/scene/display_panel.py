@@ -36,9 +36,10 @@ from vomstudio.rendering.view.scalars import (
     field_names,
     title_of,
 )
-from vomstudio.ui.common import display, theme
+from vomstudio.ui.common import theme
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.workspace import display
 
 if TYPE_CHECKING:
     from vomstudio.rendering.qt.viewport import Viewport

@@ -16,8 +16,8 @@ from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent, Preview
 from vomstudio.ui.common.photo_canvas import Drawn, PhotoCanvas, PhotoPointer
 from vomstudio.ui.common.photo_images import PhotoImages, Picture
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.sight.photo_links import ModelPhotos
 from vomstudio.ui.sight.sighting_thread import SightingThread
+from vomstudio.workspace.photos import ModelPhotos
 
 Array = npt.NDArray[np.float64]
 

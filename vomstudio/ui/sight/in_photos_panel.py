@@ -25,8 +25,8 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ElidedLabel
 from vomstudio.ui.common.wording import drawn_points
 from vomstudio.ui.sight.feature_photo import FeaturePhoto, world_of
-from vomstudio.ui.sight.photo_links import ModelPhotos, PhotoLinks
 from vomstudio.ui.sight.sighting_list import SightingList, sighting_words
+from vomstudio.workspace.photos import ModelPhotos, PhotoLinks
 
 if TYPE_CHECKING:
     from vomstudio.photogrammetry.inspect.photo_views import Sighting

@@ -6,12 +6,12 @@ import contextlib
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from PySide6.QtCore import QObject, QTimer, Signal
-
+from vomstudio.document.field_style import ELEVATION, FieldStyle, field_names
+from vomstudio.geometry.boxes import ClipBox
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.rendering.view.clipping import ClipBox
-from vomstudio.rendering.view.scalars import ELEVATION, FieldStyle, field_names
+from vomstudio.signals import Signal
+from vomstudio.workspace.owner import Later
 
 MODES = {
     "textured": "Textured",
@@ -23,27 +23,22 @@ MODES = {
 }
 POINT_SIZES = (1.0, 2.0, 3.0, 5.0, 8.0)
 
-_KEEP_MS = 400
+_KEEP_S = 0.4
 
 Data = Mesh | PointCloud
 
 
-class Display(QObject):
+class Display:
     """`changed` says which of mode, lit, point_size, eye_dome, cameras, fields, clip (on or off,
     handles) and box, which changes at every step of a drag.
 
     It is kept with the project, by `keep`, a little after the last change.
     """
 
-    changed = Signal(str)
-
-    def __init__(self, keep: Callable[[dict[str, Any]], None]) -> None:
-        super().__init__()
+    def __init__(self, keep: Callable[[dict[str, Any]], None], later: Later) -> None:
+        self.changed: Signal[str] = Signal()
         self._keep = keep
-        self._timer = QTimer(self)
-        self._timer.setSingleShot(True)
-        self._timer.setInterval(_KEEP_MS)
-        self._timer.timeout.connect(self.flush)
+        self._timer = later(_KEEP_S, self.flush)
         self._clear()
 
     def _clear(self) -> None:
@@ -108,8 +103,7 @@ class Display(QObject):
     # --- with the project --------------------------------------------------------------------
     def flush(self) -> None:
         """Keep what was changed last."""
-        if self._timer.isActive():
-            self._timer.stop()
+        self._timer.stop()
         self._keep(self.as_dict())
 
     def as_dict(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Models on their way from a file to the window: read in a worker process, mapped in a thread."""
+"""Models on their way from a file to the workspace: read in a worker, mapped in a thread."""
 
 from __future__ import annotations
 
@@ -8,10 +8,9 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-from PySide6.QtCore import QObject, Qt, Signal
 
 from vomstudio.errors import VomError
 from vomstudio.geometry.brush import CloudSurface, MeshSurface, surface_of
@@ -21,8 +20,18 @@ from vomstudio.geometry.streaming.octree import POINT_BUDGET
 from vomstudio.io.models import copc, model_cache
 from vomstudio.io.models.opening import file_hash
 from vomstudio.jobs.events import Failed
-from vomstudio.rendering.scene.model_work import give_way
-from vomstudio.ui.common.job_bridge import Job, JobBridge
+from vomstudio.jobs.model_tasks import (
+    LOAD_MODEL,
+    PREVIEW_MODEL,
+    CachedModel,
+    Glimpse,
+    GlimpsedPoints,
+    ModelFile,
+)
+from vomstudio.jobs.priority import give_way
+from vomstudio.signals import Signal
+from vomstudio.workspace.jobs import Jobs, RunningJob
+from vomstudio.workspace.owner import Post
 
 
 @dataclass(eq=False)
@@ -49,31 +58,32 @@ PREVIEW_BYTES = 8_000_000
 """What is smaller is there before anybody has looked."""
 
 
-class ModelLoader(QObject):
+class ModelLoader:
     """`problem` says in a sentence what could not be opened.
 
     `previewed` gives the key of a large cloud that is being read and some of its points, which may
     stand for it until `ended` names the key: read, given up, or not to be read.
     """
 
-    problem = Signal(str)
-    previewed = Signal(str, object)
-    ended = Signal(str)
-    _mapped = Signal(str, object, object)
-    _glimpsed = Signal(str, object)
-
-    def __init__(self, jobs: JobBridge, budget: Callable[[], int] = lambda: POINT_BUDGET) -> None:
+    def __init__(
+        self, jobs: Jobs, post: Post, budget: Callable[[], int] = lambda: POINT_BUDGET
+    ) -> None:
         """budget : how many points of a cloud may be held; a COPC file with more is streamed."""
-        super().__init__()
-        self._jobs, self._budget = jobs, budget
-        self._running: dict[str, Job | None] = {}
+        self.problem: Signal[str] = Signal()
+        self.previewed: Signal[str, PointCloud] = Signal()
+        self.ended: Signal[str] = Signal()
+        self._jobs, self._post, self._budget = jobs, post, budget
+        self._running: dict[str, RunningJob | None] = {}
         self._stops: dict[str, threading.Event] = {}
-        self._mapped.connect(self._hand_over, Qt.ConnectionType.QueuedConnection)
-        self._glimpsed.connect(self._show_preview, Qt.ConnectionType.QueuedConnection)
+
+    @property
+    def busy(self) -> bool:
+        """A model is on its way."""
+        return bool(self._running)
 
     def load(self, key: str, path: Path, cache: Path, then: Then) -> None:
-        """Read `path` and call `then` in the GUI's thread. A key that is being loaded is not loaded
-        twice."""
+        """Read `path` and call `then` in the owner's thread. A key that is being loaded is not
+        loaded twice."""
         if key in self._running:
             return
 
@@ -89,9 +99,8 @@ class ModelLoader(QObject):
 
         self._preview(key, path, cache)
         self._running[key] = self._jobs.submit(
-            "models",
-            "load_model",
-            {"path": str(path), "cache": str(cache)},
+            LOAD_MODEL,
+            ModelFile(path, cache),
             title=f"Opening {path.name}",
             on_done=lambda result: self._map(key, path, result, then),
             on_failed=failed,
@@ -111,13 +120,13 @@ class ModelLoader(QObject):
         give_way()
         try:
             cloud = copc.stream(path, self._budget())
-            self._glimpsed.emit(key, cloud.overview())
+            self._glimpse(key, cloud.overview())
             # What names the file is worked out while its picture is looked at already.
             content_hash = file_hash(path, lambda: not stop.is_set())
             crs, problem = copc.crs_of(path)
         except VomError as error:
             if not stop.is_set():
-                self._mapped.emit(key, str(error), then)
+                self._arrive(key, str(error), then)
             return
         if stop.is_set():
             return
@@ -125,7 +134,7 @@ class ModelLoader(QObject):
         warnings = (problem,) if problem else ()
         opened = OpenModel(cloud, surface, warnings, cloud.store.usual_spacing, crs, content_hash)
         surface.build()
-        self._mapped.emit(key, opened, then)
+        self._arrive(key, opened, then)
 
     def _preview(self, key: str, path: Path, cache: Path) -> None:
         """Ask for a quick look at a large cloud before the whole of it."""
@@ -144,16 +153,15 @@ class ModelLoader(QObject):
         os.close(descriptor)
         out = Path(name)
 
-        def ready(result: dict[str, Any]) -> None:
-            if not result["points"] or key not in self._running:
+        def ready(found: GlimpsedPoints) -> None:
+            if not found.points or key not in self._running:
                 out.unlink(missing_ok=True)
                 return
             threading.Thread(target=self._read_preview, args=(key, out)).start()
 
         self._jobs.submit(
-            "models",
-            "preview_model",
-            {"path": str(path), "out": name},
+            PREVIEW_MODEL,
+            Glimpse(path, out),
             title=f"Looking at {path.name}",
             on_done=ready,
             on_failed=lambda _: out.unlink(missing_ok=True),
@@ -170,7 +178,15 @@ class ModelLoader(QObject):
             return
         finally:
             out.unlink(missing_ok=True)
-        self._glimpsed.emit(key, cloud)
+        self._glimpse(key, cloud)
+
+    def _glimpse(self, key: str, cloud: PointCloud) -> None:
+        """From any thread."""
+        self._post(lambda: self._show_preview(key, cloud))
+
+    def _arrive(self, key: str, outcome: OpenModel | str, then: Then) -> None:
+        """From any thread."""
+        self._post(lambda: self._hand_over(key, outcome, then))
 
     def _show_preview(self, key: str, cloud: PointCloud) -> None:
         if key in self._running:
@@ -188,32 +204,32 @@ class ModelLoader(QObject):
                 self._jobs.cancel(job)
         self._running.clear()
 
-    def _map(self, key: str, path: Path, result: dict[str, Any], then: Then) -> None:
+    def _map(self, key: str, path: Path, cached: CachedModel, then: Then) -> None:
         if key not in self._running:
             return
-        # Checking a large cache touches every page of it: not in the GUI's thread.
+        # Checking a large cache touches every page of it: not in the owner's thread.
         self._running[key] = None
-        threading.Thread(target=self._map_in_thread, args=(key, path, result, then)).start()
+        threading.Thread(target=self._map_in_thread, args=(key, path, cached, then)).start()
 
-    def _map_in_thread(self, key: str, path: Path, result: dict[str, Any], then: Then) -> None:
+    def _map_in_thread(self, key: str, path: Path, cached: CachedModel, then: Then) -> None:
         try:
-            loaded = model_cache.open_cached(Path(result["folder"]))
+            loaded = model_cache.open_cached(cached.folder)
         except VomError as error:
-            self._mapped.emit(key, f"{path.name} cannot be kept at hand: {error}", then)
+            self._arrive(key, f"{path.name} cannot be kept at hand: {error}", then)
             return
         data = loaded.data
-        # Asked for again and again in the GUI's thread, and a tenth of a second for ten million.
+        # Asked for again and again in the owner's thread, and a tenth of a second for ten million.
         _ = data.bounds
         surface = surface_of(data)
         opened = OpenModel(
             data,
             surface,
-            tuple(result["warnings"]),
-            result["resolution"],
-            result["crs"],
-            result["content_hash"],
+            cached.warnings,
+            cached.resolution,
+            cached.crs,
+            cached.content_hash,
         )
-        self._mapped.emit(key, opened, then)
+        self._arrive(key, opened, then)
         # The picture first, and the next ones: nobody waits for this.
         give_way(19)
         surface.build()
