@@ -20,8 +20,8 @@ import numpy as np
 from tests.samples import ZIGZAG
 from vomstudio.document import edits
 from vomstudio.document.records import Dimension, Frame, Lineation, Model, Patch, Trace
-from vomstudio.geometry.brush import surface_of
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.streaming.surfaces import surface_of
 from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent
 
 Event = tuple[str, Callable[[], object]]
