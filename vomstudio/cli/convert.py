@@ -13,7 +13,7 @@ from vomstudio.errors import InputError, UsageError
 if TYPE_CHECKING:
     from vomstudio.geometry.cloud import PointCloud
     from vomstudio.geometry.mesh import Mesh
-    from vomstudio.io.models.registry import LoadedModel
+    from vomstudio.io.models.reader import LoadedModel
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0, "ft": 0.3048, "us-ft": 1200 / 3937}
 

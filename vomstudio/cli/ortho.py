@@ -17,7 +17,7 @@ from vomstudio.cli.output import Output
 from vomstudio.errors import InputError, UsageError
 
 if TYPE_CHECKING:
-    from vomstudio.io.models.opening import LoadedModel
+    from vomstudio.io.models.reader import LoadedModel
     from vomstudio.products.ortho.orthophoto import View
 
 
