@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from vomstudio import cli
-from vomstudio.io.control.tables import ControlPoint, Mark, write_control, write_marks
+from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.io.control.writing import write_control, write_marks
 
 PHOTOS = ("a.jpg", "b.jpg")
 RESULT = {

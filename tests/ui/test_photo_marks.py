@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from vomstudio.errors import InputError, TargetError
-from vomstudio.io.control.control_files import crs_of
-from vomstudio.io.control.tables import ControlPoint, Mark, read_control, read_marks, write_marks
+from vomstudio.io.control.control_files import crs_of, read_control, read_marks
+from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.io.control.writing import write_marks
 from vomstudio.ui.photos import photo_marks
 from vomstudio.ui.photos.edit_history import EditHistory
 from vomstudio.ui.photos.photo_marks import MarkFiles, PhotoMarks

@@ -46,8 +46,12 @@ def foresee(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
 
 
 def _control(path: Path, marks: str | None, crs: str | None, photos: Any) -> dict[str, Any]:
-    from vomstudio.io.control.control_files import agreed_crs, marks_beside
-    from vomstudio.io.control.tables import read_control, read_marks
+    from vomstudio.io.control.control_files import (
+        agreed_crs,
+        marks_beside,
+        read_control,
+        read_marks,
+    )
     from vomstudio.photogrammetry.place.control_check import check_control
 
     points = read_control(path)

@@ -22,14 +22,14 @@ GROUP = "vomstudio.writers"
 
 
 @functools.cache
-def _writers() -> Found[Writer]:
+def find_all() -> Found[Writer]:
     from vomstudio.io.models import writers
 
     return find_plugins(writers, "WRITER", Writer, GROUP)
 
 
 def find_writers() -> tuple[Writer, ...]:
-    return _writers().all
+    return find_all().all
 
 
 def choose_writer(path: Path) -> Writer:
@@ -40,7 +40,7 @@ def choose_writer(path: Path) -> Writer:
             return writer
     known = ", ".join(e for w in find_writers() for e in w.extensions)
     sentence = f"the ending says what to write, and '{ending}' is not one of {known}."
-    if broken := _writers().broken:
+    if broken := find_all().broken:
         sentence += f" ({'; '.join(broken)})"
     raise UsageError(sentence, file=path)
 

@@ -76,8 +76,7 @@ def _photos(folder: Path, settings: Settings, progress: Progress) -> PhotoFolder
 
     Raises InputError.
     """
-    from vomstudio.io.control.control_files import agreed_crs
-    from vomstudio.io.control.tables import read_control, read_marks
+    from vomstudio.io.control.control_files import agreed_crs, read_control, read_marks
     from vomstudio.io.photos.reading import read_photos
     from vomstudio.photogrammetry.place.control_check import check_control
 

@@ -200,8 +200,7 @@ def by_control(
     crs : of the points; None for what their file states, else a local frame in metres
     Raises InputError for tables that cannot be read, GeometryError where they cannot place it.
     """
-    from vomstudio.io.control.control_files import agreed_crs
-    from vomstudio.io.control.tables import read_control, read_marks
+    from vomstudio.io.control.control_files import agreed_crs, read_control, read_marks
     from vomstudio.photogrammetry.place.control import place_by_control
 
     points = read_control(control)

@@ -12,15 +12,9 @@ from PySide6.QtCore import QObject, Signal
 
 from vomstudio.errors import InputError, TargetError, VomError
 from vomstudio.files.backup import set_aside
-from vomstudio.io.control.control_files import crs_of
-from vomstudio.io.control.tables import (
-    CONTROL,
-    MARKS,
-    read_control,
-    read_marks,
-    write_control,
-    write_marks,
-)
+from vomstudio.io.control.control_files import crs_of, read_control, read_marks
+from vomstudio.io.control.points import CONTROL, MARKS
+from vomstudio.io.control.writing import write_control, write_marks
 from vomstudio.photogrammetry.place.mark_prediction import (
     NOTHING,
     Marking,

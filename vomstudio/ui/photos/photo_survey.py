@@ -14,7 +14,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from vomstudio.errors import VomError
 from vomstudio.io.control.control_files import find_control, marks_beside
-from vomstudio.io.control.tables import CONTROL, MARKS
+from vomstudio.io.control.points import CONTROL, MARKS
 from vomstudio.io.photos.cameras_file import FILE_NAME, read_cameras
 from vomstudio.io.project.folder import PHOTO_TABLES, RECONSTRUCTIONS
 from vomstudio.jobs.events import Failed
