@@ -38,7 +38,8 @@ from vomstudio.version import __version__
 if TYPE_CHECKING:
     from vomstudio.geometry.cameras import View
     from vomstudio.geometry.mesh import Mesh
-    from vomstudio.io.photos.reading import Photo, PhotoFolder
+    from vomstudio.io.photos.photo import Photo
+    from vomstudio.io.photos.reading import PhotoFolder
     from vomstudio.photogrammetry.align.alignment import Alignment
     from vomstudio.photogrammetry.dense.depthmaps import DepthMap
     from vomstudio.photogrammetry.dense.pairs import Pairs
@@ -281,7 +282,7 @@ class _Run:
 
     def _dense_size(self, placed: _Placed) -> int:
         """What was chosen once is kept where it still fits, so that a run goes on with it."""
-        from vomstudio.photogrammetry.dense.depthmaps import fitting_size
+        from vomstudio.photogrammetry.dense.fitting import fitting_size
 
         wanted, lenses = self.settings.steps.dense_px, [v.intrinsics for v in placed.scene.views]
         size = fitting_size(wanted, [(lens.width, lens.height) for lens in lenses])
