@@ -121,16 +121,18 @@ def orthophoto(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """
     from vomstudio.io.models import model_cache
     from vomstudio.products.ortho import orthophoto as product
+    from vomstudio.products.ortho import planning
+    from vomstudio.products.ortho.views import View
 
     path = Path(args["path"])
     loaded = model_cache.load(path, model_cache.folder_of(path, Path(args["cache"])), progress)
     region = args["region"]
-    plan = product.plan(
+    plan = planning.plan(
         loaded.data,
-        product.View(**args["view"]),
+        View(**args["view"]),
         to_world=args["to_world"],
         gsd=args["gsd"],
-        region=None if region is None else product.Region(tuple(region[0]), region[1], region[2]),
+        region=None if region is None else planning.Region(tuple(region[0]), region[1], region[2]),
     )
     made = product.write_orthophoto(
         loaded.data,

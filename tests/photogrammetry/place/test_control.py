@@ -16,8 +16,7 @@ from vomstudio.geometry.cameras import View
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.align.mapping import residuals
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.photogrammetry.place.control import place_by_control
-from vomstudio.photogrammetry.place.georeference import by_control
+from vomstudio.photogrammetry.place.control import by_control, place_by_control
 from vomstudio.photogrammetry.place.ground_adjustment import triangulate
 
 PLACES = np.array(

@@ -218,7 +218,7 @@ class _Run:
 
     def _place(self, alignment: Alignment, photos: PhotoFolder, aligned: Stage) -> _Placed:
         """The largest part in World where control or GPS allow it, else upright and local."""
-        from vomstudio.photogrammetry.place import georeference
+        from vomstudio.photogrammetry.place import control, georeference
         from vomstudio.photogrammetry.place.local_frame import upright
 
         settings = self.settings
@@ -232,7 +232,7 @@ class _Run:
             threads = settings.threads or -1
             try:
                 if settings.control is not None:
-                    scene, fitted = georeference.by_control(
+                    scene, fitted = control.by_control(
                         part,
                         settings.control,
                         settings.marks,

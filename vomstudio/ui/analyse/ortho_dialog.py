@@ -27,7 +27,7 @@ from vomstudio.geology.notation import format_line
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry import transform
 from vomstudio.jobs.events import Failed
-from vomstudio.products.ortho import orthophoto
+from vomstudio.products.ortho import orthophoto, planning, views
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.widgets import ComboBox, file_field
 from vomstudio.ui.common.wording import length
@@ -64,7 +64,7 @@ class OrthoDialog(QDialog):
         self._direction = Line(trend % 360.0, plunge)
         centre, width, height = window.viewport.seen()
         x, y, z = (float(v) for v in centre)
-        self._seen = orthophoto.Region((x, y, z), width, height)
+        self._seen = planning.Region((x, y, z), width, height)
         self._words, self._error_deg = window.view_panel.judged(self._direction)
 
         self.model = ComboBox()
@@ -151,7 +151,7 @@ class OrthoDialog(QDialog):
         low, high = self._studio.models[model.id].data.bounds
         grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
         corners = transform.apply(model.to_world, np.where(grid == 1, high, low))
-        view = orthophoto.view_along_line(self._direction.trend_deg, self._direction.plunge_deg)
+        view = views.view_along_line(self._direction.trend_deg, self._direction.plunge_deg)
         return view.frame.to_view(corners, np.asarray(self._seen.centre))
 
     def _extent(self) -> tuple[float, float]:
@@ -167,13 +167,13 @@ class OrthoDialog(QDialog):
     def _propose(self) -> None:
         model = self._model()
         data = self._studio.models[model.id].data
-        gsd, self._why = orthophoto.default_gsd(data, model.to_world, max(self._extent()))
+        gsd, self._why = planning.default_gsd(data, model.to_world, max(self._extent()))
         self.gsd.setText(f"{gsd:g}")
         box = self._box()
         deep = float(np.ptp(box[:, 2]))
         metric = model.frame.has_metres
         self._unit.setText("m  " if metric else self.tr("units  "))
-        cost = orthophoto.cost_of_direction(self._error_deg, deep, metric=metric)
+        cost = views.cost_of_direction(self._error_deg, deep, metric=metric)
         self._cost.setText(cost[:1].upper() + cost[1:])
         self._check()
         # Labels of several lines have their text only now.
@@ -195,7 +195,7 @@ class OrthoDialog(QDialog):
                 f"up to {width / gsd:,.0f} × {height / gsd:,.0f} pixels, "
                 f"{' × '.join(size)}\nproposed: {self._why}"
             )
-            if pixels > orthophoto.MAX_PIXELS:
+            if pixels > planning.MAX_PIXELS:
                 why = f"{pixels / 1e6:,.0f} million pixels are too many; make them larger"
         if why is None and not self.target.text().lower().endswith((".tif", ".tiff")):
             why = "the file's name must end in .tif"
@@ -219,7 +219,7 @@ class OrthoDialog(QDialog):
             studio.warn(f"The file of {model.name} is not where it was; locate it first.")
             return
         out = Path(self.target.text()).expanduser()
-        view = orthophoto.View(
+        view = views.View(
             self._direction.trend_deg, self._direction.plunge_deg, "as given", self._words
         )
         if self.flip.isChecked():
