@@ -42,6 +42,7 @@ from vomstudio.version import __version__
 Array = npt.NDArray[np.float64]
 
 MAX_THREADS = 8
+_NO_CRS = "the model names no CRS, so the picture has the model's coordinates without one."
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,24 +99,14 @@ def write_orthophoto(
     targets = [image, depth, sidecar]
     targets += [world] if is_map else []
     targets += [Path(sheet)] if sheet is not None else []
-    for target in [*targets, *([world] if world.exists() and not is_map else [])]:
+    for target in targets if is_map or not world.exists() else [*targets, world]:
         check_target(target, force=force)
     grid = plan.grid
-    warnings = list(plan.notes)
-    if is_map and crs is None:
-        warnings.append(
-            "the model names no CRS, so the picture has the model's coordinates without one."
-        )
+    warnings = [*plan.notes, *([_NO_CRS] if is_map and crs is None else [])]
     transform = _transform(plan)
     facts = _facts(plan, crs if is_map else None, transform)
-    raster = Raster(
-        grid.width,
-        grid.height,
-        "rgba",
-        transform,
-        crs if is_map else VIEW_PLANE_CRS,
-        _tags(plan),
-    )
+    shown_crs = crs if is_map else VIEW_PLANE_CRS
+    raster = Raster(grid.width, grid.height, "rgba", transform, shown_crs, _tags(plan))
     progress.stage("preparing the model")
     source = _source(data, plan)
     small = _Reduced(grid) if sheet is not None else None
