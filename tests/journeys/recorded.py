@@ -36,9 +36,9 @@ from vomstudio.document.records import (
     Registration,
     Trace,
 )
-from vomstudio.geometry.brush import surface_of
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.control.tables import ControlPoint
+from vomstudio.geometry.streaming.surfaces import surface_of
+from vomstudio.io.control.points import ControlPoint
 from vomstudio.io.project.assets import asset_path, keep_asset
 from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent
 

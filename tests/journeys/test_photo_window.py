@@ -14,7 +14,7 @@ from PySide6.QtTest import QTest
 from tests import driver
 from tests.driver import click, drag, move, wait
 from vomstudio.geometry.pixel_areas import stroke_area
-from vomstudio.io.control.tables import read_control, read_marks
+from vomstudio.io.control.control_files import read_control, read_marks
 from vomstudio.io.photos.cameras_file import Cameras, write_cameras
 from vomstudio.io.photos.reading import read_photos
 from vomstudio.io.project.sample import read_true_cameras

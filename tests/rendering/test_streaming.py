@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from tests.io.models.test_copc import N, make
-from vomstudio.geometry.brush import CloudSurface, surface_of
+from vomstudio.geometry.brush import CloudSurface
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.streaming.octree import StreamedSurface, View
+from vomstudio.geometry.streaming.octree import View
+from vomstudio.geometry.streaming.surfaces import StreamedSurface, surface_of
 from vomstudio.io.models import copc
 from vomstudio.io.models.opening import read_model
 from vomstudio.rendering.scene.preparation import (

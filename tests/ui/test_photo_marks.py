@@ -11,8 +11,9 @@ from vomstudio.document.edits import new_id
 from vomstudio.document.photo_edits import add_photo_set
 from vomstudio.document.records import PhotoSet
 from vomstudio.errors import InputError, TargetError
-from vomstudio.io.control.control_files import crs_of
-from vomstudio.io.control.tables import ControlPoint, Mark, read_control, read_marks, write_marks
+from vomstudio.io.control.control_files import crs_of, read_control, read_marks
+from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.io.control.writing import write_marks
 from vomstudio.io.project.taking_in import read_beside, stored_path, tables_of
 from vomstudio.io.settings import Settings
 from vomstudio.ui.common.studio import Studio

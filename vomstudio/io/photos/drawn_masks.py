@@ -14,8 +14,8 @@ import numpy.typing as npt
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.atomic import atomic_write
 from vomstudio.files.backup import set_aside
+from vomstudio.io.photos.photo import Photo
 from vomstudio.io.photos.pixels import opened, read_mask
-from vomstudio.io.photos.reading import Photo
 
 Flags = npt.NDArray[np.bool_]
 

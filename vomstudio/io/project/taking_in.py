@@ -22,8 +22,8 @@ from vomstudio.document.photo_edits import (
 )
 from vomstudio.document.records import Asset, Model, PhotoSet, Record, Registration
 from vomstudio.errors import InputError, VomError
-from vomstudio.io.control.control_files import crs_of, marks_beside
-from vomstudio.io.control.tables import CONTROL, MARKS, ControlPoint, Mark, read_control, read_marks
+from vomstudio.io.control.control_files import crs_of, marks_beside, read_control, read_marks
+from vomstudio.io.control.points import CONTROL, MARKS, ControlPoint, Mark
 from vomstudio.io.photos.names import photo_finder
 from vomstudio.io.project.assets import keep_asset
 from vomstudio.io.project.reconstructions import RESULT, asked, read_reconstruction

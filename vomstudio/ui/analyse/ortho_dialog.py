@@ -29,7 +29,7 @@ from vomstudio.geology.orientation import Line
 from vomstudio.geometry import transform
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.product_tasks import ORTHOPHOTO, OrthophotoOrder, WrittenOrthophoto
-from vomstudio.products.ortho import orthophoto
+from vomstudio.products.ortho import orthophoto, planning, views
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.ui.common.chosen import current_model, start_folder
 from vomstudio.ui.common.studio import Studio
@@ -55,7 +55,7 @@ class OrthoDialog(QDialog):
         self._direction = Line(trend % 360.0, plunge)
         centre, width, height = viewport.seen()
         x, y, z = (float(v) for v in centre)
-        self._seen = orthophoto.Region((x, y, z), width, height)
+        self._seen = planning.Region((x, y, z), width, height)
         self._words, self._error_deg = directions.judged(self._direction)
         form = self._make_form()
         self._buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
@@ -152,7 +152,7 @@ class OrthoDialog(QDialog):
         low, high = self._studio.models[model.id].data.bounds
         grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
         corners = transform.apply(model.to_world, np.where(grid == 1, high, low))
-        view = orthophoto.view_along_line(self._direction.trend_deg, self._direction.plunge_deg)
+        view = views.view_along_line(self._direction.trend_deg, self._direction.plunge_deg)
         return view.frame.to_view(corners, np.asarray(self._seen.centre))
 
     def _extent(self) -> tuple[float, float]:
@@ -168,13 +168,13 @@ class OrthoDialog(QDialog):
     def _propose(self) -> None:
         model = self._model()
         data = self._studio.models[model.id].data
-        gsd, self._why = orthophoto.default_gsd(data, model.to_world, max(self._extent()))
+        gsd, self._why = planning.default_gsd(data, model.to_world, max(self._extent()))
         self.gsd.setText(f"{gsd:g}")
         box = self._box()
         deep = float(np.ptp(box[:, 2]))
         metric = model.frame.has_metres
         self._unit.setText("m  " if metric else self.tr("units  "))
-        cost = orthophoto.cost_of_direction(self._error_deg, deep, metric=metric)
+        cost = views.cost_of_direction(self._error_deg, deep, metric=metric)
         self._cost.setText(cost[:1].upper() + cost[1:])
         self._check()
         # Labels of several lines have their text only now.
@@ -196,7 +196,7 @@ class OrthoDialog(QDialog):
                 f"up to {width / gsd:,.0f} × {height / gsd:,.0f} pixels, "
                 f"{' × '.join(size)}\nproposed: {self._why}"
             )
-            if pixels > orthophoto.MAX_PIXELS:
+            if pixels > planning.MAX_PIXELS:
                 why = f"{pixels / 1e6:,.0f} million pixels are too many; make them larger"
         if why is None and not self.target.text().lower().endswith((".tif", ".tiff")):
             why = "the file's name must end in .tif"
@@ -220,7 +220,7 @@ class OrthoDialog(QDialog):
             studio.warn(f"The file of {model.name} is not where it was; locate it first.")
             return
         out = Path(self.target.text()).expanduser()
-        view = orthophoto.View(
+        view = views.View(
             self._direction.trend_deg, self._direction.plunge_deg, "as given", self._words
         )
         if self.flip.isChecked():

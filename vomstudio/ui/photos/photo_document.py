@@ -24,7 +24,7 @@ from vomstudio.document.photo_edits import (
 )
 from vomstudio.document.records import Asset, ImageMark, MarkedPoint, Mask, PhotoSet, Record
 from vomstudio.errors import VomError
-from vomstudio.io.control.tables import ControlPoint, Mark
+from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.project.assets import asset_path
 from vomstudio.io.project.taking_in import stored_path
 from vomstudio.photogrammetry.place.mark_prediction import Marking

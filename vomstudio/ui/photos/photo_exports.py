@@ -14,7 +14,8 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from vomstudio.errors import TargetError, VomError
 from vomstudio.files.backup import set_aside
-from vomstudio.io.control.tables import CONTROL, MARKS, write_control, write_marks
+from vomstudio.io.control.points import CONTROL, MARKS
+from vomstudio.io.control.writing import write_control, write_marks
 from vomstudio.io.photos.drawn_masks import keep_mask, load_mask, mask_place
 from vomstudio.io.project.taking_in import spare_folder
 from vomstudio.photogrammetry.place.mark_prediction import Marking

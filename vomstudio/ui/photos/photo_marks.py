@@ -10,8 +10,7 @@ import numpy.typing as npt
 from PySide6.QtCore import QObject, Signal
 
 from vomstudio.errors import InputError
-from vomstudio.io.control.control_files import crs_of
-from vomstudio.io.control.tables import read_control, read_marks
+from vomstudio.io.control.control_files import crs_of, read_control, read_marks
 from vomstudio.photogrammetry.place.mark_prediction import (
     NOTHING,
     Marking,

@@ -14,7 +14,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from vomstudio.document.photo_edits import add_reconstruction
 from vomstudio.errors import VomError, WorkerError
 from vomstudio.io.control.control_files import find_control
-from vomstudio.io.control.tables import CONTROL, MARKS
+from vomstudio.io.control.points import CONTROL, MARKS
 from vomstudio.io.photos.cameras_file import FILE_NAME, read_cameras
 from vomstudio.io.project.reconstructions import read_reconstruction
 from vomstudio.io.project.taking_in import RECONSTRUCTIONS

@@ -26,7 +26,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.errors import GeometryError
-from vomstudio.io.control.tables import ControlPoint
+from vomstudio.io.control.points import ControlPoint
 from vomstudio.io.text.rows import parse_number
 from vomstudio.photogrammetry.place.mark_prediction import BAD_PX, CHECK, CONTROL, TIE
 from vomstudio.rendering.qt.painting import VERDICT_COLORS
