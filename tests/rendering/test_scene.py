@@ -13,7 +13,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
-from vomstudio.rendering.scene import preparation
+from vomstudio.rendering.scene import events, preparation
 from vomstudio.rendering.scene.scene import DISPLAY_MODES, Scene
 from vomstudio.rendering.view.drawing import FeatureDrawing
 
@@ -38,8 +38,8 @@ def show(scene: Scene, model_id: str, data: Mesh | PointCloud, to_world=None) ->
     scene.add_model(model_id, data, np.eye(4) if to_world is None else to_world, bounds, origin)
     told: list[str] = []
 
-    def emit(event: preparation.Event) -> None:
-        if isinstance(event, preparation.Problem):
+    def emit(event: events.Event) -> None:
+        if isinstance(event, events.Problem):
             told.append(event.text)
         else:
             scene.take(model_id, event)
@@ -326,10 +326,10 @@ def test_a_cloud_is_seen_before_it_is_prepared(scene: Scene) -> None:
     scene.add_model("c", cloud, np.eye(4), bounds, origin)
     first = True
 
-    def emit(event: preparation.Event) -> None:
+    def emit(event: events.Event) -> None:
         nonlocal first
         if first:
-            assert isinstance(event, preparation.NodeReady)
+            assert isinstance(event, events.NodeReady)
             assert len(event.chunk.points) < 60_000
             scene.take("c", event)
             scene.camera.fit(scene.corners(), SIZE)

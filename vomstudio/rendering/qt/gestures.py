@@ -9,16 +9,17 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
+import numpy.typing as npt
 from PySide6.QtCore import QObject, QPointF, Qt, QTimer, Signal
 from PySide6.QtGui import QMouseEvent, QWheelEvent
 
-from vomstudio.tools.types import Button, Pointer, PointerEvent
+from vomstudio.rendering.view.camera import Camera
+from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent, Preview
 
-if TYPE_CHECKING:
-    from vomstudio.rendering.qt.viewport import Viewport
+Array = npt.NDArray[np.float64]
 
 CLICK_PIXELS = 4.0
 HANDLE_PIXELS = 9.0
@@ -35,6 +36,36 @@ BUTTONS = {
 }
 
 
+class View(Protocol):
+    """What the gestures move and ask. Pixels are logical, from the top left corner."""
+
+    camera: Camera
+    preview: Preview | None
+
+    def extent(self) -> tuple[float, float]: ...
+
+    def pick(self, x: float, y: float) -> Hit | None: ...
+
+    def world_of(self, hit: Hit) -> Array: ...
+
+    def moved(self) -> None:
+        """The camera has been moved."""
+
+    def set_pivot(self, point_world: Array) -> None: ...
+
+    def hover(self, x: float, y: float, *, free: bool) -> None:
+        """The cursor stands at a pixel; `free` where no vertex of the preview is under it."""
+
+    def update(self) -> None: ...
+
+    def face_at(self, x: float, y: float) -> int | None:
+        """Which handle of the clipping box lies under a pixel."""
+
+    def drag_face(self, face: int, x: float, y: float) -> None: ...
+
+    def face_left(self) -> None: ...
+
+
 class Gestures(QObject):
     """orbit_button : the right one leaves drags with the left one to the tool, from the press on
     cursor : where the mouse is, None outside; hot_handle : the vertex of the preview under it
@@ -44,8 +75,8 @@ class Gestures(QObject):
     pointer = Signal(object)
     """PointerEvent"""
 
-    def __init__(self, view: Viewport) -> None:
-        super().__init__(view)
+    def __init__(self, view: View, parent: QObject) -> None:
+        super().__init__(parent)
         self._view = view
         self.orbit_button = Qt.MouseButton.LeftButton
         self._turntable = True

@@ -44,7 +44,14 @@ from vomstudio.rendering.qt.feature_picking import feature_at
 from vomstudio.rendering.qt.gestures import Gestures
 from vomstudio.rendering.qt.overlays import Overlays
 from vomstudio.rendering.qt.preview_painting import PreviewPainter
-from vomstudio.rendering.scene.model_work import ModelWork, Registered
+from vomstudio.rendering.scene.events import (
+    ChunksDone,
+    FieldReady,
+    LocatorReady,
+    Problem,
+    Registered,
+)
+from vomstudio.rendering.scene.model_work import ModelWork
 from vomstudio.rendering.view.camera import STANDARD_VIEWS, VIEW_ALIASES, Camera
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.rendering.view.drawing import FeatureDrawing
@@ -96,7 +103,7 @@ class Viewport(QWidget):
         self.preview: Preview | None = None
         self.overlays = Overlays(self.camera)
         self.clip = ClipHandles(self.camera)
-        self.gestures = Gestures(self)
+        self.gestures = Gestures(self, self)
         self.gestures.pointer.connect(self.pointer)
         self._waiting: list[Callable[[], None]] = []
         self._features: dict[str, FeatureDrawing] = {}
@@ -250,25 +257,23 @@ class Viewport(QWidget):
         """Accept what the workers have handed over, for a few milliseconds at a time."""
         if self._scene is None or self._closed:
             return
-        from vomstudio.rendering.scene import preparation
-
         until = time.perf_counter() + 0.010
         changed = False
         while time.perf_counter() < until and (found := self._work.next()):
             model_id, event = found
-            if isinstance(event, preparation.Problem):
+            if isinstance(event, Problem):
                 self.problem.emit(event.text)
                 continue
             if isinstance(event, Registered):
                 self._register(model_id, event)
-            elif isinstance(event, preparation.FieldReady):
+            elif isinstance(event, FieldReady):
                 self._take_field(model_id, event)
                 continue
             else:
                 self._scene.take(model_id, event)
-            if isinstance(event, preparation.ChunksDone):
+            if isinstance(event, ChunksDone):
                 self._color(model_id)
-            if isinstance(event, preparation.LocatorReady):
+            if isinstance(event, LocatorReady):
                 self._reach(model_id, "pickable")
             else:
                 changed = True
@@ -431,7 +436,7 @@ class Viewport(QWidget):
             [part.rows for part in model.parts],
         )
 
-    def _take_field(self, model_id: str, event: Any) -> None:
+    def _take_field(self, model_id: str, event: FieldReady) -> None:
         assert self._scene is not None
         if self._mode == "field" and self._styles.get(model_id) == event.style:
             self._scene.take(model_id, event)

@@ -39,12 +39,7 @@ from vomstudio.rendering.scene import in_view, picking, skins, vtk_data
 from vomstudio.rendering.scene.appearance import DISPLAY_MODES, Appearance
 from vomstudio.rendering.scene.buffers import Buffers
 from vomstudio.rendering.scene.camera_layer import CameraLayer
-from vomstudio.rendering.scene.eyedome import BANDS, EyeDome
-from vomstudio.rendering.scene.feature_layer import FeatureLayer
-from vomstudio.rendering.scene.model_scene import ModelScene, Part
-from vomstudio.rendering.scene.preparation import (
-    MOVING_SETS,
-    POINTS_PER_SET,
+from vomstudio.rendering.scene.events import (
     ChunksDone,
     Event,
     FieldReady,
@@ -58,6 +53,9 @@ from vomstudio.rendering.scene.preparation import (
     TexturesDone,
     ViewDone,
 )
+from vomstudio.rendering.scene.eyedome import BANDS, EyeDome
+from vomstudio.rendering.scene.feature_layer import FeatureLayer
+from vomstudio.rendering.scene.model_scene import ModelScene, Part
 from vomstudio.rendering.scene.skins import Skin
 from vomstudio.rendering.scene.streaming import view_of
 from vomstudio.rendering.view.camera import Camera, Eye
@@ -74,6 +72,9 @@ BACKGROUND = (0.36, 0.375, 0.39)
 SOFTWARE_TEXTURE_SIDE = 4096
 SOFTWARE_WHOLE_SIDE = 2048
 """A larger one goes to a software renderer in quarters."""
+
+MOVING_SETS = 6
+POINTS_PER_SET = 50_000
 
 PATIENCE_S = 0.4
 """Nodes that come within this time after they were asked for are drawn in one frame."""

@@ -17,7 +17,8 @@ from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.streaming.octree import CloudNodes, Piece, StreamedCloud, View
 from vomstudio.rendering.scene import vtk_data
-from vomstudio.rendering.scene.preparation import (
+from vomstudio.rendering.scene.cloud_colors import coloring
+from vomstudio.rendering.scene.events import (
     ChunksDone,
     Emit,
     LocatorReady,
@@ -28,7 +29,6 @@ from vomstudio.rendering.scene.preparation import (
     StreamStarted,
     TexturesDone,
     ViewDone,
-    coloring,
 )
 from vomstudio.rendering.view import blocks
 from vomstudio.rendering.view.blocks import PointChunk
