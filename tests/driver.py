@@ -179,7 +179,7 @@ def look_at(window: MainWindow, points: np.ndarray, trend: float, plunge: float 
     window.viewport.frame(points)
     viewport = window.viewport
     wait(lambda: not viewport._moving and not viewport._rest.isActive()
-         and viewport._scene.complete, "the camera's rest")  # fmt: skip
+         and viewport._scene.picture.complete, "the camera's rest")  # fmt: skip
 
 
 # --- boxes -----------------------------------------------------------------------------------

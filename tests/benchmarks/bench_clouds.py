@@ -177,7 +177,7 @@ def run(app: QApplication, path: Path) -> None:
     (model,) = (m for m in scene.models.values() if not m.model_id.startswith("preview:"))
 
     def settled() -> bool:
-        return bool(scene.complete) and scene.settled and not view._rest.isActive()
+        return bool(scene.picture.complete) and scene.nodes.settled and not view._rest.isActive()
 
     def say(what: str, seconds: float) -> None:
         held = sum(p.elements for p in model.parts)

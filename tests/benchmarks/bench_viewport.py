@@ -168,7 +168,7 @@ def zoom(app: QApplication, view, heart: Heartbeat) -> None:  # type: ignore[no-
         view.camera.zoom(0.72, about)
         view.moved()
         pump(app, 0.02)
-        rests.append(pump(app, 30.0, lambda: bool(scene.complete)))
+        rests.append(pump(app, 30.0, lambda: bool(scene.picture.complete)))
     levels = [s.level for m in scene.models.values() for s in m.skins.values()]
     print(
         f"zooming in, 8 rests             {max(rests):6.2f} s at most, texture levels {levels}, "
@@ -177,7 +177,7 @@ def zoom(app: QApplication, view, heart: Heartbeat) -> None:  # type: ignore[no-
     heart.restart()
     view.set_camera_state(before)
     pump(app, 0.02)
-    rest = pump(app, 30.0, lambda: bool(scene.complete))
+    rest = pump(app, 30.0, lambda: bool(scene.picture.complete))
     pump(app, 0.2)
     print(f"zooming out in one go           {rest:6.2f} s, {heart.report()}")
 
@@ -233,7 +233,7 @@ def run_cloud(app: QApplication, source: str, steps: int) -> None:
     print(f"pick                            {milliseconds(picks)}")
     print(f"drag step                       {milliseconds(drag(app, view, steps))}")
     heart.restart()
-    rest = pump(app, 30.0, lambda: bool(view._scene.complete))  # type: ignore[union-attr]
+    rest = pump(app, 30.0, lambda: bool(view._scene.picture.complete))  # type: ignore[union-attr]
     pump(app, 0.3)
     print(f"coming to rest                  {rest:6.2f} s, {heart.report()}")
     display(app, view, heart, steps)
@@ -251,7 +251,7 @@ def display(app: QApplication, view, heart: Heartbeat, steps: int) -> None:  # t
     scene = view._scene
 
     def whole() -> bool:
-        return bool(scene.complete) and not view._rest.isActive()
+        return bool(scene.picture.complete) and not view._rest.isActive()
 
     pump(app, 30.0, whole)
     before = memory_mb()
@@ -307,7 +307,7 @@ def display(app: QApplication, view, heart: Heartbeat, steps: int) -> None:  # t
 
 
 def redraw(app: QApplication, view, whole) -> float:  # type: ignore[no-untyped-def]
-    view._scene.abandon()
+    view._scene.picture.abandon()
     view._frame_dirty = False
     started = time.perf_counter()
     view._come_to_rest()
@@ -514,20 +514,20 @@ def run(app: QApplication, millions: float, steps: int, folder: Path) -> None:
         late.append(time.perf_counter() - t)
     print(f"pick with the locator           {milliseconds(late)}")
     pump(app, 0.5)
-    frames = view._scene.frames  # type: ignore[union-attr]
+    frames = view._scene.canvas.frames  # type: ignore[union-attr]
     pump(app, 1.0)
-    print(f"frames drawn in an idle second  {view._scene.frames - frames}")  # type: ignore[union-attr]
+    print(f"frames drawn in an idle second  {view._scene.canvas.frames - frames}")  # type: ignore[union-attr]
     bare, read = plain_frames(steps)
     print(f"plain 60,000-triangle frame     {milliseconds(bare)}")
     print(f"  the same, picture read        {milliseconds(read)}")
-    frames = view._scene.frames  # type: ignore[union-attr]
+    frames = view._scene.canvas.frames  # type: ignore[union-attr]
     times = drag(app, view, steps)
-    drawn = view._scene.frames - frames  # type: ignore[union-attr]
+    drawn = view._scene.canvas.frames - frames  # type: ignore[union-attr]
     print(f"drag step                       {milliseconds(times)}, {drawn} frames for {steps + 2}")
     ratio = np.percentile(times, 95) / np.percentile(bare, 95)
     print(f"  p95 over the plain frame's    {ratio:.2f}")
     heart.restart()
-    rest = pump(app, 30.0, lambda: bool(view._scene.complete))  # type: ignore[union-attr]
+    rest = pump(app, 30.0, lambda: bool(view._scene.picture.complete))  # type: ignore[union-attr]
     pump(app, 0.3)
     print(f"coming to rest                  {rest:6.2f} s, {heart.report()}")
     line = np.array(

@@ -85,7 +85,7 @@ def test_cameras_stand_where_the_photos_were_taken(window, made, opened) -> None
     # Home brings them into view, which stand outside the outcrop.
     driver.key(window, Qt.Key.Key_Home)
     driver.settled(window)
-    wait(lambda: viewport._scene.complete, "the picture")
+    wait(lambda: viewport._scene.picture.complete, "the picture")
     pixels, _ = viewport.project(centres)
     assert ((pixels > 0) & (pixels < [viewport.width(), viewport.height()])).all()
     assert np.abs(picture(viewport) - before).max() > 40

@@ -156,7 +156,7 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
     assert chosen_rows(window) == [second.id]
     assert window.viewport._selected == frozenset({second.id})
     assert window.properties._name.text() == "B02"
-    wait(lambda: viewport._scene.complete, "the picture")
+    wait(lambda: viewport._scene.picture.complete, "the picture")
     driver.keep_picture(window, "journey-4-selected")
 
     # Rename in the table, by typing.

@@ -26,7 +26,8 @@ def settle(window, model_id: str) -> None:
     scene, viewport = window.viewport._scene, window.viewport
     wait(lambda: model_id in scene.models and scene.models[model_id].streamer, "a stream")
     pause(350)
-    wait(lambda: scene.complete and scene.settled and not viewport._rest.isActive(), "all nodes")
+    wait(lambda: scene.picture.complete and scene.nodes.settled
+         and not viewport._rest.isActive(), "all nodes")  # fmt: skip
     assert not viewport._work.waiting
 
 

@@ -112,7 +112,7 @@ class Stage:
     @property
     def frames(self) -> int:
         assert self.view._scene is not None
-        return self.view._scene.frames
+        return self.view._scene.canvas.frames
 
     def picture(self) -> np.ndarray:
         image = self.window.grab().toImage().convertToFormat(QImage.Format.Format_RGB888)
@@ -415,7 +415,7 @@ def test_models_added_and_removed_leave_nothing_behind(stage: Stage) -> None:
     stage.settle(0.3)
     assert stage.view._scene is not None
     assert stage.view._scene.models == {}
-    assert stage.view._scene._surface.GetActors().GetNumberOfItems() == 0
+    assert stage.view._scene.canvas.surface.GetActors().GetNumberOfItems() == 0
     stage.show("last", wall())
     assert stage.view.pick(350.0, 250.0) is not None
 

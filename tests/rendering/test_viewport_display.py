@@ -35,7 +35,7 @@ def at_rest(stage: Stage) -> None:
     scene = stage.view._scene
     assert scene is not None
     stage.settle(0.1)
-    stage.wait(lambda: scene.complete and not stage.view._rest.isActive())
+    stage.wait(lambda: scene.picture.complete and not stage.view._rest.isActive())
     stage.settle(0.05)
 
 

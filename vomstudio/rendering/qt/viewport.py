@@ -167,13 +167,10 @@ class Viewport(QWidget):
             return
         from vomstudio.rendering.scene.scene import Scene
 
-        scene = Scene()
-        scene.camera = self.camera
+        scene = Scene(self.camera)
         ratio = self.devicePixelRatioF()
-        scene.look.point_scale = ratio
         scene.start(max(1, round(self.width() * ratio)), max(1, round(self.height() * ratio)))
-        scene.features.set_scale(ratio)
-        scene.cameras.set_scale(ratio)
+        scene.set_scale(ratio)
         scene.cameras.show(self._frusta)
         scene.cameras.choose(self._chosen_cameras)
         self._scene = scene
@@ -240,8 +237,8 @@ class Viewport(QWidget):
                 self._work.prepare(
                     model_id,
                     data,
-                    texture_limit=self._scene.texture_limit,
-                    whole_side=self._scene.whole_texture_side,
+                    texture_limit=self._scene.canvas.texture_limit,
+                    whole_side=self._scene.canvas.whole_texture_side,
                     budget=self.point_budget,
                 )
 
@@ -387,7 +384,7 @@ class Viewport(QWidget):
         if any(m.visible and m.proxies for m in self._scene.models.values()):
             self._redraw()
             return
-        self._scene.abandon()
+        self._scene.picture.abandon()
         self._refine.stop()
         if not self._frame_dirty:
             self._rest.start(1)
@@ -718,7 +715,7 @@ class Viewport(QWidget):
         self._moving = True
         self._frame_dirty = True
         if self._scene is not None:
-            self._scene.abandon()
+            self._scene.picture.abandon()
         self._refine.stop()
         self._rest.start(REST_MS)
         self.update()
@@ -739,8 +736,8 @@ class Viewport(QWidget):
         if scene is None or self._closed or not self.isVisible():
             return
         if not self._frame_dirty:
-            scene.look_around()
-        if scene.complete and not self._frame_dirty:
+            scene.nodes.look_around()
+        if scene.picture.complete and not self._frame_dirty:
             # The picture stands; labels that had no room while it moved may have some now.
             self._base = None
             self.update()
@@ -753,25 +750,25 @@ class Viewport(QWidget):
             if self._frame_dirty:
                 self.update()
             return
-        if scene.waits:
+        if scene.nodes.waits:
             self._rest.start(50)
             return
-        scene.begin_rest()
+        scene.picture.begin_rest()
         self._refine.start()
 
     def _refine_step(self) -> None:
         scene = self._scene
         if scene is None or self._closed:
             return
-        if not scene.refining:
+        if not scene.picture.refining:
             return
-        if scene.refine():
+        if scene.picture.refine():
             self._frame_dirty = False
             self._features_dirty = False
             self._grab_picture()
             self._report_stages()
             self.update()
-            if not scene.complete:
+            if not scene.picture.complete:
                 # More has arrived while this frame was being made.
                 self._rest.start(30)
         else:
@@ -780,7 +777,7 @@ class Viewport(QWidget):
     def _grab_picture(self) -> None:
         assert self._scene is not None
         # The picture's memory is the array's, which therefore has to live as long.
-        self._pixels = np.ascontiguousarray(self._scene.pixels()[::-1])
+        self._pixels = np.ascontiguousarray(self._scene.canvas.pixels()[::-1])
         height, width = self._pixels.shape[:2]
         self._picture = QImage(
             self._pixels.data, width, height, 4 * width, QImage.Format.Format_RGBX8888
@@ -792,31 +789,40 @@ class Viewport(QWidget):
         assert self._scene is not None
         # Whoever is told may take a model away.
         for model in list(self._scene.models.values()):
-            if (model.proxies and self._scene.showing_proxy) or any(
+            if (model.proxies and self._scene.picture.showing_proxy) or any(
                 p.uploaded for p in model.parts
             ):
                 self._reach(model.model_id, "shown")
-            if self._scene.complete and model.chunks_done and model.textures_done and model.settled:
+            if (
+                self._scene.picture.complete
+                and model.chunks_done
+                and model.textures_done
+                and model.settled
+            ):
                 self._reach(model.model_id, "complete")
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
         scene = self._scene
         if scene is not None and not self._closed:
-            if self._frame_dirty and not scene.refining:
+            if self._frame_dirty and not scene.picture.refining:
                 self._frame_dirty = self._features_dirty = False
-                scene.draw(moving=self._moving)
+                scene.picture.draw(moving=self._moving)
                 self._grab_picture()
                 self._report_stages()
-                if scene.more_to_come:
+                if scene.picture.more_to_come:
                     self._frame_dirty = True
                     QTimer.singleShot(0, self.update)
-                if not scene.complete and not self._rest.isActive():
+                if not scene.picture.complete and not self._rest.isActive():
                     self._rest.start(30)
             elif self._features_dirty:
                 self._features_dirty = False
-                scene.draw_features()
+                scene.picture.draw_features()
                 self._grab_picture()
-                if not scene.complete and not scene.refining and not self._rest.isActive():
+                if (
+                    not scene.picture.complete
+                    and not scene.picture.refining
+                    and not self._rest.isActive()
+                ):
                     self._rest.start(30)
         if self._base is None:
             self._compose()
@@ -907,9 +913,7 @@ class Viewport(QWidget):
         if self._scene is None:
             return
         ratio = self.devicePixelRatioF()
-        self._scene.look.point_scale = ratio
-        self._scene.features.set_scale(ratio)
-        self._scene.cameras.set_scale(ratio)
+        self._scene.set_scale(ratio)
         self._scene.resize(
             max(1, round(self.width() * ratio)), max(1, round(self.height() * ratio))
         )

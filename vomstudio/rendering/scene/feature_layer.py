@@ -145,7 +145,7 @@ class FeatureLayer:
             shown = self.shown()
             self._dress("", self._lines(shown), LINE_WIDTH, HALO_EXTRA)
             discs = self._discs([d for d in shown if d.disc is not None])
-            self._actors["discs"].GetMapper().SetInputData(discs)
+            vtk_data.show(self._actors["discs"], discs)
         if self._chosen_stale:
             # The selected ones are drawn once more over all the others, so that a change of the
             # selection leaves the large arrays alone.
@@ -162,7 +162,7 @@ class FeatureLayer:
     def _dress(self, mark: str, data: vtkPolyData, width: float, halo: float) -> None:
         for name, wide in (("halo", width + halo), ("line", width), ("hidden", width)):
             actor = self._actors[name + mark]
-            actor.GetMapper().SetInputData(data)
+            vtk_data.show(actor, data)
             actor.GetProperty().SetLineWidth(wide * self.scale)
 
     def _lines(self, drawings: list[FeatureDrawing]) -> vtkPolyData:

@@ -13,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkStaticCellLocator
 
@@ -226,8 +225,8 @@ def compact(data: vtkPolyData, colored: bool) -> tuple[vtkPolyData, npt.NDArray[
 
     The decimation keeps every point it was given, which makes drawing three times slower.
     """
-    faces = vtk_to_numpy(data.GetPolys().GetConnectivityArray()).reshape(-1, 3)
-    points = vtk_to_numpy(data.GetPoints().GetData())
+    faces = vtk_data.array_of(data.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    points = vtk_data.array_of(data.GetPoints().GetData())
     corner = points[faces[:, 0]]
     low = corner.min(axis=0)
     faces = faces[np.argsort(blocks.morton(corner, low, float((corner.max(axis=0) - low).max())))]
@@ -236,7 +235,7 @@ def compact(data: vtkPolyData, colored: bool) -> tuple[vtkPolyData, npt.NDArray[
     place = np.empty(len(used), np.int32)
     place[order] = np.arange(len(used), dtype=np.int32)
     used = used[order]
-    colors = vtk_to_numpy(data.GetPointData().GetScalars())[used] if colored else None
+    colors = vtk_data.array_of(data.GetPointData().GetScalars())[used] if colored else None
     faces = place[inverse.reshape(-1)].reshape(-1, 3)
     return vtk_data.triangles(points[used], faces, colors=colors), used.astype(np.int32)
 

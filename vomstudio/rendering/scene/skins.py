@@ -8,6 +8,8 @@ are there, the level before stays.
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 from vtkmodules.vtkRenderingCore import vtkActor, vtkRenderer, vtkRenderWindow, vtkTexture
 
@@ -122,6 +124,7 @@ def wear(actor: vtkActor, pieces: list[vtkTexture]) -> None:
 
 
 def take_off(actor: vtkActor) -> None:
-    actor.SetTexture(None)  # VTK takes None
+    # VTK takes None for no texture; its stubs do not say so.
+    actor.SetTexture(cast(vtkTexture, None))
     actor.GetProperty().RemoveAllTextures()
     actor.GetShaderProperty().ClearAllFragmentShaderReplacements()

@@ -98,7 +98,8 @@ def rotation(axis: Array, angle_deg: float) -> Array:
     a = math.radians(angle_deg)
     x, y, z = axis
     k = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + math.sin(a) * k + (1.0 - math.cos(a)) * (k @ k)
+    turn: Array = np.eye(3) + math.sin(a) * k + (1.0 - math.cos(a)) * (k @ k)
+    return turn
 
 
 class Camera:
@@ -119,7 +120,8 @@ class Camera:
 
     @property
     def direction(self) -> Array:
-        return self.frame[2]
+        direction: Array = self.frame[2]
+        return direction
 
     @property
     def tangent(self) -> float:

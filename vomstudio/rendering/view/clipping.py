@@ -57,7 +57,7 @@ class ClipBox:
         return np.array([[both[k >> a & 1, a] for a in range(3)] for k in range(8)])
 
     def face_centre(self, axis: int, side: int) -> Array:
-        centre = (np.array(self.low) + np.array(self.high)) / 2.0
+        centre: Array = (np.array(self.low) + np.array(self.high)) / 2.0
         centre[axis] = (self.low, self.high)[side][axis]
         return centre
 
