@@ -12,6 +12,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkMapper, vtkPolyDataMapper, 
 from vomstudio.rendering.scene import vtk_data
 from vomstudio.rendering.scene.area_layer import AreaLayer, Pixel, area_box
 from vomstudio.rendering.view.drawing import FeatureDrawing
+from vomstudio.tools.types import Area
 
 Array = npt.NDArray[np.float64]
 
@@ -125,6 +126,10 @@ class FeatureLayer:
         self.selected = ids
         self.areas.select(ids)
         self._chosen_stale = True
+
+    def set_live(self, area: Area | None, color: tuple[float, float, float]) -> None:
+        """What a brush is touching; None for nothing."""
+        self.areas.set_live(area, color)
 
     def shown(self) -> list[FeatureDrawing]:
         return [d for d in self.drawings.values() if d.visible]

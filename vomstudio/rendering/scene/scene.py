@@ -150,6 +150,14 @@ class Scene:
         """(n, 3) World corners of the visible models; see `ModelScene.corners_world`."""
         return self._contents.corners(close=close)
 
+    def everything(self) -> Array:
+        """(n, 3) World corners of the visible models or, without any, of the features; and of the
+        cameras of photos."""
+        corners = self.corners(close=True)
+        if not len(corners):
+            corners = self.features.corners()
+        return np.concatenate([corners, self.cameras.corners()])
+
     # -- how models look
 
     def set_mode(self, mode: str) -> None:

@@ -60,9 +60,10 @@ class OrthoDialog(QDialog):
         self.setMinimumWidth(640)
         self._window, self._studio = window, window.studio
         assert window.viewport is not None
-        trend, plunge = window.viewport.view_direction()
+        moves = window.viewport.moves
+        trend, plunge = moves.view_direction()
         self._direction = Line(trend % 360.0, plunge)
-        centre, width, height = window.viewport.seen()
+        centre, width, height = moves.seen()
         x, y, z = (float(v) for v in centre)
         self._seen = orthophoto.Region((x, y, z), width, height)
         self._words, self._error_deg = window.view_panel.judged(self._direction)

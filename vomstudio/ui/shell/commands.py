@@ -141,7 +141,7 @@ def _views(w: MainWindow) -> list[Command]:
 
     def toggle_orthographic() -> None:
         if w.viewport is not None:
-            w.viewport.set_orthographic(not w.viewport.orthographic)
+            w.viewport.moves.set_orthographic(not w.viewport.moves.orthographic)
 
     def home() -> None:
         if w.viewport is not None:
@@ -150,7 +150,7 @@ def _views(w: MainWindow) -> list[Command]:
     def view(name: str) -> Callable[[], None]:
         def look() -> None:
             if w.viewport is not None:
-                w.viewport.standard_view(name)
+                w.viewport.moves.standard_view(name)
 
         return look
 
@@ -179,7 +179,7 @@ def _views(w: MainWindow) -> list[Command]:
         Command("orthographic", "&Orthographic", toggle_orthographic, "cube-outline", "O",
                 "Without perspective: lengths across the view are true", no_viewport,
                 in_viewport=True,
-                checked=lambda: w.viewport is not None and w.viewport.orthographic),
+                checked=lambda: w.viewport is not None and w.viewport.moves.orthographic),
         Command("trackball", "Turn about any &axis", trackball, None, (),
                 "Off: the turntable keeps Z up", no_viewport,
                 checked=lambda: not studio.settings.turntable),

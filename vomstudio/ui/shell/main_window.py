@@ -373,7 +373,7 @@ class MainWindow(QMainWindow):
         viewport.pointer.connect(self.status_line.show_pointer)
         viewport.camera_changed.connect(self._camera_changed)
         viewport.problem.connect(lambda text: self.studio.warn(text))
-        viewport.point_budget = self._settings.point_budget
+        viewport.models.point_budget = self._settings.point_budget
         viewport.gestures.set_turntable(self._settings.turntable)
         viewport.setFocus()
         # A window that is closed before the process ends is not to stay for ever.
@@ -476,8 +476,8 @@ class MainWindow(QMainWindow):
     # --- view --------------------------------------------------------------------------------
     def look(self, trend_deg: float, plunge_deg: float) -> None:
         if self.viewport is not None:
-            self.viewport.set_orthographic(True)
-            self.viewport.look_along(trend_deg, plunge_deg)
+            self.viewport.moves.set_orthographic(True)
+            self.viewport.moves.look_along(trend_deg, plunge_deg)
 
     def see_all(self) -> None:
         self._presenter.see_all(self.cameras.corners())
@@ -502,7 +502,7 @@ class MainWindow(QMainWindow):
         points = [drawn_points(m) for m in measured]
         points = [p for p in points if len(p)]
         if self.viewport is not None and points:
-            self.viewport.frame(np.concatenate(points))
+            self.viewport.moves.frame(np.concatenate(points))
 
     def show_only_outcrop(self) -> None:
         """Hide every panel, or bring back those that were there."""
@@ -517,15 +517,15 @@ class MainWindow(QMainWindow):
 
     def _camera_changed(self) -> None:
         if self.viewport is not None:
-            trend, plunge = self.viewport.view_direction()
-            self.view_panel.show_direction(trend, plunge, self.viewport.orthographic)
+            trend, plunge = self.viewport.moves.view_direction()
+            self.view_panel.show_direction(trend, plunge, self.viewport.moves.orthographic)
             self._camera_timer.start()
             self.actions_table.refresh()
 
     def _keep_camera(self) -> None:
         # Before a model is there the camera looks at nothing: no better than the one that is kept.
         if self.viewport is not None and self.studio.models:
-            self.studio.project.journal.set_view("camera", self.viewport.camera_state())
+            self.studio.project.journal.set_view("camera", self.viewport.moves.camera_state())
 
     # --- state -------------------------------------------------------------------------------
     def _notice(self, notice: Notice) -> None:

@@ -359,7 +359,7 @@ class InPhotosPanel(QWidget):
             spot = views.pixels(self._view, place[None])[0]
         self.canvas.set_spot(spot)
         selected = self._studio.selection.ids
-        features = {} if self._viewport is None else self._viewport.features
+        features = {} if self._viewport is None else self._viewport.features.drawings
         # The selected ones are there first.
         shown = sorted(
             (d for d in features.values() if d.visible), key=lambda d: d.id not in selected
@@ -435,7 +435,7 @@ class InPhotosPanel(QWidget):
             self._place, self._follow = world, False
             self._later()
             if self._viewport is not None:
-                self._viewport.set_pivot(world)
+                self._viewport.moves.set_pivot(world)
 
     # --- words -------------------------------------------------------------------------------
     def _metric(self) -> bool:
