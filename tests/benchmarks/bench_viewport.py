@@ -384,7 +384,7 @@ def plain_frames(count: int) -> tuple[list[float], list[float]]:
         vtkRenderWindow,
     )
 
-    from vomstudio.rendering.scene import vtk_data
+    from vomstudio.rendering.prepare import vtk_data
 
     n = 173
     x, z = np.meshgrid(np.linspace(0, 100, n + 1), np.linspace(0, 60, n + 1))
@@ -432,7 +432,7 @@ def stock_drag(app: QApplication, mesh, steps: int) -> list[float]:  # type: ign
     import pyvistaqt
     from vtkmodules.vtkRenderingCore import vtkTexture
 
-    from vomstudio.rendering.scene import textures, vtk_data
+    from vomstudio.rendering.prepare import textures, vtk_data
 
     window = QMainWindow()
     window.resize(*SIZE)

@@ -13,7 +13,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
-from vomstudio.rendering.scene import events, preparation
+from vomstudio.rendering.prepare import events, preparation
 from vomstudio.rendering.scene.appearance import DISPLAY_MODES
 from vomstudio.rendering.scene.scene import Scene
 from vomstudio.rendering.view.drawing import FeatureDrawing
@@ -240,7 +240,7 @@ def test_a_texture_that_cannot_be_read_is_told_and_the_surface_is_still_there(
 
 
 def test_a_texture_too_large_for_the_card_is_reduced_and_told(tmp_path: Path) -> None:
-    from vomstudio.rendering.scene.textures import load_texture
+    from vomstudio.rendering.prepare.textures import load_texture
 
     path = tmp_path / "large.jpg"
     Image.new("RGB", (600, 300), (90, 120, 30)).save(path)

@@ -12,7 +12,7 @@ from matplotlib import colormaps
 from tests.rendering.test_scene import SIZE, UTM, rest, show, wall
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.rendering.scene import preparation
+from vomstudio.rendering.prepare import preparation
 from vomstudio.rendering.scene.canvas import BACKGROUND
 from vomstudio.rendering.scene.picture import bands
 from vomstudio.rendering.scene.scene import Scene

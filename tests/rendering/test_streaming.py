@@ -14,7 +14,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.streaming.octree import StreamedSurface, View
 from vomstudio.io.models import copc
 from vomstudio.io.models.opening import read_model
-from vomstudio.rendering.scene.events import (
+from vomstudio.rendering.prepare.events import (
     NodeReady,
     NodesDropped,
     NodeStream,
@@ -23,7 +23,7 @@ from vomstudio.rendering.scene.events import (
     StreamStarted,
     ViewDone,
 )
-from vomstudio.rendering.scene.preparation import prepare_cloud
+from vomstudio.rendering.prepare.preparation import prepare_cloud
 
 
 @pytest.fixture(scope="module")

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 
+from vomstudio.rendering.prepare.events import FieldReady
 from vomstudio.rendering.qt.models_shown import ModelsShown
 from vomstudio.rendering.qt.scene_life import SceneLife
 from vomstudio.rendering.qt.scene_picture import ScenePicture
-from vomstudio.rendering.scene.events import FieldReady
 from vomstudio.rendering.view.scalars import ELEVATION, FieldStyle, Scale
 
 if TYPE_CHECKING:

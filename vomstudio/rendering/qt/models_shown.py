@@ -11,17 +11,17 @@ from PySide6.QtCore import QObject, Qt, Signal
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import POINT_BUDGET
-from vomstudio.rendering.qt.camera_moves import CameraMoves
-from vomstudio.rendering.qt.scene_life import SceneLife
-from vomstudio.rendering.qt.scene_picture import ScenePicture
-from vomstudio.rendering.scene.events import (
+from vomstudio.rendering.prepare.events import (
     ChunksDone,
     FieldReady,
     LocatorReady,
     Problem,
     Registered,
 )
-from vomstudio.rendering.scene.model_work import ModelWork
+from vomstudio.rendering.prepare.model_work import ModelWork
+from vomstudio.rendering.qt.camera_moves import CameraMoves
+from vomstudio.rendering.qt.scene_life import SceneLife
+from vomstudio.rendering.qt.scene_picture import ScenePicture
 
 Array = npt.NDArray[np.float64]
 

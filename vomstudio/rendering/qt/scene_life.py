@@ -41,7 +41,7 @@ class SceneLife(QObject):
             QTimer.singleShot(0, self._importer.start)
 
     def _import(self) -> None:
-        import vomstudio.rendering.scene.preparation
+        import vomstudio.rendering.prepare.preparation
         import vomstudio.rendering.scene.scene  # noqa: F401 - so that the window's thread finds it ready
 
         if not self.closed:

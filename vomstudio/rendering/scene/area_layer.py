@@ -16,7 +16,7 @@ import numpy.typing as npt
 from vtkmodules.vtkCommonDataModel import vtkPlaneCollection, vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
 
-from vomstudio.rendering.scene import vtk_data
+from vomstudio.rendering.prepare import vtk_data
 from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.tools.types import Area
 

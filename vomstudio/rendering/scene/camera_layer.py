@@ -10,7 +10,7 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
 
 from vomstudio.geometry.frusta import Frustum
-from vomstudio.rendering.scene import vtk_data
+from vomstudio.rendering.prepare import vtk_data
 
 Array = npt.NDArray[np.float64]
 

@@ -16,7 +16,7 @@ from vtkmodules.vtkCommonMath import vtkMatrix4x4
 from vtkmodules.vtkRenderingCore import vtkActor, vtkLight, vtkRenderer, vtkRenderWindow
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderWindow, vtkTextureObject
 
-from vomstudio.rendering.scene import vtk_data
+from vomstudio.rendering.prepare import vtk_data
 from vomstudio.rendering.scene.buffers import Buffers
 from vomstudio.rendering.view.camera import Eye
 

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from vtkmodules.vtkCommonDataModel import vtkPlane, vtkPlaneCollection
 from vtkmodules.vtkRenderingCore import vtkActor
 
-from vomstudio.rendering.scene import vtk_data
+from vomstudio.rendering.prepare import vtk_data
 from vomstudio.rendering.view.clipping import FACES, ClipBox
 
 Array = npt.NDArray[np.float64]

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from vtkmodules.vtkCommonDataModel import vtkPlaneCollection, vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkMapper, vtkPolyDataMapper, vtkRenderer
 
-from vomstudio.rendering.scene import vtk_data
+from vomstudio.rendering.prepare import vtk_data
 from vomstudio.rendering.scene.area_layer import AreaLayer, Pixel, area_box
 from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.tools.types import Area

@@ -7,10 +7,7 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPointGaussianMapper, vtkPolyDataMapper
 
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.rendering.scene import skins
-from vomstudio.rendering.scene.canvas import Canvas
-from vomstudio.rendering.scene.contents import Contents
-from vomstudio.rendering.scene.events import (
+from vomstudio.rendering.prepare.events import (
     ChunksDone,
     Event,
     LocatorReady,
@@ -23,6 +20,9 @@ from vomstudio.rendering.scene.events import (
     TexturesDone,
     ViewDone,
 )
+from vomstudio.rendering.scene import skins
+from vomstudio.rendering.scene.canvas import Canvas
+from vomstudio.rendering.scene.contents import Contents
 from vomstudio.rendering.scene.frame import Frame
 from vomstudio.rendering.scene.model_scene import ModelScene, Part
 from vomstudio.rendering.scene.sight import Sight

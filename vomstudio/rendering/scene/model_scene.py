@@ -14,7 +14,7 @@ from vtkmodules.vtkRenderingCore import vtkActor
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import Piece, StreamedCloud
-from vomstudio.rendering.scene.events import FieldReady, NodeStream
+from vomstudio.rendering.prepare.events import FieldReady, NodeStream
 from vomstudio.rendering.scene.skins import Skin
 from vomstudio.rendering.view.blocks import FaceChunk, PointChunk
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import time
 
+from vomstudio.rendering.prepare.streaming import view_of
 from vomstudio.rendering.scene.canvas import Canvas
 from vomstudio.rendering.scene.contents import Contents
 from vomstudio.rendering.scene.sight import Sight
-from vomstudio.rendering.scene.streaming import view_of
 
 PATIENCE_S = 0.4
 """Nodes that come within this time after they were asked for are drawn in one frame."""

@@ -14,11 +14,11 @@ import vtkmodules.vtkRenderingOpenGL2  # noqa: F401 - registers the drawing clas
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
+from vomstudio.rendering.prepare.events import Event, FieldReady
 from vomstudio.rendering.scene import picking
 from vomstudio.rendering.scene.appearance import DISPLAY_MODES
 from vomstudio.rendering.scene.canvas import Canvas
 from vomstudio.rendering.scene.contents import Contents
-from vomstudio.rendering.scene.events import Event, FieldReady
 from vomstudio.rendering.scene.frame import Frame
 from vomstudio.rendering.scene.intake import Intake
 from vomstudio.rendering.scene.model_scene import ModelScene

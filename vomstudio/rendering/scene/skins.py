@@ -13,8 +13,8 @@ from typing import cast
 import numpy as np
 from vtkmodules.vtkRenderingCore import vtkActor, vtkRenderer, vtkRenderWindow, vtkTexture
 
-from vomstudio.rendering.scene import vtk_data
-from vomstudio.rendering.scene.textures import Texture
+from vomstudio.rendering.prepare import vtk_data
+from vomstudio.rendering.prepare.textures import Texture
 
 QUARTER_NAMES = ("actortexture", "quarter1", "quarter2", "quarter3")
 """The first is what VTK calls an actor's own texture."""

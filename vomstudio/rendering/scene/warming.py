@@ -9,7 +9,8 @@ from vtkmodules.vtkRenderingCore import vtkTexture
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.rendering.scene import skins, vtk_data
+from vomstudio.rendering.prepare import vtk_data
+from vomstudio.rendering.scene import skins
 from vomstudio.rendering.scene.canvas import Canvas
 from vomstudio.rendering.scene.contents import Contents
 from vomstudio.rendering.scene.intake import Intake

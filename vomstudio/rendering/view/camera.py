@@ -127,16 +127,6 @@ class Camera:
     def tangent(self) -> float:
         return math.tan(math.radians(self.view_angle_deg) / 2.0)
 
-    def copy(self) -> Camera:
-        other = Camera()
-        other.position = self.position.copy()
-        other.frame = self.frame.copy()
-        other.distance = self.distance
-        other.pivot = self.pivot.copy()
-        other.view_angle_deg = self.view_angle_deg
-        other.orthographic = self.orthographic
-        return other
-
     # -- what is seen
 
     def metres_per_pixel(self, height: float, depth: float | None = None) -> float:

@@ -21,7 +21,7 @@ from vomstudio.geometry.streaming.octree import POINT_BUDGET
 from vomstudio.io.models import copc, model_cache
 from vomstudio.io.models.opening import file_hash
 from vomstudio.jobs.events import Failed
-from vomstudio.rendering.scene.model_work import give_way
+from vomstudio.rendering.prepare.model_work import give_way
 from vomstudio.ui.common.job_bridge import Job, JobBridge
 
 

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import CloudNodes, Piece, View
-from vomstudio.rendering.scene.textures import Texture
+from vomstudio.rendering.prepare.textures import Texture
 from vomstudio.rendering.view.blocks import FaceChunk, PointChunk
 from vomstudio.rendering.view.scalars import FieldStyle, Scale
 

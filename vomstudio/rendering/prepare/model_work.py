@@ -16,7 +16,7 @@ import numpy.typing as npt
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
-from vomstudio.rendering.scene.events import Emit, Event, Problem, Registered, Stopped
+from vomstudio.rendering.prepare.events import Emit, Event, Problem, Registered, Stopped
 from vomstudio.rendering.view.scalars import FieldStyle
 
 Array = npt.NDArray[np.float64]
@@ -86,7 +86,7 @@ class ModelWork:
         budget: int,
     ) -> None:
         """Have a model prepared that is expected; see `preparation`."""
-        from vomstudio.rendering.scene import preparation
+        from vomstudio.rendering.prepare import preparation
 
         stop = self._stops[model_id]
         emit = self._emitter(model_id, stop, stop)
@@ -132,7 +132,7 @@ class ModelWork:
         parts: Sequence[npt.NDArray[np.integer]],
     ) -> None:
         """Have the colours of a field made; see `preparation.prepare_field`."""
-        from vomstudio.rendering.scene import preparation
+        from vomstudio.rendering.prepare import preparation
 
         self.forget_field(model_id)
         stop = self._field_stops[model_id] = threading.Event()

@@ -16,9 +16,9 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.streaming.octree import CloudNodes, Piece, StreamedCloud, View
-from vomstudio.rendering.scene import vtk_data
-from vomstudio.rendering.scene.cloud_colors import coloring
-from vomstudio.rendering.scene.events import (
+from vomstudio.rendering.prepare import vtk_data
+from vomstudio.rendering.prepare.cloud_colors import coloring
+from vomstudio.rendering.prepare.events import (
     ChunksDone,
     Emit,
     LocatorReady,

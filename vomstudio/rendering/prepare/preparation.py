@@ -25,8 +25,8 @@ from vomstudio.geometry.streaming.octree import (
     CloudNodes,
     StreamedCloud,
 )
-from vomstudio.rendering.scene import vtk_data
-from vomstudio.rendering.scene.events import (
+from vomstudio.rendering.prepare import vtk_data
+from vomstudio.rendering.prepare.events import (
     ChunksDone,
     Emit,
     FieldReady,
@@ -38,8 +38,8 @@ from vomstudio.rendering.scene.events import (
     TextureReady,
     TexturesDone,
 )
-from vomstudio.rendering.scene.streaming import Streamer, Submit
-from vomstudio.rendering.scene.textures import Texture, TextureProblem, load_texture, overview
+from vomstudio.rendering.prepare.streaming import Streamer, Submit
+from vomstudio.rendering.prepare.textures import Texture, TextureProblem, load_texture, overview
 from vomstudio.rendering.view import blocks
 from vomstudio.rendering.view.blocks import FaceChunk
 from vomstudio.rendering.view.scalars import FieldStyle, make_scale, reader
