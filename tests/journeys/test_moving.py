@@ -49,11 +49,11 @@ def test_a_drag_moves_the_view_and_nothing_else(picking):
         Qt.MouseButton.MiddleButton,
         Qt.MouseButton.RightButton,
     ):
-        camera = picking.viewport.camera_state()
+        camera = picking.viewport.moves.camera_state()
         start = free_place(picking)
         drag(picking.viewport, start, start + QPoint(40, 25), button)
         assert on_screen(picking.studio) == before
-        assert picking.viewport.camera_state() != camera
+        assert picking.viewport.moves.camera_state() != camera
 
 
 def test_the_wheel_and_the_view_keys_move_the_view_and_nothing_else(picking):
