@@ -51,9 +51,9 @@ class OrthoDialog(QDialog):
         self.setWindowTitle(self.tr("Orthophoto along this view"))
         self.setMinimumWidth(640)
         self._studio = studio
-        trend, plunge = viewport.view_direction()
+        trend, plunge = viewport.moves.view_direction()
         self._direction = Line(trend % 360.0, plunge)
-        centre, width, height = viewport.seen()
+        centre, width, height = viewport.moves.seen()
         x, y, z = (float(v) for v in centre)
         self._seen = planning.Region((x, y, z), width, height)
         self._words, self._error_deg = directions.judged(self._direction)

@@ -312,7 +312,7 @@ class InPhotosPanel(QWidget):
             self._place, self._follow = world, False
             self._later()
             if self._viewport is not None:
-                self._viewport.set_pivot(world)
+                self._viewport.moves.set_pivot(world)
 
     # --- words -------------------------------------------------------------------------------
     def _metric(self) -> bool:
