@@ -152,7 +152,7 @@ class FeaturePhoto(QObject):
             spot = views.pixels(self.view, place[None])[0]
         self.canvas.set_spot(spot)
         selected = self._studio.selection.ids
-        features = {} if self._viewport is None else self._viewport.features
+        features = {} if self._viewport is None else self._viewport.features.drawings
         # The selected ones are there first.
         shown = sorted(
             (d for d in features.values() if d.visible), key=lambda d: d.id not in selected
