@@ -50,7 +50,7 @@ def choose_readings(w: MainWindow) -> None:
 
 def import_readings(w: MainWindow, path: Path) -> None:
     """Ask what the columns are and add the readings."""
-    from vomstudio.io.project.readings import read_field_table
+    from vomstudio.io.project.field_table import read_field_table
     from vomstudio.ui.analyse.readings_dialog import ReadingsDialog
 
     studio = w.studio
