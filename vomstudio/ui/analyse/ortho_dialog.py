@@ -27,12 +27,12 @@ from vomstudio.errors import VomError
 from vomstudio.geology.notation import format_line
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry import transform
+from vomstudio.geometry.units import length_text as length
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.product_tasks import ORTHOPHOTO, OrthophotoOrder, WrittenOrthophoto
 from vomstudio.products.ortho import orthophoto
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.widgets import ComboBox, file_field
-from vomstudio.ui.common.wording import length
 from vomstudio.ui.interpret.trace_panel import parse_number
 
 if TYPE_CHECKING:
