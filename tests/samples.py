@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vomstudio.document.records import Trace
+from vomstudio.document.kinds.trace import Trace
 
 # A zigzag on a plane that dips, with a little roughness.
 ZIGZAG = (

@@ -19,7 +19,11 @@ import numpy as np
 
 from tests.samples import ZIGZAG
 from vomstudio.document import edits
-from vomstudio.document.records import Dimension, Frame, Lineation, Model, Patch, Trace
+from vomstudio.document.kinds.dimension import Dimension
+from vomstudio.document.kinds.lineation import Lineation
+from vomstudio.document.kinds.patch import Patch
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Frame, Model
 from vomstudio.geometry.brush import surface_of
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent

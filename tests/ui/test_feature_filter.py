@@ -6,7 +6,7 @@ import pytest
 
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
-from vomstudio.document.records import Reading
+from vomstudio.document.kinds.reading import Reading
 from vomstudio.errors import UsageError
 from vomstudio.ui.interpret.feature_filter import parse_filter
 from vomstudio.ui.interpret.feature_row import row_of

@@ -6,32 +6,16 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
-from vomstudio.document.records import (
-    Dimension,
-    FeatureType,
-    Frame,
-    Group,
-    Intersection,
-    Lineation,
-    Model,
-    Patch,
-    Reading,
-    Record,
-    Trace,
-)
+from vomstudio.document import kinds
+from vomstudio.document.records import FeatureType, Frame, Model, Record
 from vomstudio.errors import DocumentError
 
 _KINDS: dict[str, type] = {
     "model": Model,
     "feature_type": FeatureType,
-    "trace": Trace,
-    "patch": Patch,
-    "lineation": Lineation,
-    "reading": Reading,
-    "dimension": Dimension,
-    "intersection": Intersection,
+    **kinds.RECORDS,
 }
-_PARTS: dict[str, type] = {"frame": Frame, "first": Group, "second": Group}
+_PARTS: dict[str, type] = {"frame": Frame, **kinds.PARTS}
 _NAMES = {cls: name for name, cls in _KINDS.items()}
 
 Plain = dict[str, Any]

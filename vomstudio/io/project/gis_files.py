@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.document import catalogue
 from vomstudio.document.records import FeatureType, Record
 from vomstudio.errors import UsageError
 from vomstudio.files.atomic import atomic_group
@@ -17,17 +18,7 @@ from vomstudio.io.gis import dxf, shapefile
 from vomstudio.io.models.writers._common import prj_text, says_the_same
 from vomstudio.tables.project_layers import Layer
 
-SHORT_NAMES = {
-    "dip_direction_deg": "dip_dir", "dip_deg": "dip", "strike_rhr_deg": "strike_rhr",
-    "pole_trend_deg": "pole_trend", "pole_plunge_deg": "pole_plung", "trend_deg": "trend",
-    "plunge_deg": "plunge", "rake_deg": "rake", "extent_m": "extent_m", "coplanarity": "coplanar",
-    "collinearity": "collinear", "max_angular_error_deg": "max_angle",
-    "min_angular_error_deg": "min_angle", "max_confidence95_deg": "max_conf95",
-    "min_confidence95_deg": "min_conf95", "error_rake_deg": "error_rake",
-    "dip_error_deg": "dip_error", "dip_direction_error_deg": "dipdir_err",
-    "registration_error_deg": "reg_error", "total95_deg": "total95", "resolution_m": "resolution",
-    "extent_over_resolution": "extent_res", "quality_reason": "reason",
-}  # fmt: skip
+SHORT_NAMES = {figure.name: figure.short for figure in catalogue.ORIENTATION if figure.short}
 """Of the orientation table's columns, which a shapefile has only ten letters for; degrees."""
 
 DISC_CORNERS = 24

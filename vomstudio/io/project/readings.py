@@ -15,7 +15,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vomstudio.document.edits import new_id
-from vomstudio.document.records import Point, Reading
+from vomstudio.document.kinds.reading import Reading
+from vomstudio.document.records import Point
 from vomstudio.errors import InputError
 from vomstudio.geology.notation import parse_line, parse_plane
 from vomstudio.geology.orientation import Line, wrap360

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,19 +14,17 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from vomstudio.document import edits
 from vomstudio.document.comparison import NearestPick, nearest_picks
 from vomstudio.document.edit import Edit
-from vomstudio.document.measurements import Measurement, Measurements, sources_of
+from vomstudio.document.figures import Subject
+from vomstudio.document.kinds import group_of
+from vomstudio.document.kinds.reading import compared
+from vomstudio.document.measurements import Measurement, Measurements, rests_on
 from vomstudio.document.records import (
-    FEATURES,
-    ON_A_MODEL,
-    TYPED,
-    Dimension,
     Feature,
     FeatureType,
     Frame,
-    Intersection,
-    Lineation,
     Model,
     Record,
+    get_feature,
 )
 from vomstudio.document.selection import Selection
 from vomstudio.document.session import Session
@@ -48,12 +47,10 @@ from vomstudio.tools.patch import PatchTool
 from vomstudio.tools.trace import TraceTool
 from vomstudio.tools.types import PointerEvent, Preview
 from vomstudio.ui.common.job_bridge import JobBridge
-from vomstudio.ui.common.wording import degrees, length, plane_text
+from vomstudio.ui.common.wording import plane_text
 from vomstudio.ui.scene.display import Display
 from vomstudio.ui.shell.model_loader import ModelLoader, OpenModel
 
-DIMENSIONS = "dimensions"
-"""Stands for all dimensions where types stand for the other features."""
 _LAYERS_IDLE_MS = 2000
 _LAYERS_PATIENCE_S = 10.0
 
@@ -66,11 +63,6 @@ class Notice:
     text: str
     level: str = "info"
     action: str = ""
-
-
-def group_of(feature: Feature) -> str:
-    """The id that hides a feature together with its like."""
-    return DIMENSIONS if isinstance(feature, Dimension) else feature.type_id
 
 
 class Studio(QObject):
@@ -332,24 +324,12 @@ class Studio(QObject):
         """The features that look different after an edit: its own, those of its models and feature
         types, and what rests on them. Deleted ones are among them."""
         ids = set(edit.ids)
-        own = [i for i in edit.ids if isinstance(edit.before[i] or edit.after[i], FEATURES)]
-        others = [f.id for f in self.session.features() if f.id not in ids and self._rests(f, ids)]
-        return own + others
-
-    def _rests(self, feature: Feature, ids: set[str]) -> bool:
-        if isinstance(feature, ON_A_MODEL) and feature.model_id in ids:
-            return True
-        if isinstance(feature, TYPED) and feature.type_id in ids:
-            return True
-        if isinstance(feature, Lineation | Dimension) and feature.plane_id in ids:
-            return True
-        if isinstance(feature, Lineation | Dimension) and feature.plane_id:
-            return any(r.id in ids for r in sources_of(self.records, feature) if r is not None)
-        # Members of its groups may have come or gone: they are few, and looked at again.
-        return isinstance(feature, Intersection)
+        own = [i for i in edit.ids if isinstance(edit.before[i] or edit.after[i], Feature)]
+        others = [f for f in self.session.features() if f.id not in ids]
+        return own + [f.id for f in others if rests_on(self.records, f, ids)]
 
     def delete_selected(self) -> None:
-        ids = [i for i in self.selection.ids if isinstance(self.records.get(i), FEATURES)]
+        ids = [i for i in self.selection.ids if get_feature(self.records, i) is not None]
         if ids:
             self.attempt(edits.delete, ids)
 
@@ -541,11 +521,12 @@ class Studio(QObject):
 
     def nearest_text(self, reading_id: str) -> str:
         """How far a reading is from the nearest pick, and from which, in words."""
-        found = self.nearest_pick(reading_id)
-        if found is None:
-            return "No pick of the same type to compare with"
-        how = "the most alike" if found.distance_m is None else f"{length(found.distance_m)} away"
-        return f"{degrees(found.angle_deg)} from {found.name}, {how}"
+        return compared(self.nearest_pick(reading_id))
+
+    def subject(self, feature: Feature, measured: Measurement) -> Subject:
+        """A feature of the project with what its figures are read from."""
+        nearest = partial(self.nearest_pick, feature.id)
+        return Subject(feature, measured, self.records, nearest)
 
     def north_known(self) -> bool:
         """Every model of the project knows its north."""

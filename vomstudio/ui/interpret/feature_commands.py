@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from vomstudio.document.records import FEATURES
+from vomstudio.document.records import get_feature
 from vomstudio.ui.common.actions import Command
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ def commands(w: MainWindow) -> list[Command]:
     studio = w.studio
 
     def chosen() -> list[str]:
-        return [i for i in studio.selection.ids if isinstance(studio.records.get(i), FEATURES)]
+        return [i for i in studio.selection.ids if get_feature(studio.records, i) is not None]
 
     def none_chosen() -> str | None:
         return None if chosen() else "select a feature first"

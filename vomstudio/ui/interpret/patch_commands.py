@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vomstudio.document.records import Patch
+from vomstudio.document.kinds.patch import Patch
 from vomstudio.errors import VomError
 from vomstudio.ui.common.actions import Command
 

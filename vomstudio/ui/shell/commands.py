@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from PySide6.QtWidgets import QInputDialog, QMessageBox
 
 from vomstudio.document import edits
-from vomstudio.document.records import FEATURES, Model
+from vomstudio.document.records import Model, get_feature
 from vomstudio.errors import VomError
 from vomstudio.tools.polyline import PolylineTool
 from vomstudio.ui.analyse import net_commands, ortho_dialog
@@ -91,7 +91,7 @@ def _edits(w: MainWindow) -> list[Command]:
     studio = w.studio
 
     def chosen() -> list[str]:
-        return [i for i in studio.selection.ids if isinstance(studio.records.get(i), FEATURES)]
+        return [i for i in studio.selection.ids if get_feature(studio.records, i) is not None]
 
     def none_chosen() -> str | None:
         return None if chosen() else "select a feature first"
@@ -293,7 +293,7 @@ def _tools(w: MainWindow) -> list[Command]:
     def nothing_to_delete() -> str | None:
         if picking() is not None:
             return no_vertex()
-        if any(isinstance(studio.records.get(i), FEATURES) for i in studio.selection.ids):
+        if any(get_feature(studio.records, i) is not None for i in studio.selection.ids):
             return None
         return "select a feature first"
 
@@ -377,7 +377,7 @@ def _open_sample(w: MainWindow) -> None:
 
 
 def _rename(w: MainWindow) -> None:
-    chosen = [i for i in w.studio.selection.ids if isinstance(w.studio.records.get(i), FEATURES)]
+    chosen = [i for i in w.studio.selection.ids if get_feature(w.studio.records, i) is not None]
     current = chosen[-1]
     before = w.studio.records[current].name
     name, accepted = QInputDialog.getText(w, "Rename", "Name", text=before)

@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Qt
 from PySide6.QtWidgets import QFileDialog, QMenu, QMessageBox
 
 from vomstudio.document import edits
-from vomstudio.document.records import ON_A_MODEL, Model
+from vomstudio.document.records import Model, OnAModel
 from vomstudio.errors import VomError
 from vomstudio.io.models.registry import extensions
 from vomstudio.io.project.export import export_records
@@ -205,7 +205,7 @@ class Files(QObject):
         records, models = self.studio.records, self.studio.session.of(Model)
         for id_ in reversed(self.studio.selection.ids):
             record = records.get(id_)
-            if isinstance(record, ON_A_MODEL):
+            if isinstance(record, OnAModel):
                 record = records.get(record.model_id)
             if isinstance(record, Model):
                 return record

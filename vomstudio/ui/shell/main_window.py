@@ -31,15 +31,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.document.records import (
-    FEATURES,
-    Dimension,
-    Lineation,
-    Model,
-    Patch,
-    Record,
-    Trace,
-)
+from vomstudio.document.records import Feature, Model, Painted, Picked, Record
 from vomstudio.io.settings import Settings
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.actions import Actions
@@ -464,11 +456,11 @@ class MainWindow(QMainWindow):
             ("declare_frame", "locate", "copy_model", "remove_model")
             if isinstance(record, Model)
             else ("frame_selection", "continue_trace", "face_plane", *common)
-            if isinstance(record, Trace | Lineation | Dimension)
+            if isinstance(record, Picked)
             else ("frame_selection", "continue_patch", "face_plane", *common)
-            if isinstance(record, Patch)
+            if isinstance(record, Painted)
             else ("frame_selection", "along_line", "face_plane", *common)
-            if isinstance(record, FEATURES)
+            if isinstance(record, Feature)
             else ()
         )
         return [table.all[name] for name in names]
