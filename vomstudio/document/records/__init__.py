@@ -18,27 +18,47 @@ from vomstudio.document.records.features import (
     get,
     get_feature,
 )
-from vomstudio.document.records.frames import Frame, FrameKind, UpAxis
+from vomstudio.document.records.frames import UNDECLARED, Frame, FrameKind, UpAxis
 from vomstudio.document.records.models import Model
+from vomstudio.document.records.photos import (
+    Asset,
+    ImageMark,
+    MarkedPoint,
+    Mask,
+    PhotoSet,
+    Reconstruction,
+)
+from vomstudio.document.records.registrations import Registration
 from vomstudio.document.records.types import DEFAULT_TYPES, FeatureType
 
-Record = Model | FeatureType | Feature
+Resting = PhotoSet | Mask | MarkedPoint | ImageMark | Reconstruction | Registration
+"""What models rest on."""
+Record = Model | FeatureType | Resting | Feature
 
 __all__ = [
     "DEFAULT_TYPES",
     "IDENTITY",
+    "UNDECLARED",
+    "Asset",
     "Feature",
     "FeatureType",
     "Frame",
     "FrameKind",
     "Group",
+    "ImageMark",
+    "MarkedPoint",
+    "Mask",
     "Matrix",
     "Model",
     "OnAModel",
     "Painted",
+    "PhotoSet",
     "Picked",
     "Point",
+    "Reconstruction",
     "Record",
+    "Registration",
+    "Resting",
     "Typed",
     "UpAxis",
     "get",
