@@ -83,7 +83,8 @@ class GisLayer:
         repeated
     figures : its attributes; counts are whole numbers here
     sparse : figures that no feature has are left out
-    always : the layer is there even where it is empty
+    main : of what a project is mostly made of. It is there even where it is empty, and in a drawing
+        it has the names of the feature types for itself
     """
 
     name: str
@@ -91,7 +92,7 @@ class GisLayer:
     shape: Callable[[Subject], Floats | None]
     figures: tuple[Figure, ...]
     sparse: bool = False
-    always: bool = False
+    main: bool = False
 
 
 @dataclass(frozen=True)

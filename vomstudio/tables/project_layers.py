@@ -26,12 +26,13 @@ _POINTS = {"plane": "planes", "line": "lines"}
 @dataclass(frozen=True, eq=False)
 class Layer:
     """shapes : one (n, 3) float64 array per feature; of a point n = 1, of a ring the first point is
-    not repeated at the end. columns : one value per feature, by name."""
+    not repeated at the end. columns : one value per feature, by name. main : as in GisLayer."""
 
     name: str
     kind: Literal["point", "line", "ring"]
     shapes: list[npt.NDArray[np.float64]]
     columns: dict[str, npt.NDArray[Any]]
+    main: bool = False
 
 
 def project_layers(
@@ -52,8 +53,7 @@ def project_layers(
                 layers[name] = _points(name, nature, table)
         if kind.layer is not None:
             layers[kind.layer.name] = _layer(kind.layer, own.get(kind, []))
-    always = {"planes", *(k.layer.name for k in KINDS if k.layer is not None and k.layer.always)}
-    return [layer for layer in layers.values() if layer.shapes or layer.name in always]
+    return [la for la in layers.values() if la.shapes or la.main or la.name == _POINTS["plane"]]
 
 
 def _points(name: str, nature: str, table: ProjectTable) -> Layer:
@@ -72,7 +72,8 @@ def _layer(layer: GisLayer, subjects: Sequence[Subject]) -> Layer:
         if layer.sparse and figure.form != "text" and all(v is None for v in values):
             continue
         columns[figure.name] = _column(values, figure)
-    return Layer(layer.name, layer.geometry, [shape for _, shape in drawn], columns)
+    shapes = [shape for _, shape in drawn]
+    return Layer(layer.name, layer.geometry, shapes, columns, layer.main)
 
 
 def _column(values: list[Any], figure: Figure) -> npt.NDArray[Any]:

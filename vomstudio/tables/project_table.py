@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from vomstudio.document.catalogue import IN_WORLD, NO_MODEL
@@ -43,8 +44,8 @@ def project_table(
     skipped: list[dict[str, str]] = []
     for feature in features:
         measurement = measured[feature.id]
-        nearest = picks.get(feature.id)
-        row = feature_row(Subject(feature, measurement, records, lambda found=nearest: found))
+        nearest = partial(picks.get, feature.id)
+        row = feature_row(Subject(feature, measurement, records, nearest))
         if row is None:
             reason = measurement.problem or "no plane"
             skipped.append({"id": feature.id, "name": feature.name, "reason": reason})

@@ -156,6 +156,6 @@ KIND = Kind(
             *of.NAMED, N_VERTICES, of.DIP_DIRECTION, of.DIP, of.MAX_CONFIDENCE, of.QUALITY,
             of.NOTES,
         ),
-        always=True,
+        main=True,
     ),
 )  # fmt: skip

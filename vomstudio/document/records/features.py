@@ -8,8 +8,8 @@ themselves: the order of a kind's fields is its own.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import Any, Literal, Self, TypeVar
+from dataclasses import Field, dataclass, replace
+from typing import Any, ClassVar, Literal, Self, TypeVar
 
 from vomstudio.document.records.basics import Point
 
@@ -22,12 +22,12 @@ class Feature:
     id: str
     name: str
     notes: str
+    # Every kind is a dataclass, which is what `dataclasses` asks for.
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 
     def but(self, **changes: Any) -> Self:
         """The same with other values in some fields."""
-        record: Any = self
-        changed: Self = replace(record, **changes)
-        return changed
+        return replace(self, **changes)
 
 
 class Typed(Feature):

@@ -110,9 +110,9 @@ def write_dxf(
             comment = f"VOM Studio, coordinates of {crs or 'a local frame'}, metres"
             drawing = dxf.Drawing(file, shades, bounds, comment)
             for layer in layers:
-                kinds = layer.columns["kind"]
+                kinds = _row_kinds(layer)
                 for row, shape in enumerate(layer.shapes):
-                    home = homes[layer.name, str(kinds[row])]
+                    home = homes[layer.name, kinds[row]]
                     values = {name: column[row] for name, column in layer.columns.items()}
                     if layer.kind != "point":
                         drawing.polyline(shape, names[home], values, closed=layer.kind == "ring")
@@ -125,13 +125,18 @@ def write_dxf(
 
 
 def _kinds_of(layer: Layer) -> list[str]:
-    return list(dict.fromkeys(str(kind) for kind in layer.columns["kind"]))
+    return list(dict.fromkeys(_row_kinds(layer)))
+
+
+def _row_kinds(layer: Layer) -> list[str]:
+    """The kind of each feature; empty in a layer that does not tell kinds apart."""
+    return [str(kind) for kind in layer.columns.get("kind", [""] * len(layer.shapes))]
 
 
 def _home(layer: Layer, kind: str) -> str:
     """The DXF layer of a kind of feature."""
-    if layer.name == "traces":
-        return kind or "traces"
+    if layer.main:
+        return kind or layer.name
     return f"{kind}_{layer.name}" if kind else layer.name
 
 

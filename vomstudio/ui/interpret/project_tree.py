@@ -247,8 +247,8 @@ class ProjectTree(QWidget):
                         else "",
                     )
             self._items["models"].setHidden(self._items["models"].childCount() == 0)
-            for group in GROUPS:
-                self._items[group.id].setHidden(shown.get(group.id, 0) == 0)
+            for own in GROUPS:
+                self._items[own.id].setHidden(shown.get(own.id, 0) == 0)
         sets = any(getattr(f, "set_name", "") for f in features)
         self.tree.setColumnHidden(SET, not sets)
         empty = not studio.session.of(Model) and not features

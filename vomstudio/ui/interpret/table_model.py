@@ -131,7 +131,7 @@ class OrientationModel(QAbstractTableModel):
             )
 
     def id_at(self, row: int) -> str:
-        return self._rows[row].feature.id
+        return str(self._rows[row].feature.id)
 
     def place(self, id_: str) -> int | None:
         return self._places.get(id_)

@@ -373,7 +373,7 @@ def _middle(area: Area) -> npt.NDArray[np.float64]:
     """A point of the surface in the middle of an area."""
     points = area.corners.reshape(-1, 3)
     off = ((points - points.mean(axis=0)) ** 2).sum(axis=1)
-    return area.origin + points[int(off.argmin())]
+    return np.asarray(area.origin + points[int(off.argmin())])
 
 
 def known_well_enough(fit: PlaneFit) -> bool:
