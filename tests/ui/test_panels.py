@@ -216,15 +216,15 @@ def test_properties_change_all_that_is_selected_except_the_name(window, studio):
     add_bed(studio, "t2", "b")
     studio.selection.set(["t1", "t2"])
     panel = window.properties
-    type_into(panel._set, "limb")
+    type_into(panel.fields["set_name"], "limb")
     assert {studio.records[i].set_name for i in ("t1", "t2")} == {"limb"}
-    type_into(panel._name, "c")
+    type_into(panel.fields["name"], "c")
     assert (studio.records["t1"].name, studio.records["t2"].name) == ("a", "c")
     panel.fields["overturned"].click()
     assert studio.records["t1"].overturned
     assert studio.records["t2"].overturned
-    panel._type.setCurrentIndex(panel._type.findData("fault"))
-    panel._type.activated.emit(panel._type.currentIndex())
+    panel.fields["type_id"].setCurrentIndex(panel.fields["type_id"].findData("fault"))
+    panel.fields["type_id"].activated.emit(panel.fields["type_id"].currentIndex())
     assert {studio.records[i].type_id for i in ("t1", "t2")} == {"fault"}
     panel.fields["method"].setCurrentIndex(panel.fields["method"].findData("regression"))
     panel.fields["method"].activated.emit(panel.fields["method"].currentIndex())
