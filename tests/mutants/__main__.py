@@ -128,8 +128,10 @@ class Runner:
         self._process.wait()
 
 
-def tried(mutants: list[Mutant], tests: str, limit_s: float | None) -> list[dict[str, Any]]:
-    """What became of each; printed as it comes."""
+def tried(
+    mutants: list[Mutant], tests: str, limit_s: float | None, json_file: Path | None
+) -> list[dict[str, Any]]:
+    """What became of each; printed and written as it comes."""
     known = equivalent()
     rows: list[dict[str, Any]] = []
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
@@ -155,6 +157,8 @@ def tried(mutants: list[Mutant], tests: str, limit_s: float | None) -> list[dict
                     row |= {"state": "equivalent", "by": reason, "seconds": 0.0}
                 rows.append(row)
                 print(f"{number}/{len(mutants)} {described(row)}", flush=True)
+                if json_file is not None:
+                    json_file.write_text(json.dumps(rows, indent=1))
         finally:
             runner.close()
     return rows
@@ -189,9 +193,7 @@ def main() -> None:
         mutants = drawn_again(asked.package, asked.again)
     else:
         mutants = drawn(asked.package, asked.sample, asked.seed, asked.module)
-    rows = tried(mutants, f"tests/{asked.package}", asked.limit)
-    if asked.json:
-        asked.json.write_text(json.dumps(rows, indent=1))
+    rows = tried(mutants, f"tests/{asked.package}", asked.limit, asked.json)
     print(summary(rows))
 
 

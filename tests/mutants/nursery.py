@@ -11,6 +11,8 @@ from __future__ import annotations
 
 import json
 import os
+import re
+import shutil
 import signal
 import sys
 import time
@@ -79,17 +81,16 @@ class Order:
     """Runs those tests that can notice a change in a file, the likely and the quick ones first, and
     keeps which one failed."""
 
-    def __init__(self, reach: dict[str, Any], file: str, inside: bool) -> None:
-        self.reach, self.file, self.inside = reach, file, inside
-        self.module = file.removesuffix(".py").replace("/", ".")
+    def __init__(self, reach: dict[str, Any], module: str, watched: set[str]) -> None:
+        self.reach, self.module, self.watched = reach, module, watched
         self.failed: str | None = None
 
     def _reached(self, item: pytest.Item) -> bool:
         files = self.reach["files"]
-        if not self.inside or not any(self.file in reached for reached in files.values()):
+        if not any(self.watched.intersection(reached) for reached in files.values()):
             return True
         mine = (*files.get(item.nodeid, ()), *files.get(str(item.path), ()))
-        return self.file in mine or "subprocess" in item.path.read_text()
+        return bool(self.watched.intersection(mine)) or "subprocess" in item.path.read_text()
 
     def _nearness(self, path: Path) -> int:
         if path.stem == f"test_{self.module.rpartition('.')[2]}":
@@ -122,11 +123,10 @@ class Nursery:
     def __init__(self, tests: str, scratch: Path) -> None:
         self.tests, self.scratch = tests, scratch
         self.reach: dict[str, Any] = {}
-        self.compiled = [
-            (path, path.read_text())
-            for path in Path("vomstudio").rglob("*.py")
-            if "kernels.jit import" in path.read_text() or "import numba" in path.read_text()
-        ]
+        self.texts = {str(path): path.read_text() for path in Path("vomstudio").rglob("*.py")}
+        self.compiled = {
+            file for file, text in self.texts.items() if re.search(r"jit import|import numba", text)
+        }
 
     def healthy(self) -> dict[str, Any]:
         """The tests without any change; everything after is measured against them."""
@@ -139,22 +139,35 @@ class Nursery:
         """state "killed" (by what), "survived", "timeout"; seconds."""
         path = Path(file)
         stat, whole = path.stat(), path.read_bytes()
-        kernels = self._numba_folder(path)
+        watched, kernels = {file}, None
+        if file in self.compiled or not inside:
+            # Kernels are not seen running, and constants are taken by name: who imports them is.
+            near = self._importers(file)
+            watched |= near.union(*(self._importers(each) for each in near & self.compiled))
+        if self.compiled & watched:
+            kernels = self._numba_folder(watched)
+        module = file.removesuffix(".py").replace("/", ".")
         path.write_text(text)
         try:
-            return self._forked(Order(self.reach, file, inside and not kernels), kernels, limit_s)
+            return self._forked(Order(self.reach, module, watched), kernels, limit_s)
         finally:
             path.write_bytes(whole)
             # Compiled kernels are known by the time of their file.
             os.utime(path, ns=(stat.st_atime_ns, stat.st_mtime_ns))
 
-    def _numba_folder(self, path: Path) -> Path | None:
-        """A fresh one where kernels may hold what the module said before: they are kept by the time
-        of their own file alone."""
-        module = str(path.with_suffix("")).replace("/", ".")
-        if any(path == kept or f"{module} import" in text for kept, text in self.compiled):
-            return self.scratch / f"numba-{time.time_ns()}"
-        return None
+    def _importers(self, file: str) -> set[str]:
+        parent, _, name = file.removesuffix(".py").replace("/", ".").rpartition(".")
+        room = re.escape(parent)
+        line = re.compile(rf"from {room}\.{name} import|from {room} import[^\n(]*\b{name}\b")
+        return {other for other, text in self.texts.items() if line.search(text)}
+
+    def _numba_folder(self, watched: set[str]) -> Path:
+        """The compiled kernels but those of the watched files: a kernel is kept by the time of its
+        own file, and would still hold what another one said before."""
+        folder = self.scratch / f"numba-{time.time_ns()}"
+        names = [f"{Path(file).stem}.*" for file in watched]
+        shutil.copytree(self.scratch / "numba", folder, ignore=shutil.ignore_patterns(*names))
+        return folder
 
     def _forked(self, plugin: Reach | Order, numba: Path | None, limit_s: float) -> dict[str, Any]:
         answer = self.scratch / "answer.json"

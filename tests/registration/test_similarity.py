@@ -93,6 +93,22 @@ def test_the_stated_rotation_error_is_the_one_that_noise_makes() -> None:
     assert np.cov(np.array(found).T) == pytest.approx(stated, abs=0.25 * stated.trace() / 3)
 
 
+def test_the_rotation_error_of_points_on_the_axes_has_a_closed_form() -> None:
+    """Pairs at a, b, c from the middle on the axes, errors of p, q, r along them: a turn about up
+    moves the first pair along the second axis and the second along the first."""
+    (a, b, c), (p, q, r) = (3.0, 2.0, 5.0), (0.1, 0.3, 0.2)
+    pairs = np.diag([a, b, c])
+    places = np.vstack([pairs, -pairs]) + [400.0, -70.0, 9.0]
+    known = [2 * (b**2 / r**2 + c**2 / q**2), 2 * (a**2 / r**2 + c**2 / p**2)]
+    known.append(2 * (a**2 / q**2 + b**2 / p**2))
+    found = rotation_covariance(places, np.array([p, q, r]))
+    assert found == pytest.approx(np.diag(1 / np.array(known)), rel=1e-9, abs=1e-15)
+    # Turns are counted in the frame of the points.
+    turn = Rotation.from_euler("xyz", [20, 50, -70], degrees=True).as_matrix()
+    even = rotation_covariance(places, 0.1)
+    assert rotation_covariance(places @ turn.T, 0.1) == pytest.approx(turn @ even @ turn.T)
+
+
 def test_about_a_line_the_rotation_is_unknown() -> None:
     line = np.outer(np.arange(6.0), [1, 0, 0])
     covariance = rotation_covariance(line, 0.1)
