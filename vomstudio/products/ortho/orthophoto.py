@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, InputError, UsageError
-from vomstudio.geology.orientation import Plane, lines_to_vectors, vectors_to_lines
+from vomstudio.geology.orientation import Plane, lines_to_vectors, vectors_to_lines, wrap360
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.view_frame import ViewFrame
@@ -71,7 +71,7 @@ class View:
             "against the given direction": "as given",
         }
         return View(
-            (self.trend_deg + 180.0) % 360.0,
+            wrap360(self.trend_deg + 180.0),
             0.0 - self.plunge_deg,
             other[self.sense],
             f"Flipped by request; {_lower(self.reason)}",
@@ -86,7 +86,7 @@ def view_along_line(trend_deg: float, plunge_deg: float) -> View:
             field="--plunge",
         )
     return View(
-        trend_deg % 360.0, plunge_deg, "as given", "The viewer looks along the direction given."
+        wrap360(trend_deg), plunge_deg, "as given", "The viewer looks along the direction given."
     )
 
 
@@ -281,9 +281,10 @@ def write_orthophoto(
         else (grid.gsd, 0.0, grid.left, 0.0, -grid.gsd, -grid.top)
     )
     facts = _facts(plan, crs if is_map else None, transform)
+    trend = wrap360(round(plan.view.trend_deg, 4))
     tags = {
         "VOMSTUDIO_VERSION": __version__,
-        "VOMSTUDIO_VIEW": f"trend {plan.view.trend_deg:.4f} plunge {plan.view.plunge_deg:.4f} deg",
+        "VOMSTUDIO_VIEW": f"trend {trend:.4f} plunge {plan.view.plunge_deg:.4f} deg",
         "VOMSTUDIO_SENSE": f"{plan.view.sense}. {plan.view.reason}",
         "VOMSTUDIO_PIXEL_TO_WORLD": json.dumps(matrix.tolist()),
     }
