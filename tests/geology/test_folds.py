@@ -62,7 +62,7 @@ def test_the_error_of_big_elks_axis_is_that_of_the_bootstrap(
     across = np.cross(fold.beta.vector(), fold.confidence_axis.vector())
     rng = np.random.default_rng(0)
     tilts = []
-    for _ in range(1000):
+    for _ in range(600):
         rows = rng.integers(0, len(dip), len(dip))
         axis = fold_axis(dip_direction[rows], dip[rows]).beta.vector()
         axis *= np.sign(axis @ fold.beta.vector())
@@ -156,7 +156,7 @@ def coverage(n: int, arc_deg: float, noise_deg: float, runs: int, seed: int) -> 
 def test_the_region_holds_the_true_axis_in_93_to_97_percent(
     n: int, arc: float, noise: float
 ) -> None:
-    runs = 1000
+    runs = 600
     share, _ = coverage(n, arc, noise, runs, seed=n)
     slack = 3 * math.sqrt(0.95 * 0.05 / runs)
     assert 0.93 - slack < share < 0.97 + slack
@@ -214,7 +214,7 @@ def test_the_common_axis_is_held_in_a_region_no_wider_than_its_scatter_calls_for
     rng = np.random.default_rng(9)
     a, b = Plane(100, 30), Plane(200, 60)
     truth = intersection(a, b).vector()
-    runs, held = 500, 0
+    runs, held = 400, 0
     strays, semis = [], []
     for _ in range(runs):
         sets = {}

@@ -100,7 +100,7 @@ def copied(folder: Path) -> Path:
 class Runner:
     """The other process, which works in the copy (see nursery.py)."""
 
-    def __init__(self, tests: str, tree: Path, scratch: Path) -> None:
+    def __init__(self, tests: str, tree: Path, scratch: Path, quick_s: float) -> None:
         data = os.environ.get("VOMSTUDIO_DATA", str(ROOT.parent / "shared" / "data"))
         kept = {
             "PYTHONPATH": str(tree),
@@ -108,7 +108,8 @@ class Runner:
             "NUMBA_CACHE_DIR": str(scratch / "numba"),
             "VOMSTUDIO_DATA": data,
         }
-        command = [sys.executable, "-m", "tests.mutants.nursery", tests, str(scratch)]
+        asked = [tests, str(scratch), str(quick_s)]
+        command = [sys.executable, "-m", "tests.mutants.nursery", *asked]
         self._process = subprocess.Popen(
             command, cwd=tree, env=os.environ | kept, text=True,
             stdin=subprocess.PIPE, stdout=subprocess.PIPE,
@@ -128,40 +129,50 @@ class Runner:
         self._process.wait()
 
 
-def tried(
-    mutants: list[Mutant], tests: str, limit_s: float | None, json_file: Path | None
-) -> list[dict[str, Any]]:
+def tried(mutants: list[Mutant], tests: str, asked: argparse.Namespace) -> list[dict[str, Any]]:
     """What became of each; printed and written as it comes."""
-    known = equivalent()
     rows: list[dict[str, Any]] = []
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
-        tree = copied(Path(folder))
-        runner = Runner(tests, tree, Path(folder))
+        scratch = Path(folder)
+        runner = Runner(tests, copied(scratch), scratch, asked.quick)
         try:
-            whole = runner.ask()
-            if whole["state"] != "survived":
-                output = (Path(folder) / "output.txt").read_text()[-3000:]
-                raise SystemExit(f"{output}\nThe tests fail without any mutant: {whole['by']}")
-            limit = limit_s or 3.0 * whole["seconds"] + 30.0
-            print(f"the tests take {whole['seconds']:.0f} s; limit {limit:.0f} s", flush=True)
+            limit = _limit(runner, scratch, asked)
             for number, mutant in enumerate(mutants, 1):
-                row = {key: getattr(mutant, key) for key in ("file", "line", "kind")}
-                row |= {"before": mutant.before, "after": mutant.after}
-                reason = known.get((mutant.file, mutant.before, mutant.after))
-                if reason is None:
-                    found = runner.ask(
-                        file=mutant.file, text=mutant.text, inside=mutant.inside, limit_s=limit
-                    )
-                    row |= {key: found[key] for key in ("state", "by", "seconds")}
-                else:
-                    row |= {"state": "equivalent", "by": reason, "seconds": 0.0}
-                rows.append(row)
-                print(f"{number}/{len(mutants)} {described(row)}", flush=True)
-                if json_file is not None:
-                    json_file.write_text(json.dumps(rows, indent=1))
+                rows.append(_row(mutant, runner, limit))
+                print(f"{number}/{len(mutants)} {described(rows[-1])}", flush=True)
+                if asked.json is not None:
+                    asked.json.write_text(json.dumps(rows, indent=1))
         finally:
             runner.close()
     return rows
+
+
+def _limit(runner: Runner, scratch: Path, asked: argparse.Namespace) -> float:
+    """Seconds for one mutant, once the tests are known to pass without any."""
+    known = None
+    if asked.reach is not None and asked.reach.exists():
+        known = json.loads(asked.reach.read_text())
+    whole = runner.ask(reach=known)
+    if whole["state"] != "survived":
+        output = (scratch / "output.txt").read_text()[-3000:]
+        raise SystemExit(f"{output}\nThe tests fail without any mutant: {whole['by']}")
+    if asked.reach is not None:
+        asked.reach.write_text(json.dumps(whole["reach"]))
+    seconds = sum(whole["reach"]["times"].values())
+    limit: float = asked.limit or 3.0 * seconds + 30.0
+    print(f"the tests take {seconds:.0f} s; limit {limit:.0f} s", flush=True)
+    return limit
+
+
+def _row(mutant: Mutant, runner: Runner, limit: float) -> dict[str, Any]:
+    row: dict[str, Any] = {
+        key: getattr(mutant, key) for key in ("file", "line", "kind", "before", "after")
+    }
+    reason = equivalent().get((mutant.file, mutant.before, mutant.after))
+    if reason is not None:
+        return row | {"state": "equivalent", "by": reason, "seconds": 0.0}
+    found = runner.ask(file=mutant.file, text=mutant.text, inside=mutant.inside, limit_s=limit)
+    return row | {key: found[key] for key in ("state", "by", "seconds")}
 
 
 def described(row: dict[str, Any]) -> str:
@@ -187,13 +198,19 @@ def main() -> None:
     parser.add_argument("--limit", type=float, metavar="S", help="seconds for one mutant")
     parser.add_argument("--module", default="", help="only of files whose path ends so")
     parser.add_argument("--again", type=Path, metavar="JSON", help="those that survived there")
+    parser.add_argument(
+        "--quick", type=float, default=1e9, metavar="S", help="leave out tests that take longer"
+    )
+    parser.add_argument(
+        "--reach", type=Path, metavar="JSON", help="what the tests run in: kept for a second run"
+    )
     parser.add_argument("--json", type=Path, help="where the results are written")
     asked = parser.parse_args()
     if asked.again:
         mutants = drawn_again(asked.package, asked.again)
     else:
         mutants = drawn(asked.package, asked.sample, asked.seed, asked.module)
-    rows = tried(mutants, f"tests/{asked.package}", asked.limit, asked.json)
+    rows = tried(mutants, f"tests/{asked.package}", asked)
     print(summary(rows))
 
 

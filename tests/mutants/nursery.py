@@ -40,8 +40,8 @@ class Reach:
     What a fixture does is counted for all tests of its file, of which only the first may do it.
     """
 
-    def __init__(self, root: Path) -> None:
-        self.root = f"{root}/"
+    def __init__(self) -> None:
+        self.root = f"{Path.cwd()}/"
         self.times: dict[str, float] = {}
         self.files: dict[str, list[str]] = {}
         self.failed: str | None = None
@@ -61,7 +61,7 @@ class Reach:
         try:
             return (yield)
         finally:
-            self._keep(str(item.path))
+            self._keep(item.nodeid.partition("::")[0])
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_call(self, item: pytest.Item) -> Generator[None, object, object]:
@@ -81,15 +81,21 @@ class Order:
     """Runs those tests that can notice a change in a file, the likely and the quick ones first, and
     keeps which one failed."""
 
-    def __init__(self, reach: dict[str, Any], module: str, watched: set[str]) -> None:
-        self.reach, self.module, self.watched = reach, module, watched
+    def __init__(
+        self, reach: dict[str, Any], module: str, watched: set[str], quick_s: float
+    ) -> None:
+        self.reach, self.module, self.watched, self.quick_s = reach, module, watched, quick_s
         self.failed: str | None = None
 
     def _reached(self, item: pytest.Item) -> bool:
         files = self.reach["files"]
-        if not any(self.watched.intersection(reached) for reached in files.values()):
+        if self.reach["times"].get(item.nodeid, 0.0) > self.quick_s:
+            return False
+        if item.nodeid not in files or not any(
+            self.watched.intersection(reached) for reached in files.values()
+        ):
             return True
-        mine = (*files.get(item.nodeid, ()), *files.get(str(item.path), ()))
+        mine = (*files.get(item.nodeid, ()), *files.get(item.nodeid.partition("::")[0], ()))
         return bool(self.watched.intersection(mine)) or "subprocess" in item.path.read_text()
 
     def _nearness(self, path: Path) -> int:
@@ -120,19 +126,22 @@ class Order:
 class Nursery:
     """The tests in `tests`, a folder of the copy in which this process works."""
 
-    def __init__(self, tests: str, scratch: Path) -> None:
-        self.tests, self.scratch = tests, scratch
+    def __init__(self, tests: str, scratch: Path, quick_s: float) -> None:
+        self.tests, self.scratch, self.quick_s = tests, scratch, quick_s
         self.reach: dict[str, Any] = {}
         self.texts = {str(path): path.read_text() for path in Path("vomstudio").rglob("*.py")}
         self.compiled = {
             file for file, text in self.texts.items() if re.search(r"jit import|import numba", text)
         }
 
-    def healthy(self) -> dict[str, Any]:
-        """The tests without any change; everything after is measured against them."""
-        observer = Reach(Path.cwd())
-        found = self._forked(observer, None, 3600.0)
-        self.reach = found.pop("reach", {})
+    def healthy(self, reach: dict[str, Any] | None) -> dict[str, Any]:
+        """The tests without any change; everything after is measured against them. `reach` : of an
+        earlier run, which spares this one; tests that are not in it are asked about every mutant.
+        """
+        found: dict[str, Any] = {"state": "survived", "reach": reach}
+        if reach is None:
+            found = self._forked(Reach(), None, 3600.0)
+        self.reach = found.get("reach", {})
         return found
 
     def with_mutant(self, file: str, text: str, inside: bool, limit_s: float) -> dict[str, Any]:
@@ -149,7 +158,7 @@ class Nursery:
         module = file.removesuffix(".py").replace("/", ".")
         path.write_text(text)
         try:
-            return self._forked(Order(self.reach, module, watched), kernels, limit_s)
+            return self._forked(Order(self.reach, module, watched, self.quick_s), kernels, limit_s)
         finally:
             path.write_bytes(whole)
             # Compiled kernels are known by the time of their file.
@@ -208,20 +217,20 @@ class Nursery:
         answer.with_suffix(".part").replace(answer)
 
 
-def serve(tests: str, scratch: Path) -> None:
-    """Answers requests, lines of JSON, one by one: {} for the tests as they are, else file, text
-    and limit_s."""
+def serve(tests: str, scratch: Path, quick_s: float) -> None:
+    """Answers requests, lines of JSON, one by one: `reach` for the tests as they are, else file,
+    text, inside and limit_s of a mutant."""
     for name in PRELOADED:
         __import__(name)
     sys.dont_write_bytecode = True
-    nursery = Nursery(tests, scratch)
+    nursery = Nursery(tests, scratch, quick_s)
     replies = os.fdopen(os.dup(1), "w")
     for line in sys.stdin:
         asked = json.loads(line)
-        found = nursery.with_mutant(**asked) if asked else nursery.healthy()
+        found = nursery.healthy(**asked) if "reach" in asked else nursery.with_mutant(**asked)
         replies.write(json.dumps(found) + "\n")
         replies.flush()
 
 
 if __name__ == "__main__":
-    serve(sys.argv[1], Path(sys.argv[2]))
+    serve(sys.argv[1], Path(sys.argv[2]), float(sys.argv[3]))
