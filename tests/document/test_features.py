@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from tests.samples import placed
 from vomstudio.document import codec, edits
 from vomstudio.document.measurements import Measurements, measure_all, slip_rake
 from vomstudio.document.records import (
@@ -29,9 +30,7 @@ from vomstudio.geometry.patches import moments, outline, runs_of
 from vomstudio.geometry.planes import fit_plane
 from vomstudio.tables.project_table import project_table
 
-MODEL = Model(
-    "m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"), Frame("local").to_world()
-)
+MODEL = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"))
 
 
 def on_plane(plane: Plane, seed: int, n: int = 60, rough: float = 0.002) -> np.ndarray:
@@ -104,7 +103,7 @@ def test_a_patch_fits_as_its_points_do_and_turns_with_its_model():
     turn = Rotation.from_euler("z", -30.0, degrees=True).as_matrix()  # 30 degrees clockwise
     to_world = np.eye(4)
     to_world[:3, :3] = turn
-    turned = replace(MODEL, to_world=tuple(map(tuple, to_world.tolist())))
+    turned = placed(MODEL, to_world)
     after = measure_all({**records(feature), "m1": turned}, [feature])[0]
     shift = (after.plane.dip_direction_deg - measured.plane.dip_direction_deg) % 360.0
     assert shift == pytest.approx(30.0, abs=1e-9)
@@ -247,7 +246,9 @@ def test_lengths_of_a_model_of_unknown_scale_are_marked_as_units():
     ]
     for kind, metric in (("undeclared", False), ("scaled", True), ("local", True)):
         frame = Frame(kind)
-        records = {"m1": replace(MODEL, frame=frame), **{f.id: f for f in features}}
+        records = {"m1": replace(MODEL, placement=frame), **{f.id: f for f in features}}
         assert {m.metric for m in measure_all(records, features)} == {metric}
         assert frame.has_north == (kind == "local")
-    assert codec.decode(codec.encode(replace(MODEL, frame=Frame("scaled")))).frame.kind == "scaled"
+    assert (
+        codec.decode(codec.encode(replace(MODEL, placement=Frame("scaled")))).frame.kind == "scaled"
+    )

@@ -101,9 +101,7 @@ def bed(shift: float) -> list[tuple[float, float, float]]:
 
 def studio_events(studio: Any, outcrop: Path) -> list[Event]:
     frame = Frame("local")
-    model = Model(
-        "m1", "cliff", str(outcrop), "mesh", "0" * 64, frame=Frame(), to_world=Frame().to_world()
-    )
+    model = Model("m1", "cliff", str(outcrop), "mesh", "0" * 64, placement=Frame())
     tool = studio.trace_tool
     # The only model that a studio without workers has.
     studio.models["m1"] = SimpleNamespace(surface=surface_of(sheet()))

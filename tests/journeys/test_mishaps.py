@@ -262,9 +262,7 @@ def project(own_folders, qtbot, outcrop, tmp_path) -> tuple[Path, Path]:
     folder = tmp_path / "work" / "cliff.vom"
     made = Project.create(folder)
     frame = Frame("crs", driver.CRS)
-    model = Model(
-        "m1", "outcrop", str(outcrop), "mesh", file_hash(outcrop), frame, frame.to_world()
-    )
+    model = Model("m1", "outcrop", str(outcrop), "mesh", file_hash(outcrop), frame)
     made.session.apply(edits.add_model(made.session.records, model))
     low = read_model(outcrop).data.bounds[0]
     points = tuple((low[0] + x, low[1] + y, low[2] + z) for x, y, z in ZIGZAG)

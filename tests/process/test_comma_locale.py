@@ -85,7 +85,7 @@ def inputs(folder: Path) -> None:
     project = Project.create(folder / "p.vom")
     session = project.session
     frame = Frame("crs", "EPSG:32615")
-    model = Model("m1", "cliff", "m.obj", "mesh", "0" * 64, frame, frame.to_world())
+    model = Model("m1", "cliff", "m.obj", "mesh", "0" * 64, frame)
     session.apply(edits.add_model(session.records, model))
     vertices_of = tuple(map(tuple, points[::5].tolist()))
     trace = Trace("t1", "B1", "bedding", "m1", "0" * 64, vertices_of, resolution=0.05)

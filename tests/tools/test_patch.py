@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import copy
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tests.document.conftest import MODEL, MemoryJournal
 from tests.geometry.test_brush import centre_of, grid
+from tests.samples import placed
 from tests.tools.fakes import Context
 from vomstudio.document import edits
 from vomstudio.document.edit import change
@@ -49,7 +49,7 @@ def context() -> WithSurface:
     journal = MemoryJournal()
     session = Session(journal)
     session.apply(edits.add_model(session.records, MODEL))
-    other = Model("m2", "wall", "w.obj", "mesh", "1" * 64, MODEL.frame, MODEL.to_world)
+    other = Model("m2", "wall", "w.obj", "mesh", "1" * 64, MODEL.placement)
     session.apply(edits.add_model(session.records, other))
     return WithSurface(session, journal)
 
@@ -140,7 +140,7 @@ def test_turning_the_world_turns_the_plane_of_a_patch(tool, context):
     rows[:3, :3], rows[:3, 3] = 2.0 * turn, [5.0e5, 4.0e6, 100.0]
     session = context.session
     model = session.records["m1"]
-    turned = replace(model, to_world=tuple(tuple(map(float, r)) for r in rows))
+    turned = placed(model, rows)
     session.apply(change(session.records, "turn", {"m1": turned}))
     after = context.measure(patch).fit
     assert abs(after.normal @ turn @ before.normal) == pytest.approx(1.0, abs=1e-9)

@@ -57,7 +57,7 @@ def studio(window):
 
 def cliff(frame: Frame | None = None) -> Model:
     frame = frame or Frame("local")
-    return Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, frame, frame.to_world())
+    return Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, frame)
 
 
 def add_cliff(studio, frame: Frame | None = None) -> None:

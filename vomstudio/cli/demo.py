@@ -201,7 +201,6 @@ def _project(folder: Path, picks: SamplePicks) -> list[Path]:
             "mesh",
             loaded.content_hash,
             frame,
-            frame.to_world(),
         )
         project.session.apply(add_model(project.session.records, model))
         _add_traces(project, model, loaded.data.vertices, picks)  # type: ignore[union-attr]

@@ -24,6 +24,7 @@ from vomstudio.document.records import (
     Point,
     Reading,
     Record,
+    Registration,
     Trace,
 )
 from vomstudio.errors import DocumentError
@@ -42,15 +43,42 @@ def add_model(records: Records, model: Model) -> Edit:
     return change(records, f"Open model {model.name}", {model.id: model})
 
 
-def declare_frame(records: Records, model_id: str, frame: Frame) -> Edit:
-    """Say what the model's axes, unit and place are; all its features move with it."""
+def declare_frame(
+    records: Records, model_id: str, frame: Frame, *, instead_of_registration: bool = False
+) -> Edit:
+    """Say what the model's axes, unit and place are; all its features move with it. A model that
+    was registered is refused, unless the user wants that to be given up."""
     model = _get(records, model_id, Model)
+    if model.registration is not None and not instead_of_registration:
+        raise DocumentError(
+            f"{model.name} is placed by its registration ({model.registration.name}); declaring "
+            "a frame would give that up"
+        )
     if not frame.unit_m > 0:
         raise DocumentError("the unit must be a positive number of metres", field="unit")
     if frame.kind == "crs" and not frame.crs:
         raise DocumentError("a frame in a CRS needs the CRS, such as EPSG:32633", field="CRS")
-    after = replace(model, frame=frame, to_world=frame.to_world())
-    return change(records, f"Declare the frame of {model.name}", {model_id: after})
+    label = f"Declare the frame of {model.name}"
+    if model.registration is not None:
+        label += ", in place of its registration"
+    return change(records, label, {model_id: replace(model, placement=frame)})
+
+
+def set_registration(
+    records: Records, registration: Registration, models: Iterable[str] = ()
+) -> Edit:
+    """A registration, new or with other figures, and the models that it places: these, and those
+    that it had placed already. All their features move with it."""
+    after: dict[str, Record | None] = {registration.id: registration}
+    chosen = [_get(records, id_, Model) for id_ in models]
+    placed = [r for r in records.values() if isinstance(r, Model) and _placed_by(r, registration)]
+    for model in (*chosen, *placed):
+        after[model.id] = replace(model, placement=registration)
+    return change(records, f"Register by {registration.name}", after)
+
+
+def _placed_by(model: Model, registration: Registration) -> bool:
+    return model.registration is not None and model.registration.id == registration.id
 
 
 def relocate_model(records: Records, model_id: str, path: str, content_hash: str) -> Edit:

@@ -26,7 +26,7 @@ def project(tmp_path):
     session.apply(
         edits.add_model(
             session.records,
-            Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, UTM, UTM.to_world()),
+            Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, UTM),
         )
     )
     for number, shift in enumerate((0.0, 2.5)):
@@ -133,7 +133,7 @@ def test_the_verdicts_are_those_of_the_thresholds_the_user_had(tmp_path):
     for name, settings in (("plain", {}), ("strict", strict)):
         project = Project.create(tmp_path / f"{name}.vom", settings=lambda s=settings: s)
         session = project.session
-        model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, UTM, UTM.to_world())
+        model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, UTM)
         session.apply(edits.add_model(session.records, model))
         session.apply(edits.add_trace(session.records, bed("t1")))
         table = export_project(project.folder, "csv", tmp_path / f"{name}.csv")

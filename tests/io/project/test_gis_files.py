@@ -177,7 +177,7 @@ FRAME = Frame("crs", CRS)
 
 def features() -> dict:
     rng = np.random.default_rng(3)
-    model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, FRAME, FRAME.to_world())
+    model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, FRAME)
     plane = rng.uniform(-2, 2, (40, 2)) @ np.array([[1.0, 0, 0], [0, 0.8, -0.6]]) + UTM
     m = moments(plane)
     on_model = ("m1", "0" * 64)

@@ -24,11 +24,22 @@ from vomstudio.document.records.features import (
     Trace,
     Typed,
 )
-from vomstudio.document.records.frames import Frame, FrameKind, UpAxis
+from vomstudio.document.records.frames import UNDECLARED, Frame, FrameKind, UpAxis
 from vomstudio.document.records.models import Model
+from vomstudio.document.records.photos import (
+    Asset,
+    ImageMark,
+    MarkedPoint,
+    Mask,
+    PhotoSet,
+    Reconstruction,
+)
+from vomstudio.document.records.registrations import Registration
 from vomstudio.document.records.types import DEFAULT_TYPES, FeatureType
 
-Record = Model | FeatureType | Feature
+Resting = PhotoSet | Mask | MarkedPoint | ImageMark | Reconstruction | Registration
+"""What models rest on."""
+Record = Model | FeatureType | Resting | Feature
 
 __all__ = [
     "DEFAULT_TYPES",
@@ -36,6 +47,8 @@ __all__ = [
     "IDENTITY",
     "ON_A_MODEL",
     "TYPED",
+    "UNDECLARED",
+    "Asset",
     "Dimension",
     "DimensionKind",
     "Feature",
@@ -43,14 +56,21 @@ __all__ = [
     "Frame",
     "FrameKind",
     "Group",
+    "ImageMark",
     "Intersection",
     "Lineation",
+    "MarkedPoint",
+    "Mask",
     "Matrix",
     "Model",
     "Patch",
+    "PhotoSet",
     "Point",
     "Reading",
+    "Reconstruction",
     "Record",
+    "Registration",
+    "Resting",
     "SlipSense",
     "Trace",
     "Typed",

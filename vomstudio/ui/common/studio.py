@@ -26,6 +26,7 @@ from vomstudio.document.records import (
     Lineation,
     Model,
     Record,
+    Registration,
 )
 from vomstudio.document.selection import Selection
 from vomstudio.document.session import Session
@@ -470,19 +471,17 @@ class Studio(QObject):
                 self._attach(same[0].id, path, opened)
             self.info(f"{path.name} is open already.")
             return
-        frame = _frame_of(path, opened)
-        to_world = frame.to_world()
+        placement: Frame | Registration = _frame_of(path, opened)
         other = self.records.get(like or "")
         if isinstance(other, Model):
-            frame, to_world = other.frame, other.to_world
+            placement = other.placement
         model = Model(
             id=edits.new_id("model"),
             name=name,
             path=self.project.model_path(path),
             kind=opened.kind,
             content_hash=opened.content_hash,
-            frame=frame,
-            to_world=to_world,
+            placement=placement,
         )
         # The data first: an edit that brings a model without data would read the file again.
         self.models[model.id] = opened
@@ -491,7 +490,7 @@ class Studio(QObject):
             return
         self.remember(path)
         self._attach(model.id, path, opened)
-        if frame.kind == "undeclared" and not isinstance(other, Model):
+        if model.frame.kind == "undeclared" and not isinstance(other, Model):
             self.frame_wanted.emit(model.id)
         then(model.id)
 

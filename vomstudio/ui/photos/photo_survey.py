@@ -16,7 +16,7 @@ from vomstudio.errors import VomError
 from vomstudio.io.control.control_files import find_control, marks_beside
 from vomstudio.io.control.tables import CONTROL, MARKS
 from vomstudio.io.photos.cameras_file import FILE_NAME, read_cameras
-from vomstudio.io.project.folder import PHOTO_TABLES, RECONSTRUCTIONS
+from vomstudio.io.project.taking_in import PHOTO_TABLES, RECONSTRUCTIONS
 from vomstudio.jobs.events import Failed
 from vomstudio.ui.common.job_bridge import Job
 from vomstudio.ui.common.studio import Notice, Studio
