@@ -209,3 +209,45 @@ def test_a_half_of_wrong_points_is_borne_and_the_fit_is_that_of_the_others() -> 
     found, used = fit_robustly(points, target)
     assert used.tolist() == [False] * 6 + [True] * 7
     assert found(points) == pytest.approx(truth(points), abs=1e-6)
+
+
+def predicted(points: np.ndarray, target: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Covariance (3, 3), for errors of variance 1, of the miss of a new point at the place `at`
+    from a similarity fitted to others: by small changes of its seven figures."""
+    fit = fit_similarity(points, target)
+
+    def design(places: np.ndarray) -> np.ndarray:
+        columns = []
+        for k in range(7):
+            step = np.zeros(7)
+            step[k] = 1e-6
+            turn = Rotation.from_rotvec(step[:3]).as_matrix()
+            moved = (1 + step[3]) * (fit(places) @ turn.T) + step[4:]
+            columns.append((moved - fit(places)).ravel() / 1e-6)
+        return np.array(columns).T
+
+    spread = np.linalg.inv(design(points).T @ design(points))
+    new = design(at[None])
+    return np.eye(3) + new @ spread @ new.T
+
+
+@pytest.mark.parametrize("n", [7, 10])
+def test_the_last_point_joins_up_to_the_limit_of_the_f_test(n: int) -> None:
+    """The others are the share of the points that misses least: their scatter, that of a normal
+    law cut off there, is less than the whole one by what the chi-square laws say."""
+    from scipy.stats import chi2, f
+
+    points, truth = some(n, 3)
+    target = truth(points) + np.random.default_rng(5).normal(0, 0.05, (n, 3))
+    others = np.arange(n) != 2
+    fit = fit_similarity(points[others], target[others])
+    freedom = 3 * (n - 1) - 7
+    variance = ((fit(points[others]) - target[others]) ** 2).sum() / freedom
+    share = (n - 1) / n
+    variance /= chi2.cdf(chi2.ppf(share, 3), 5) / share
+    way = np.array([0.6, 0.0, 0.8])
+    weight = way @ np.linalg.inv(predicted(points[others], target[others], points[2])) @ way
+    limit = np.sqrt(3 * variance * f.ppf(0.9999, 3, freedom) / weight)
+    for part, joins in ((0.98, True), (1.02, False)):
+        target[2] = fit(points[2])[0] + part * limit * way
+        assert fit_robustly(points, target)[1][2] == joins
