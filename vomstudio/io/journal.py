@@ -108,6 +108,10 @@ class SqliteJournal:
         """Rows in order. Raises InputError where the file itself is damaged."""
         return _rows(self._db, self.path)
 
+    def last_rows(self, count: int) -> list[Row]:
+        """The newest rows, in order. Raises InputError where the file itself is damaged."""
+        return list(_rows(self._db, self.path, count))
+
     # --- view state: camera, visibility, panels ----------------------------------------------
     def set_view(self, key: str, value: Any) -> None:
         # A lost camera is no loss of work: view state never stands in the way of an edit.
@@ -200,11 +204,16 @@ def _check_version(db: sqlite3.Connection, path: Path, *, migrate: bool) -> None
         db.execute("COMMIT")
 
 
-def _rows(db: sqlite3.Connection, path: Path) -> Iterator[Row]:
+def _rows(db: sqlite3.Connection, path: Path, last: int = -1) -> Iterator[Row]:
+    """last : how many of the newest rows, -1 for all"""
     try:
         cursor = db.execute(
-            "SELECT seq, kind, of_seq, label, before, after, time, version, settings"
-            " FROM journal ORDER BY seq"
+            "SELECT * FROM (SELECT seq, kind, of_seq, label, before, after, time, version, settings"
+            " FROM journal ORDER BY seq DESC LIMIT ?) ORDER BY seq"
+            if last >= 0
+            else "SELECT seq, kind, of_seq, label, before, after, time, version, settings"
+            " FROM journal ORDER BY seq",
+            (last,) if last >= 0 else (),
         )
         for seq, kind, of_seq, label, before, after, time, version, settings in cursor:
             yield Row(

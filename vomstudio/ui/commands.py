@@ -24,6 +24,7 @@ from vomstudio.ui import (
     survey_commands,
 )
 from vomstudio.ui.actions import Command
+from vomstudio.ui.failure_notices import save_report
 from vomstudio.ui.model_copying import copy_into_project
 
 if TYPE_CHECKING:
@@ -371,8 +372,10 @@ def _tools(w: MainWindow) -> list[Command]:
 def _help(w: MainWindow) -> list[Command]:
     return [
         Command("shortcuts", "&Shortcuts", lambda: _shortcuts(w), "keyboard-outline", "F1"),
+        Command("save_report", "Save a &report…", lambda: save_report(w), "file-alert-outline", (),
+                "What went wrong, as a text that you can read before giving it to anybody"),
         Command("about", "&About VOM Studio", w.about),
-    ]
+    ]  # fmt: skip
 
 
 def _open_sample(w: MainWindow) -> None:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QObject, Qt, Signal
 
 from vomstudio.errors import WorkerError
-from vomstudio.jobs.events import Done, Event, Failed, Stage, Step
+from vomstudio.failures.desk import DESK
+from vomstudio.jobs.events import Done, Event, Failed, Fault, Stage, Step
 from vomstudio.jobs.supervisor import Worker
 
 
@@ -26,6 +28,7 @@ class Job:
     stage: str = ""
     total: int | None = None
     done: int = 0
+    faults: list[Fault] = field(default_factory=list)
 
     def words(self) -> str:
         if not self.stage:
@@ -45,7 +48,7 @@ class JobBridge(QObject):
     def __init__(self) -> None:
         super().__init__()
         lanes = ("models", "files", "products", "photos", "reconstruction", "inspection")
-        self._workers = {lane: Worker() for lane in lanes}
+        self._workers = {lane: Worker(partial(self._arrived.emit, lane)) for lane in lanes}
         self.jobs: dict[tuple[str, int], Job] = {}
         self._refused = 0
         self._arrived.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
@@ -80,9 +83,15 @@ class JobBridge(QObject):
     def visible(self) -> list[Job]:
         return [job for job in self.jobs.values() if not job.quiet]
 
-    def _deliver(self, lane: str, event: Event) -> None:
+    def _deliver(self, lane: str, event: Event | Fault) -> None:
         job = self.jobs.get((lane, event.job))
         if job is None:
+            if isinstance(event, Fault):
+                _tell("Work beside the window", event)
+            return
+        if isinstance(event, Fault):
+            # What the job's owner says at its end comes first.
+            job.faults.append(event)
             return
         if isinstance(event, Stage):
             job.stage, job.total, job.done = event.name, event.total, 0
@@ -94,6 +103,8 @@ class JobBridge(QObject):
                 job.on_done(event.result)
             else:
                 job.on_failed(event)
+            for fault in job.faults:
+                _tell(f"“{job.title}”", fault)
         self.changed.emit()
 
     def finish(self, lane: str, timeout_s: float) -> None:
@@ -104,3 +115,11 @@ class JobBridge(QObject):
         self._arrived.disconnect(self._deliver)
         for worker in self._workers.values():
             worker.close()
+
+
+def _tell(who: str, fault: Fault) -> None:
+    DESK.tell(
+        f"{who} met a mistake of the program ({fault.what}): your project is as it was, and a "
+        "report helps to mend it.",
+        fault.what,
+    )

@@ -73,7 +73,7 @@ _MENUS = (
                     "brush_smaller", "brush_larger", "|", "feature_types")),
     ("&Analyse", ("along_beta", "along_line", "face_plane", "|", "keep_intersection",
                   "intersection_of_sets", "|", "orthophoto", "|", "show_stereonet")),
-    ("&Help", ("shortcuts", "about")),
+    ("&Help", ("shortcuts", "save_report", "|", "about")),
 )  # fmt: skip
 
 # What everybody knows by its icon: so the bar has room at 1400 pixels.
@@ -140,6 +140,11 @@ class MainWindow(QMainWindow):
         self._filled = True
         self.studio.project_opened.emit()
         self.actions_table.refresh()
+
+    @property
+    def filled(self) -> bool:
+        """Whether the studio and the panels are there."""
+        return self._filled
 
     # --- parts -------------------------------------------------------------------------------
     def _make_centre(self) -> None:

@@ -1,0 +1,359 @@
+"""Whatever goes wrong, in whichever thread or process, is said once, and the window lives on."""
+
+from __future__ import annotations
+
+import gc
+import logging
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QEventLoop, QObject, QTimer, Signal, qWarning
+from PySide6.QtWidgets import QFileDialog, QPushButton, QWidget
+
+from tests import driver
+from vomstudio.failures import crashes, hooks, log
+from vomstudio.ui import qt_messages
+from vomstudio.ui.background import Background
+from vomstudio.ui.failure_notices import FailureNotices, compose_report
+from vomstudio.ui.main_window import MainWindow
+from vomstudio.ui.worker_thread import WorkerThread
+
+pytestmark = pytest.mark.expects_log
+SECRET = 432100.25
+
+
+class OurMistake(ValueError):
+    """No other error of the program is of this kind."""
+
+
+def mistake() -> None:
+    raise OurMistake(f"at {SECRET} of {Path.home()}/Val Camonica/cliff.obj")
+
+
+@pytest.fixture
+def hooked(own_folders):
+    """The hooks of the running program, in place of those of the tests."""
+    hooks.install(crashes.WINDOW)
+    qt_messages.install()
+    yield
+    qt_messages.uninstall()
+    hooks.uninstall()
+
+
+@pytest.fixture
+def window(hooked, qtbot):
+    made = driver.make_window()
+    notices = FailureNotices(made)
+    notices.begin()
+    said: list[str] = []
+    made.studio.notice.connect(lambda notice: said.append(notice.text))
+    made.said = said
+    yield made
+    notices.close()
+    driver.dismiss(made)
+
+
+def work(milliseconds: int) -> None:
+    """The program's own event loop; QTest's keeps an error and raises it where it returns."""
+    loop = QEventLoop()
+    QTimer.singleShot(milliseconds, loop.quit)
+    loop.exec()
+
+
+def is_said(window: MainWindow, words: str = "OurMistake", times: int = 1) -> None:
+    """In the bar, with the button, once, and in the log; the window can still be worked with."""
+    work(100)
+    driver.wait(lambda: words in window.message_bar.text, f"{words} in the bar")
+    bar = window.message_bar
+    assert bar.isVisible()
+    assert [b.text() for b in bar.findChildren(QPushButton) if b.isVisible()] == ["Save a report…"]
+    assert len([text for text in window.said if words in text]) == times
+    notation = window.studio.settings.notation
+    other = "notation_strike" if notation == "dipdir/dip" else "notation_dipdir"
+    window.actions_table.all[other].trigger()
+    assert window.studio.settings.notation != notation
+
+
+def is_logged(words: str) -> None:
+    text = log.path().read_text()
+    assert words in text
+    assert "Traceback" in text
+    assert "in mistake" in text
+
+
+def test_an_error_in_a_slot_is_shown_and_the_window_lives(window, outcrop, picks):
+    class Sender(QObject):
+        sent = Signal()
+
+    driver.open_outcrop(window, outcrop)
+    sender = Sender()
+    sender.sent.connect(mistake)
+    sender.sent.emit()
+    is_said(window)
+    is_logged("OurMistake")
+    points = next(iter(picks.values()))
+    driver.look_at(window, points, 0.0)
+    window.actions_table.all["trace"].trigger()
+    driver.pick(window, points)
+    window.actions_table.all["finish"].trigger()
+    assert len(driver.traces(window)) == 1, "a trace can be picked"
+
+
+def test_an_error_in_every_paint_is_shown_once_and_leaves_no_painter_open(window):
+    from PySide6.QtGui import QPainter
+
+    painters = 0
+
+    class Broken(QWidget):
+        def paintEvent(self, event) -> None:  # noqa: N802
+            nonlocal painters
+            painter = QPainter(self)
+            painters += painter.isActive()
+            painter.drawLine(0, 0, 5, 5)
+            mistake()
+
+    broken = Broken(window)
+    broken.setGeometry(0, 0, 300, 300)
+    broken.show()
+    broken.raise_()
+    again = QTimer()
+    again.timeout.connect(broken.update)
+    again.start(15)
+    work(1500)
+    again.stop()
+    broken.hide()
+    broken.deleteLater()
+    is_said(window)
+    is_logged("OurMistake")
+    assert painters >= 10, "each paint has a painter of its own"
+    assert "paint device" not in log.path().read_text()
+    assert "active painter" not in log.path().read_text()
+
+
+def test_an_error_in_a_timer_is_shown_and_the_window_lives(window):
+    QTimer.singleShot(0, mistake)
+    is_said(window)
+    is_logged("OurMistake")
+
+
+def test_an_error_in_a_thread_is_shown_and_the_window_lives(window):
+    thread = threading.Thread(target=mistake, name="measuring")
+    thread.start()
+    thread.join()
+    is_said(window)
+    is_logged("in the thread measuring")
+
+
+def test_a_worker_thread_goes_on_after_an_error_of_one_piece(window):
+    done = threading.Event()
+    pieces = [mistake, done.set]
+    worker = WorkerThread("pieces", lambda: pieces.pop(0) if pieces else None)
+    worker.wake()
+    assert done.wait(5.0)
+    worker.close()
+    is_said(window)
+    is_logged("in the thread pieces")
+
+
+def test_an_error_in_work_beside_the_window_is_shown_and_nothing_is_handed_over(window):
+    handed = []
+    Background(window).run(mistake, handed.append)
+    is_said(window)
+    is_logged("OurMistake")
+    assert handed == []
+
+
+def test_an_error_while_something_is_taken_away_is_shown(window):
+    class Fragile:
+        def __del__(self) -> None:
+            mistake()
+
+    Fragile()
+    gc.collect()
+    is_said(window)
+    is_logged("__del__")
+
+
+TASKS = """
+import os, sys, threading
+from vomstudio.jobs import tasks, worker
+
+class OurMistake(ValueError): pass
+
+def mistake(*_):
+    raise OurMistake("at 432100.25")
+
+def die(args, progress):
+    os.abort()
+
+def segfault(args, progress):
+    import ctypes
+    ctypes.string_at(0)
+
+def aside(args, progress):
+    thread = threading.Thread(target=mistake, name="aside")
+    thread.start()
+    thread.join()
+    return {}
+
+def idle(args, progress):
+    return {}
+
+tasks.TASKS.update(idle=idle, mistake=mistake, die=die, segfault=segfault, aside=aside)
+sys.exit(worker.main())
+"""
+
+
+@pytest.fixture
+def odd_workers(tmp_path, monkeypatch):
+    """Worker processes that also know the tasks above."""
+    script = tmp_path / "child.py"
+    script.write_text(TASKS)
+    real = subprocess.Popen
+
+    def start(words, **more):
+        return real([sys.executable, str(script)], **more)
+
+    monkeypatch.setattr("vomstudio.jobs.supervisor.subprocess.Popen", start)
+
+
+@pytest.mark.parametrize(
+    ("task", "words", "in_log"),
+    [
+        ("mistake", "OurMistake", "in the task mistake"),
+        ("aside", "OurMistake", "in the thread aside"),
+        ("die", "its process ended, code -6", "code -6"),
+        ("segfault", "its process ended, code -11", "code -11"),
+    ],
+)
+def test_a_mistake_in_a_worker_is_shown_and_the_next_job_is_done(
+    odd_workers, window, task, words, in_log
+):
+    ended = []
+
+    def have_done(name: str) -> None:
+        ended.clear()
+        window.studio.jobs.submit(
+            "inspection",
+            name,
+            {},
+            title="Looking closely",
+            on_done=ended.append,
+            on_failed=lambda event: (ended.append(event), window.studio.warn(event.message)),
+        )
+        driver.wait(lambda: ended, "the job's end")
+
+    have_done(task)
+    is_said(window, f"a mistake of the program ({words}")
+    assert "Looking closely" in window.message_bar.text
+    assert "your project is as it was" in window.message_bar.text
+    have_done("idle")
+    assert ended[-1] == {}
+    assert in_log in log.path().read_text()
+    if task in ("die", "segfault"):
+        assert "Fatal Python error" in compose_report(window)
+
+
+def test_an_error_in_a_quiet_job_is_not_lost(odd_workers, window):
+    window.studio.jobs.submit(
+        "files", "mistake", {}, title="Getting ready",
+        on_done=lambda _: None, on_failed=lambda _: None, quiet=True,
+    )  # fmt: skip
+    is_said(window)
+
+
+def test_what_qt_warns_of_is_in_the_log(window):
+    qWarning("a widget is not well")
+    assert "WARNING vomstudio.qt: a widget is not well" in log.path().read_text()
+
+
+def test_the_report_is_written_without_places_and_names(
+    window, outcrop, picks, tmp_path, monkeypatch
+):
+    driver.open_outcrop(window, outcrop)
+    points = next(iter(picks.values()))
+    driver.look_at(window, points, 0.0)
+    window.actions_table.all["trace"].trigger()
+    driver.pick(window, points)
+    window.actions_table.all["finish"].trigger()
+    QTimer.singleShot(0, mistake)
+    is_said(window)
+    file = tmp_path / "report"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(file), ""))
+    window.message_bar.findChildren(QPushButton)[0].click()
+    text = file.with_suffix(".txt").read_text()
+    assert "OurMistake: at # of ~/….obj" in text
+    for part in ("VOM Studio", "PySide6", "vtk", "numpy", "Traceback", "action trace"):
+        assert part in text
+    assert "trace made (" in text
+    assert "model made (" in text
+    trace = driver.traces(window)[0]
+    numbers = {f"{v:.2f}" for point in trace.vertices for v in point}
+    numbers |= {str(v) for point in trace.vertices for v in point}
+    assert not any(number in text for number in numbers)
+    text = text.replace("outcrop_normal", "the field of a record")
+    private = ("432100", "Camonica", str(Path.home()), str(tmp_path), "outcrop", trace.name)
+    assert [word for word in private if word in text] == []
+
+
+def test_a_report_that_cannot_be_written_is_said(window, monkeypatch):
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: ("/nowhere/report.txt", ""))
+    window.actions_table.all["save_report"].trigger()
+    assert "/nowhere" in window.message_bar.text
+
+
+def test_a_crash_of_the_last_run_is_said_at_the_next_start(hooked, qtbot):
+    words = "from vomstudio.failures import hooks; hooks.install('window'); import os; os.abort()"
+    subprocess.run([sys.executable, "-c", words], check=False, capture_output=True)
+    window = driver.make_window()
+    notices = FailureNotices(window)
+    try:
+        window.said = []
+        window.studio.notice.connect(lambda notice: window.said.append(notice.text))
+        notices.begin()
+        is_said(window, "crash the last time")
+        assert "Fatal Python error: Aborted" in compose_report(window)
+    finally:
+        notices.close()
+        driver.dismiss(window)
+
+
+def test_an_error_of_the_one_who_shows_errors_ends(window, monkeypatch):
+    def broken(notice) -> None:
+        raise RuntimeError("the messages are broken")
+
+    monkeypatch.setattr(window.messages, "add", broken)
+    QTimer.singleShot(0, mistake)
+    driver.wait(lambda: "messages are broken" in log.path().read_text(), "the log")
+    work(300)
+    assert log.path().read_text().count("the messages are broken\n") <= 2
+
+
+def test_what_goes_wrong_before_the_window_is_filled_is_said_when_it_is(hooked, qtbot):
+    from vomstudio.io.settings import read_settings
+
+    window = MainWindow(read_settings()[0])
+    notices = FailureNotices(window)
+    try:
+        QTimer.singleShot(0, mistake)
+        work(50)
+        window.show()
+        window.begin([])
+        notices.begin()
+        assert "OurMistake" in window.message_bar.text
+    finally:
+        notices.close()
+        driver.dismiss(window)
+
+
+def test_the_hooks_are_taken_back(own_folders):
+    before = sys.excepthook, threading.excepthook, sys.unraisablehook
+    hooks.install(crashes.WINDOW)
+    assert sys.excepthook is not before[0]
+    hooks.uninstall()
+    assert (sys.excepthook, threading.excepthook, sys.unraisablehook) == before
+    assert logging.getLogger().handlers.count(None) == 0
+    assert list(crashes.folder().iterdir()) == []

@@ -1,0 +1,129 @@
+"""Mistakes of the program as its user meets them: a sentence above the viewport, and a report."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QCoreApplication, QObject, Qt, Signal
+from PySide6.QtWidgets import QFileDialog, QMessageBox
+
+from vomstudio.errors import VomError
+from vomstudio.failures import crashes, report
+from vomstudio.failures.desk import DESK, Failure
+from vomstudio.io.atomic import write_bytes
+from vomstudio.io.journal_outline import outline
+from vomstudio.ui.studio import Notice
+
+if TYPE_CHECKING:
+    from vomstudio.ui.main_window import MainWindow
+
+_log = logging.getLogger(__name__)
+_ROWS = 50
+
+
+class FailureNotices(QObject):
+    """Hears the desk from any thread, and says in the window's own what there is to say."""
+
+    _arrived = Signal(object)
+
+    def __init__(self, window: MainWindow) -> None:
+        super().__init__()
+        self._window = window
+        self._waiting: list[Failure] = []
+        self._arrived.connect(self._take, Qt.ConnectionType.QueuedConnection)
+        DESK.listen(self._hand_over)
+
+    def begin(self) -> None:
+        """The window can say something now: what has gone wrong so far, and in the last run."""
+        if crashes.newly_found():
+            self._say(
+                self.tr(
+                    "The program was ended by a crash the last time: what was on the screen is in "
+                    "its journal, and a report helps to mend it."
+                )
+            )
+        waiting, self._waiting = self._waiting, []
+        for failure in waiting:
+            self._take(failure)
+
+    def close(self) -> None:
+        """Nobody is there to be told any more."""
+        DESK.listen(None)
+        self._arrived.disconnect(self._take)
+
+    def say_and_offer(self, error: BaseException) -> None:
+        """An error that keeps the window from being filled."""
+        DESK.listen(None)
+        DESK.report(error, "while the window was filled")
+        box = QMessageBox(
+            QMessageBox.Icon.Critical,
+            "VOM Studio",
+            self.tr("The program cannot begin because of a mistake of its own ({0}: {1}).").format(
+                type(error).__name__, error
+            ),
+            QMessageBox.StandardButton.Close,
+            self._window,
+        )
+        button = box.addButton(self.tr("Save a report…"), QMessageBox.ButtonRole.ActionRole)
+        box.exec()
+        if box.clickedButton() is button:
+            save_report(self._window)
+
+    def _hand_over(self, failure: Failure) -> None:
+        # The window may be gone, and Qt's side of this with it.
+        with contextlib.suppress(RuntimeError):
+            self._arrived.emit(failure)
+
+    def _take(self, failure: Failure) -> None:
+        if not self._window.filled:
+            self._waiting.append(failure)
+        else:
+            self._say(failure.sentence)
+
+    def _say(self, sentence: str) -> None:
+        try:
+            self._window.studio.notice.emit(Notice(sentence, "error", "save_report"))
+        except Exception:  # noqa: BLE001 - not to the desk: it would be told of here again
+            _log.exception("a mistake could not be shown: %s", sentence)
+
+
+def save_report(window: MainWindow) -> None:
+    """Ask where, and write what went wrong; nothing is sent."""
+    name, _ = QFileDialog.getSaveFileName(
+        window,
+        QCoreApplication.translate("FailureNotices", "Save a report"),
+        str(Path.home() / report.file_name()),
+        "Text (*.txt)",
+    )
+    if not name:
+        return
+    path = Path(name if Path(name).suffix else f"{name}.txt")
+    try:
+        write_bytes(path, compose_report(window).encode(), force=True)
+    except VomError as error:
+        if window.filled:
+            window.studio.fail(error)
+        else:
+            QMessageBox.critical(window, "VOM Studio", str(error))
+        return
+    if window.filled:
+        window.studio.info(f"Written: {path}. Read it before you give it to anybody.")
+
+
+def compose_report(window: MainWindow) -> str:
+    """The report of the program with what was done in the open project."""
+    if not window.filled:
+        return report.compose()
+    studio = window.studio
+    names: list[str] = []
+    with contextlib.suppress(Exception):
+        names = [getattr(record, "name", "") for record in studio.records.values()]
+        names.append(studio.project.name)
+    journal = studio.project.journal
+    return report.compose(
+        [("What was done", lambda: outline(journal.last_rows(_ROWS)))],
+        private=names,
+    )
