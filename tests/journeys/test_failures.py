@@ -11,10 +11,11 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QEventLoop, QObject, QTimer, Signal, qWarning
-from PySide6.QtWidgets import QFileDialog, QPushButton, QWidget
+from PySide6.QtWidgets import QApplication, QFileDialog, QPushButton, QWidget
 
 from tests import driver
 from vomstudio.failures import crashes, hooks, log
+from vomstudio.io.settings import read_settings
 from vomstudio.ui import qt_messages
 from vomstudio.ui.background import Background
 from vomstudio.ui.failure_notices import FailureNotices, compose_report
@@ -333,8 +334,6 @@ def test_an_error_of_the_one_who_shows_errors_ends(window, monkeypatch):
 
 
 def test_what_goes_wrong_before_the_window_is_filled_is_said_when_it_is(hooked, qtbot):
-    from vomstudio.io.settings import read_settings
-
     window = MainWindow(read_settings()[0])
     notices = FailureNotices(window)
     try:
@@ -357,3 +356,44 @@ def test_the_hooks_are_taken_back(own_folders):
     assert (sys.excepthook, threading.excepthook, sys.unraisablehook) == before
     assert logging.getLogger().handlers.count(None) == 0
     assert list(crashes.folder().iterdir()) == []
+
+
+def test_a_crash_is_said_beside_the_work_that_it_left_open(hooked, qtbot):
+    words = "from vomstudio.failures import hooks; hooks.install('window'); import os; os.abort()"
+    subprocess.run([sys.executable, "-c", words], check=False, capture_output=True)
+    window = driver.make_window()
+    notices = FailureNotices(window)
+    try:
+        window.files.offer_recovery([window.studio.project.folder])
+        notices.begin()
+        buttons = [b for b in window.message_bar.findChildren(QPushButton) if b.isVisible()]
+        assert [b.text() for b in buttons] == ["Bring it back", "Save a report…"]
+        assert "crash" in window.messages.item(window.messages.count() - 1).text()
+    finally:
+        notices.close()
+        driver.dismiss(window)
+
+
+def test_a_window_that_cannot_be_filled_says_so_and_offers_the_report(
+    hooked, qtbot, tmp_path, monkeypatch
+):
+    file = tmp_path / "report.txt"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(file), ""))
+    window = MainWindow(read_settings()[0])
+    notices = FailureNotices(window)
+    seen: list[str] = []
+
+    def press() -> None:
+        box = QApplication.activeModalWidget()
+        seen.append(box.text())
+        next(b for b in box.buttons() if b.text() == "Save a report…").click()
+
+    QTimer.singleShot(100, press)
+    try:
+        mistake()
+    except OurMistake as error:
+        notices.say_and_offer(error)
+    assert "OurMistake" in seen[0]
+    assert "OurMistake: at #" in file.read_text()
+    notices.close()
+    driver.delete(window)

@@ -321,6 +321,7 @@ def test_a_window_that_is_closed_leaves_no_timer_no_thread_and_no_process(own_fo
 
     from PySide6.QtCore import QTimer
 
+    from tests.driver import delete
     from vomstudio.io.settings import read_settings
     from vomstudio.ui.main_window import MainWindow
 
@@ -341,3 +342,4 @@ def test_a_window_that_is_closed_leaves_no_timer_no_thread_and_no_process(own_fo
     QTest.qWait(50)
     assert [t for t in running if t.isActive()] == []
     qtbot.waitUntil(lambda: not (set(threading.enumerate()) - threads), timeout=5000)
+    delete(made)

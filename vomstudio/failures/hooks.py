@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import contextlib
+import logging
+import platform
 import sys
 import threading
 import traceback
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
+from vomstudio import __version__
 from vomstudio.failures import crashes, log
 from vomstudio.failures.desk import DESK
 
 if TYPE_CHECKING:
     from sys import UnraisableHookArgs
+
+_log = logging.getLogger(__name__)
 
 _before: tuple[Any, Any, Any] | None = None
 
@@ -24,6 +29,7 @@ def install(role: str) -> None:
     if _before is not None:
         return
     log.start(role)
+    _log.info("begins: VOM Studio %s, Python %s", __version__, platform.python_version())
     crashes.begin(role)
     _before = sys.excepthook, threading.excepthook, sys.unraisablehook
     sys.excepthook, threading.excepthook = _uncaught, _uncaught_in_thread

@@ -5,12 +5,8 @@ from __future__ import annotations
 import contextlib
 import logging
 import os
-import platform
-import sys
 from logging.handlers import RotatingFileHandler
 from pathlib import Path
-
-from vomstudio import __version__
 
 _BYTES = 1_000_000
 _OLDER = 2
@@ -51,12 +47,6 @@ def start(role: str) -> None:
     _handler.setFormatter(logging.Formatter(form, "%Y-%m-%d %H:%M:%S"))
     _PROGRAM.setLevel(logging.INFO)
     logging.getLogger().addHandler(_handler)
-    _PROGRAM.info(
-        "begins: VOM Studio %s, Python %s, %s",
-        __version__,
-        platform.python_version(),
-        sys.platform,
-    )
 
 
 def stop() -> None:

@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.errors import VomError
+from vomstudio.failures.desk import DESK
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.octree import StreamedCloud
@@ -183,6 +185,8 @@ class ModelWork:
         except preparation.Stopped:
             pass
         except Exception as error:  # noqa: BLE001 - as above
+            if not isinstance(error, VomError):
+                DESK.report(error, what)
             with contextlib.suppress(preparation.Stopped):
                 emit(preparation.Problem(f"{what}: {error}"))
 

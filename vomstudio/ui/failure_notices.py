@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 _ROWS = 50
+_ACTION = "save_report"
 
 
 class FailureNotices(QObject):
@@ -39,15 +40,27 @@ class FailureNotices(QObject):
     def begin(self) -> None:
         """The window can say something now: what has gone wrong so far, and in the last run."""
         if crashes.newly_found():
-            self._say(
-                self.tr(
-                    "The program was ended by a crash the last time: what was on the screen is in "
-                    "its journal, and a report helps to mend it."
-                )
-            )
+            self._say_crash()
         waiting, self._waiting = self._waiting, []
         for failure in waiting:
             self._take(failure)
+
+    def _say_crash(self) -> None:
+        notice = Notice(
+            self.tr(
+                "The program was ended by a crash the last time: what was on the screen is in its "
+                "journal, and a report helps to mend it."
+            ),
+            "error",
+            _ACTION,
+        )
+        bar, action = self._window.message_bar, self._window.actions_table.all[_ACTION]
+        if bar.isVisible():
+            # The work that it left open is offered there: that comes first.
+            self._window.messages.add(notice)
+            bar.offer(action.text().replace("&", ""), action.trigger)
+        else:
+            self._window.studio.notice.emit(notice)
 
     def close(self) -> None:
         """Nobody is there to be told any more."""
@@ -85,7 +98,7 @@ class FailureNotices(QObject):
 
     def _say(self, sentence: str) -> None:
         try:
-            self._window.studio.notice.emit(Notice(sentence, "error", "save_report"))
+            self._window.studio.notice.emit(Notice(sentence, "error", _ACTION))
         except Exception:  # noqa: BLE001 - not to the desk: it would be told of here again
             _log.exception("a mistake could not be shown: %s", sentence)
 

@@ -119,6 +119,10 @@ class ModelLoader(QObject):
             if not stop.is_set():
                 self._mapped.emit(key, str(error), then)
             return
+        except Exception:
+            # Or it would be on its way for ever.
+            self._mapped.emit(key, f"{path.name} could not be opened", then)
+            raise
         if stop.is_set():
             return
         surface = surface_of(cloud)
@@ -201,6 +205,9 @@ class ModelLoader(QObject):
         except VomError as error:
             self._mapped.emit(key, f"{path.name} cannot be kept at hand: {error}", then)
             return
+        except Exception:
+            self._mapped.emit(key, f"{path.name} could not be opened", then)
+            raise
         data = loaded.data
         # Asked for again and again in the GUI's thread, and a tenth of a second for ten million.
         _ = data.bounds

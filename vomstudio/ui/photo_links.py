@@ -172,6 +172,10 @@ class PhotoLinks(QObject):
             made = ModelPhotos(record.id, record.name, views, folder)
         except VomError as error:
             self._made.emit(record.id, str(error), data)
+        except Exception:
+            # Or it would be busy for ever.
+            self._made.emit(record.id, self.tr("The photos could not be used."), data)
+            raise
         else:
             self._made.emit(record.id, made, data)
 
