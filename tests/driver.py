@@ -74,6 +74,12 @@ def dismiss(window: MainWindow) -> None:
     delete(window)
 
 
+def close(window: QWidget) -> None:
+    """Close, which must not be refused, and have nothing of the window stay."""
+    assert window.close()
+    delete(window)
+
+
 def delete(window: QWidget) -> None:
     """As the end of the process does: what is connected to its parts holds a window for ever."""
     window.deleteLater()

@@ -200,6 +200,8 @@ class Viewport(QWidget):
             self._importer.join()
         self._work.close()
         self._waiting.clear()
+        # Half way through it would keep the scene.
+        self._warming = iter(())
         if self._scene is not None:
             self._scene.close()
             self._scene = None

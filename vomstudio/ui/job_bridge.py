@@ -43,6 +43,7 @@ class JobBridge(QObject):
     that reading a model never waits for a reconstruction."""
 
     changed = Signal()
+    closed = Signal()
     _arrived = Signal(object, object)
 
     def __init__(self) -> None:
@@ -115,6 +116,7 @@ class JobBridge(QObject):
         self._arrived.disconnect(self._deliver)
         for worker in self._workers.values():
             worker.close()
+        self.closed.emit()
 
 
 def _tell(who: str, fault: Fault) -> None:

@@ -393,7 +393,10 @@ class MainWindow(QMainWindow):
         # The net's library takes a second to import: after the first frame, and in a thread. A
         # viewport that cannot draw must not keep the net away.
         viewport.first_frame.connect(self._import_net)
-        QTimer.singleShot(5000, self._import_net)
+        self._net_timer = QTimer(self)
+        self._net_timer.setSingleShot(True)
+        self._net_timer.timeout.connect(self._import_net)
+        self._net_timer.start(5000)
         self._refresh()
 
     def _import_net(self) -> None:
@@ -600,6 +603,7 @@ class MainWindow(QMainWindow):
         self.studio.keep_settings()
         self._keep_camera()
         if self.viewport is not None:
+            self._net_timer.stop()
             self.viewport.close()
         self.in_photos.close_threads()
         self.studio.close()
