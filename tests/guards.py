@@ -26,11 +26,14 @@ _WINDOWS = tuple(str(Path(__file__).parent / name) for name in ("journeys", "ren
 _PATIENCE_S = 5.0
 """A thread that was told to end may be in the middle of something."""
 
-_THREADS = {
-    # Started once for the process by a library, and never ended by it.
-    "tqdm_monitor": "the progress bars of libraries",
-    "pytest_timeout": "of the tests themselves",
-}
+_THREADS = (
+    # Dask has one of each for the process, made with its first client.
+    "Dask-Offload",
+    "Dask-Callback-Thread",
+    # A client of Dask's that finds no scheduler raises before anybody could close it.
+    "IO loop",
+)
+"""How the names of threads begin which a library starts and never ends."""
 
 
 class _Records(logging.Handler):
@@ -116,7 +119,7 @@ def _new_threads(before: _Before) -> list[threading.Thread]:
         thread
         for thread in threading.enumerate()
         if thread not in before.threads
-        and thread.name not in _THREADS
+        and not thread.name.startswith(_THREADS)
         # Stands for a thread of Qt or of a native library in which Python was called once.
         and not isinstance(thread, threading._DummyThread)
     ]

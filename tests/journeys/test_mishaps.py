@@ -41,6 +41,7 @@ def sentences(window) -> list[str]:
 
 
 # --- the worker dies --------------------------------------------------------------------------
+@pytest.mark.expects_log
 def test_a_worker_killed_while_it_reads_a_model_is_said_and_the_next_try_succeeds(
     window, outcrop, tmp_path
 ):
