@@ -64,13 +64,22 @@ def work(milliseconds: int) -> None:
     loop.exec()
 
 
+def offers(window: MainWindow, *texts: str) -> None:
+    """A button of the bar is there as soon as the bar has laid itself out."""
+
+    def buttons() -> tuple[str, ...]:
+        found = window.message_bar.findChildren(QPushButton)
+        return tuple(button.text() for button in found if button.isVisible())
+
+    driver.wait(lambda: buttons() == texts, f"the buttons {texts}")
+
+
 def is_said(window: MainWindow, words: str = "OurMistake", times: int = 1) -> None:
     """In the bar, with the button, once, and in the log; the window can still be worked with."""
     work(100)
     driver.wait(lambda: words in window.message_bar.text, f"{words} in the bar")
-    bar = window.message_bar
-    assert bar.isVisible()
-    assert [b.text() for b in bar.findChildren(QPushButton) if b.isVisible()] == ["Save a report…"]
+    assert window.message_bar.isVisible()
+    offers(window, "Save a report…")
     assert len([text for text in window.said if words in text]) == times
     notation = window.studio.settings.notation
     other = "notation_strike" if notation == "dipdir/dip" else "notation_dipdir"
@@ -366,8 +375,7 @@ def test_a_crash_is_said_beside_the_work_that_it_left_open(hooked, qtbot):
     try:
         window.files.offer_recovery([window.studio.project.folder])
         notices.begin()
-        buttons = [b for b in window.message_bar.findChildren(QPushButton) if b.isVisible()]
-        assert [b.text() for b in buttons] == ["Bring it back", "Save a report…"]
+        offers(window, "Bring it back", "Save a report…")
         assert "crash" in window.messages.item(window.messages.count() - 1).text()
     finally:
         notices.close()
