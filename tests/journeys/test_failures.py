@@ -51,7 +51,7 @@ def hooked(own_folders):
 @pytest.fixture
 def window(hooked, qtbot):
     made = driver.make_window()
-    notices = FailureNotices(made)
+    notices = FailureNotices(made, made)
     notices.begin()
     said: list[str] = []
     made.studio.notice.connect(lambda notice: said.append(notice.text))
@@ -232,7 +232,7 @@ def test_a_mistake_in_a_worker_is_shown_and_the_next_job_is_done(
     assert "Looking closely" in window.message_bar.text
     assert "your project is as it was" in window.message_bar.text
     have_done(odd_jobs.IDLE)
-    assert ended[-1] == {}
+    assert ended[-1] == Nothing()
     assert in_log in log.path().read_text()
     if task in (odd_jobs.ABORT, odd_jobs.SEGFAULT):
         assert "Fatal Python error" in compose_report(window)
@@ -344,7 +344,7 @@ def test_a_crash_is_said_beside_the_work_that_it_left_open(hooked, qtbot):
     window = driver.make_window()
     notices = FailureNotices(window, window)
     try:
-        window.files.offer_recovery([window.studio.project.folder])
+        window.studio.recovery_found.emit([window.studio.project.folder])
         notices.begin()
         offers(window, "Bring it back", "Save a report…")
         assert "crash" in window.messages.item(window.messages.count() - 1).text()
