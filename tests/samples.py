@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-from vomstudio.document.records import Trace
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Model, Registration
 
 # A zigzag on a plane that dips, with a little roughness.
 ZIGZAG = (
@@ -18,3 +24,9 @@ def bed(id_: str, shift: float = 0.0, vertices: tuple | None = None) -> Trace:
     """A bedding trace on model m1."""
     points = vertices or tuple((x, y, z + shift) for x, y, z in ZIGZAG)
     return Trace(id_, "", "bedding", "m1", "0" * 64, points)
+
+
+def placed(model: Model, matrix: Any) -> Model:
+    """The model where a similarity (4, 4) from its file brings it, its frame as it was."""
+    rows = tuple(tuple(float(v) for v in row) for row in np.asarray(matrix))
+    return replace(model, placement=Registration("r1", "turned", "control", model.frame, rows))

@@ -33,9 +33,7 @@ class MemoryJournal:
         return
 
 
-MODEL = Model(
-    "m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"), Frame("local").to_world()
-)
+MODEL = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"))
 
 
 @pytest.fixture

@@ -9,21 +9,16 @@ import pytest
 
 from vomstudio.document import edits
 from vomstudio.document.comparison import nearest_picks, summary
+from vomstudio.document.kinds.lineation import Lineation
+from vomstudio.document.kinds.patch import Patch
+from vomstudio.document.kinds.reading import Reading
+from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurements import Measurements
-from vomstudio.document.records import (
-    DEFAULT_TYPES,
-    FeatureType,
-    Frame,
-    Lineation,
-    Model,
-    Patch,
-    Reading,
-    Trace,
-)
+from vomstudio.document.records import DEFAULT_TYPES, FeatureType, Frame, Model
 from vomstudio.errors import DocumentError
 
 LOCAL = Frame("local")
-MODEL = Model("m", "cliff", "c.obj", "mesh", "0" * 64, LOCAL, LOCAL.to_world())
+MODEL = Model("m", "cliff", "c.obj", "mesh", "0" * 64, LOCAL)
 
 
 def records(*more):
@@ -76,7 +71,7 @@ def test_with_a_position_the_nearest_in_space_is_taken_not_the_most_alike():
 
 def test_the_distance_is_to_the_nearest_point_in_world_metres():
     millimetres = Frame("local", unit_m=0.001)
-    model = replace(MODEL, frame=millimetres, to_world=millimetres.to_world())
+    model = replace(MODEL, placement=millimetres)
     own = records(trace("a", 90, 30), reading(90, 30, (0.0, 0.0, 5.0)))
     own["m"] = model
     found = nearest_picks(own, Measurements())["r"]
@@ -90,7 +85,7 @@ def test_only_picks_of_the_same_type_and_kind_count():
 
 def test_a_pick_without_north_has_no_direction_to_compare():
     own = records(trace("a", 90, 30), reading(90, 30))
-    own["m"] = replace(MODEL, frame=Frame("undeclared"))
+    own["m"] = replace(MODEL, placement=Frame("undeclared"))
     assert nearest_picks(own, Measurements()) == {}
 
 

@@ -8,30 +8,23 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from tests.samples import placed
 from vomstudio.document import codec, edits
-from vomstudio.document.measurements import Measurements, measure_all, slip_rake
-from vomstudio.document.records import (
-    DEFAULT_TYPES,
-    Dimension,
-    FeatureType,
-    Frame,
-    Group,
-    Intersection,
-    Lineation,
-    Model,
-    Patch,
-    Reading,
-    Trace,
-)
+from vomstudio.document.kinds.dimension import Dimension
+from vomstudio.document.kinds.intersection import Intersection
+from vomstudio.document.kinds.lineation import Lineation, slip_rake
+from vomstudio.document.kinds.patch import Patch
+from vomstudio.document.kinds.reading import Reading
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.measurements import Measurements, measure_all
+from vomstudio.document.records import DEFAULT_TYPES, FeatureType, Frame, Group, Model
 from vomstudio.errors import DocumentError
 from vomstudio.geology.orientation import Line, Plane, slip_from_rake
 from vomstudio.geometry.patches import moments, outline, runs_of
 from vomstudio.geometry.planes import fit_plane
 from vomstudio.tables.project_table import project_table
 
-MODEL = Model(
-    "m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"), Frame("local").to_world()
-)
+MODEL = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"))
 
 
 def on_plane(plane: Plane, seed: int, n: int = 60, rough: float = 0.002) -> np.ndarray:
@@ -104,7 +97,7 @@ def test_a_patch_fits_as_its_points_do_and_turns_with_its_model():
     turn = Rotation.from_euler("z", -30.0, degrees=True).as_matrix()  # 30 degrees clockwise
     to_world = np.eye(4)
     to_world[:3, :3] = turn
-    turned = replace(MODEL, to_world=tuple(map(tuple, to_world.tolist())))
+    turned = placed(MODEL, to_world)
     after = measure_all({**records(feature), "m1": turned}, [feature])[0]
     shift = (after.plane.dip_direction_deg - measured.plane.dip_direction_deg) % 360.0
     assert shift == pytest.approx(30.0, abs=1e-9)
@@ -247,7 +240,9 @@ def test_lengths_of_a_model_of_unknown_scale_are_marked_as_units():
     ]
     for kind, metric in (("undeclared", False), ("scaled", True), ("local", True)):
         frame = Frame(kind)
-        records = {"m1": replace(MODEL, frame=frame), **{f.id: f for f in features}}
+        records = {"m1": replace(MODEL, placement=frame), **{f.id: f for f in features}}
         assert {m.metric for m in measure_all(records, features)} == {metric}
         assert frame.has_north == (kind == "local")
-    assert codec.decode(codec.encode(replace(MODEL, frame=Frame("scaled")))).frame.kind == "scaled"
+    assert (
+        codec.decode(codec.encode(replace(MODEL, placement=Frame("scaled")))).frame.kind == "scaled"
+    )

@@ -11,17 +11,15 @@ import numpy as np
 import pytest
 
 from tests.document.conftest import MODEL
+from tests.samples import placed
 from vomstudio.document import edits
-from vomstudio.document.measurements import Measurements, measure_all, slip_rake
-from vomstudio.document.records import (
-    Dimension,
-    Frame,
-    Group,
-    Intersection,
-    Lineation,
-    Reading,
-    Trace,
-)
+from vomstudio.document.kinds.dimension import Dimension
+from vomstudio.document.kinds.intersection import Intersection
+from vomstudio.document.kinds.lineation import Lineation, slip_rake
+from vomstudio.document.kinds.reading import Reading
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.measurements import Measurements, measure_all
+from vomstudio.document.records import Frame, Group
 from vomstudio.errors import DocumentError
 from vomstudio.geology.orientation import (
     Plane,
@@ -191,7 +189,7 @@ def test_lines_turn_with_their_world():
             (0.0, 0.0, 1.0, 800.0),
             (0.0, 0.0, 0.0, 1.0),
         )
-        found = measured({**records, MODEL.id: replace(MODEL, to_world=rows)}, "l1")
+        found = measured({**records, MODEL.id: placed(MODEL, rows)}, "l1")
         assert (found.line.trend_deg - plain.line.trend_deg) % 360.0 == pytest.approx(turn)
         assert found.line.plunge_deg == pytest.approx(plain.line.plunge_deg, abs=1e-6)
         assert found.rake_deg == pytest.approx(plain.rake_deg, abs=1e-6)
@@ -381,7 +379,7 @@ def test_the_layers_hold_lines_and_dimensions(tmp_path: Path):
         lineation(along(FAULT, 40.0, 5), "f1", "normal"),
         thickness([[0, 0, 0], 1.8 * FAULT.normal()]),
     )  # fmt: skip
-    records[MODEL.id] = replace(MODEL, frame=Frame("crs", "EPSG:32633"))
+    records[MODEL.id] = replace(MODEL, placement=Frame("crs", "EPSG:32633"))
     out = tmp_path / "out.gpkg"
     write_layers(out, records, project_table(records), Measurements())
     assert {"planes", "traces", "lines", "lineations", "dimensions"} <= {

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from vomstudio.document import edits
-from vomstudio.document.records import Frame, Model, Trace
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Frame, Model
 from vomstudio.io.project.folder import Project
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -85,7 +86,7 @@ def inputs(folder: Path) -> None:
     project = Project.create(folder / "p.vom")
     session = project.session
     frame = Frame("crs", "EPSG:32615")
-    model = Model("m1", "cliff", "m.obj", "mesh", "0" * 64, frame, frame.to_world())
+    model = Model("m1", "cliff", "m.obj", "mesh", "0" * 64, frame)
     session.apply(edits.add_model(session.records, model))
     vertices_of = tuple(map(tuple, points[::5].tolist()))
     trace = Trace("t1", "B1", "bedding", "m1", "0" * 64, vertices_of, resolution=0.05)

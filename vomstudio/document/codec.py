@@ -1,78 +1,188 @@
-"""Records as plain JSON values and back. The names here are the names on disk."""
+"""Records as plain JSON values and back. The names here are the names on disk.
+
+A record that comes or goes is written whole. Of a record that changes only the fields that differ
+are written, so that giving ten thousand traces another set costs no copy of their vertices.
+"""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
+from vomstudio.document import kinds
+from vomstudio.document.edit import Edit
 from vomstudio.document.records import (
-    Dimension,
+    Asset,
     FeatureType,
     Frame,
-    Group,
-    Intersection,
-    Lineation,
+    ImageMark,
+    MarkedPoint,
+    Mask,
     Model,
-    Patch,
-    Reading,
+    PhotoSet,
+    Reconstruction,
     Record,
-    Trace,
+    Registration,
 )
 from vomstudio.errors import DocumentError
 
 _KINDS: dict[str, type] = {
     "model": Model,
     "feature_type": FeatureType,
-    "trace": Trace,
-    "patch": Patch,
-    "lineation": Lineation,
-    "reading": Reading,
-    "dimension": Dimension,
-    "intersection": Intersection,
+    **kinds.RECORDS,
+    "photo_set": PhotoSet,
+    "mask": Mask,
+    "marked_point": MarkedPoint,
+    "image_mark": ImageMark,
+    "reconstruction": Reconstruction,
+    "registration": Registration,
 }
-_PARTS: dict[str, type] = {"frame": Frame, "first": Group, "second": Group}
+_PARTS: dict[str, type] = {
+    "placement": Frame,
+    "frame": Frame,
+    "file": Asset,
+    **kinds.PARTS,
+}
+"""Fields that hold a small record of their own. A placement may be a registration instead, of which
+its id is written."""
 _NAMES = {cls: name for name, cls in _KINDS.items()}
 
 Plain = dict[str, Any]
+
+NOTHING: Mapping[str, Record] = MappingProxyType({})
 
 
 def encode(record: Record) -> Plain:
     """A record as JSON values, with its kind."""
     # dataclasses.asdict copies every number: seconds for a patch of a hundred thousand points.
     values = {field.name: getattr(record, field.name) for field in dataclasses.fields(record)}
-    for name in _PARTS.keys() & values.keys():
-        values[name] = dataclasses.asdict(values[name])
-    return {"record": _NAMES[type(record)], **values}
+    return {"record": _NAMES[type(record)], **_encoded(values)}
 
 
-def decode(plain: Mapping[str, Any]) -> Record:
-    """The record; raises DocumentError that names the kind or field that cannot be read."""
+def decode(plain: Mapping[str, Any], records: Mapping[str, Record] = NOTHING) -> Record:
+    """The record; `records` hold those that it names. Raises DocumentError that names the kind or
+    field that cannot be read."""
     values = dict(plain)
     kind = values.pop("record", None)
     cls = _KINDS.get(kind) if isinstance(kind, str) else None
     if cls is None:
         raise DocumentError(f"a record of unknown kind {kind!r} cannot be read", field="record")
-    names = {field.name for field in dataclasses.fields(cls)}
-    unknown = set(values) - names
-    if unknown:
-        raise DocumentError(f"a {kind} has an unknown field", field=sorted(unknown)[0])
+    values = _known(cls, values)
     try:
-        for name, part in _PARTS.items():
-            if name in values:
-                values[name] = part(**values[name])
-        record: Record = cls(**{name: _tuples(value) for name, value in values.items()})
+        record: Record = cls(**_decoded(values, records))
     except TypeError as error:
         raise DocumentError(f"a {kind} lacks a field: {error}") from error
     return record
 
 
-def encode_changes(changes: Mapping[str, Record | None]) -> dict[str, Plain | None]:
-    return {id_: None if record is None else encode(record) for id_, record in changes.items()}
+def encode_edit(edit: Edit) -> tuple[Plain, Plain]:
+    """The two maps of an edit, id -> None, a whole record, or only the fields that differ."""
+    before: Plain = {}
+    after: Plain = {}
+    for id_, new in edit.after.items():
+        old = edit.before[id_]
+        if old is None or new is None or type(old) is not type(new):
+            before[id_] = None if old is None else encode(old)
+            after[id_] = None if new is None else encode(new)
+            continue
+        names = [
+            field.name
+            for field in dataclasses.fields(new)
+            if getattr(old, field.name) != getattr(new, field.name)
+        ]
+        before[id_] = _encoded({name: getattr(old, name) for name in names})
+        after[id_] = _encoded({name: getattr(new, name) for name in names})
+    return before, after
 
 
-def decode_changes(plain: Mapping[str, Any]) -> dict[str, Record | None]:
-    return {id_: None if value is None else decode(value) for id_, value in plain.items()}
+def decode_edit(label: str, before: Plain, after: Plain, records: Mapping[str, Record]) -> Edit:
+    """The edit that a row of the journal holds; `records` are those before it, from which changed
+    records take the fields that the row does not name. Raises DocumentError."""
+    olds = {id_: _read(id_, before.get(id_), records, records) for id_ in after}
+    news: dict[str, Record | None] = {}
+    models = {id_ for id_, plain in after.items() if _is_model(plain, records.get(id_))}
+    for id_, plain in after.items():
+        if id_ not in models:
+            news[id_] = _read(id_, plain, records, records)
+    # A model may name a registration that comes with the same edit.
+    arrived = {id_: record for id_, record in news.items() if record is not None}
+    named = {**records, **arrived} if models else records
+    for id_ in models:
+        news[id_] = _read(id_, after[id_], records, named)
+    return Edit(label, olds, {id_: news[id_] for id_ in after})
+
+
+def _is_model(plain: Plain | None, record: Record | None) -> bool:
+    return isinstance(record, Model) or (plain is not None and plain.get("record") == "model")
+
+
+def _read(
+    id_: str, plain: Plain | None, records: Mapping[str, Record], named: Mapping[str, Record]
+) -> Record | None:
+    if plain is None:
+        return None
+    if "record" in plain:
+        return decode(plain, named)
+    record = records.get(id_)
+    if record is None:
+        raise DocumentError(f"it changes {id_}, which an unreadable row has brought")
+    values = _decoded(_known(type(record), plain), named)
+    changed: Record = dataclasses.replace(record, **values)
+    return changed
+
+
+def _known(cls: type, values: Mapping[str, Any]) -> Plain:
+    """The fields by their names of today. Raises DocumentError for one that nobody knows."""
+    values = _of_earlier_schemas(cls, dict(values))
+    unknown = set(values) - {field.name for field in dataclasses.fields(cls)}
+    if unknown:
+        raise DocumentError(f"a {_NAMES[cls]} has an unknown field", field=sorted(unknown)[0])
+    return values
+
+
+def _of_earlier_schemas(cls: type, values: Plain) -> Plain:
+    """Schema 1: a model held its declared frame, and beside it the matrix that follows from it."""
+    if cls is Model and "frame" in values:
+        values["placement"] = values.pop("frame")
+        values.pop("to_world", None)
+    return values
+
+
+def _encoded(values: Mapping[str, Any]) -> Plain:
+    made: Plain = {}
+    for name, value in values.items():
+        if isinstance(value, Registration):
+            made[name] = {"registration": value.id}
+        elif name in _PARTS and value is not None:
+            made[name] = dataclasses.asdict(value)
+        else:
+            made[name] = value
+    return made
+
+
+def _decoded(values: Mapping[str, Any], records: Mapping[str, Record]) -> Plain:
+    return {
+        name: _part(name, value, records)
+        if name in _PARTS and value is not None
+        else _tuples(value)
+        for name, value in values.items()
+    }
+
+
+def _part(name: str, value: Any, records: Mapping[str, Record]) -> Any:
+    if not isinstance(value, Mapping):
+        raise DocumentError("a part of a record cannot be read", field=name)
+    if set(value) == {"registration"}:
+        found = records.get(value["registration"])
+        if not isinstance(found, Registration):
+            raise DocumentError("it rests on a registration that is not there", field=name)
+        return found
+    try:
+        return _PARTS[name](**{key: _tuples(each) for key, each in value.items()})
+    except TypeError as error:
+        raise DocumentError(f"a part of a record cannot be read: {error}", field=name) from error
 
 
 def _tuples(value: Any) -> Any:

@@ -31,6 +31,10 @@ class Edit:
     def inverse(self) -> Edit:
         return Edit(self.label, self.after, self.before)
 
+    def followed_by(self, later: Edit) -> Edit:
+        """Both as one, under the later label."""
+        return Edit(later.label, {**later.before, **self.before}, {**self.after, **later.after})
+
     def swap(self, records: MutableMapping[str, Record], *, strict: bool = True) -> None:
         """Bring `records` from `before` to `after`. Strict: raises DocumentError, with nothing
         changed, where the records are not what `before` says."""

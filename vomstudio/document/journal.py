@@ -6,21 +6,25 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol
 
-from vomstudio.document.codec import Plain, decode_changes
+from vomstudio.document.codec import Plain, decode_edit
 from vomstudio.document.edit import Edit
 from vomstudio.document.records import Record
 from vomstudio.errors import DocumentError
 
-RowKind = Literal["do", "undo", "redo", "save", "discard", "draft"]
+RowKind = Literal["do", "amend", "take_in", "undo", "redo", "save", "discard", "draft"]
 
 
 @dataclass(frozen=True)
 class Row:
     """One line of the journal.
 
-    do, discard: `before` and `after` are maps id -> record (None where there is none); `of_seq` of
-    a do is the draft that it finishes. undo, redo: `of_seq` is the row taken back or done again.
-    draft: `after` is the state of an unfinished tool, None once it is cancelled.
+    do, discard: `before` and `after` are maps id -> None, a whole record, or the fields of it that
+    change (`codec`); `of_seq` of a do is the draft that it finishes. amend: a do that takes the
+    place of the newest one, row `of_seq`, as a nudge follows a nudge. take_in: a do by the program
+    itself, which does not end what can be done again. undo, redo: `of_seq` is the
+    row taken back or done again.
+    draft: `after` is the state of an unfinished tool, None once it is cancelled. gap: stands for
+    rows that are missing; it is read, never written.
     """
 
     seq: int
@@ -32,6 +36,10 @@ class Row:
     time: str
     version: str
     settings: Plain | None
+    problem: str = ""
+    """Why the row cannot be believed: it is named and left out."""
+    notice: str = ""
+    """What is wrong before the row, which itself is sound: rows that are missing."""
 
 
 class Journal(Protocol):
@@ -90,8 +98,12 @@ def replay(rows: Iterable[Row]) -> Replay:
     """Play a journal from its first row. A damaged row is named and left out."""
     result = Replay()
     for row in rows:
+        if row.notice:
+            result.problems.append(row.notice)
         result.settings = row.settings or result.settings
         try:
+            if row.problem:
+                raise DocumentError(row.problem)
             _play(result, row)
         except DocumentError as error:
             result.problems.append(f"journal row {row.seq} ({row.kind} {row.label!r}): {error}")
@@ -99,31 +111,48 @@ def replay(rows: Iterable[Row]) -> Replay:
 
 
 def _play(result: Replay, row: Row) -> None:
-    if row.kind in ("do", "discard"):
-        edit = Edit(row.label, decode_changes(row.before or {}), decode_changes(row.after or {}))
+    if row.kind in ("do", "discard", "amend", "take_in"):
+        edit = decode_edit(row.label, row.before or {}, row.after or {}, result.records)
         edit.swap(result.records, strict=False)
+        if row.kind == "amend":
+            edit = _amended(result, row, edit)
         result.done.append((row.seq, edit))
-        result.undone.clear()
+        if row.kind != "take_in":
+            result.undone.clear()
         if result.draft is not None and row.of_seq == result.draft.seq:
             result.draft = None
     elif row.kind == "undo":
-        seq, edit = _take(result.done, row)
-        edit.inverse().swap(result.records, strict=False)
-        result.undone.append((seq, edit))
+        for seq, edit in _taken(result.done, row):
+            edit.inverse().swap(result.records, strict=False)
+            result.undone.append((seq, edit))
     elif row.kind == "redo":
-        seq, edit = _take(result.undone, row)
-        edit.swap(result.records, strict=False)
-        result.done.append((seq, edit))
+        for seq, edit in _taken(result.undone, row):
+            edit.swap(result.records, strict=False)
+            result.done.append((seq, edit))
     elif row.kind == "save":
         result.saved = dict(result.records)
         result.saved_top = result.top
     elif row.kind == "draft":
         result.draft = None if row.after is None else Draft(row.seq, row.after)
-    else:
+    elif row.kind != "gap":
         raise DocumentError("is of a kind that this version does not know")
 
 
-def _take(stack: list[tuple[int, Edit]], row: Row) -> tuple[int, Edit]:
-    if not stack or stack[-1][0] != row.of_seq:
-        raise DocumentError(f"speaks of row {row.of_seq}, which is not the newest")
-    return stack.pop()
+def _amended(result: Replay, row: Row, edit: Edit) -> Edit:
+    """The edit with that of the row whose place it takes: from what was before both."""
+    if not result.done or result.done[-1][0] != row.of_seq:
+        # The row that it amends was damaged: what it changes itself is all that is known.
+        return edit
+    _, earlier = result.done.pop()
+    return earlier.followed_by(edit)
+
+
+def _taken(stack: list[tuple[int, Edit]], row: Row) -> list[tuple[int, Edit]]:
+    """Takes row `of_seq` off a stack, and what lies above it, newest first: steps that were left
+    out because they are damaged had taken those. Raises DocumentError where it is not there."""
+    if all(seq != row.of_seq for seq, _ in stack):
+        raise DocumentError(f"speaks of row {row.of_seq}, which is not there")
+    taken = [stack.pop()]
+    while taken[-1][0] != row.of_seq:
+        taken.append(stack.pop())
+    return taken

@@ -4,30 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Any, Generic, TypeVar
+from typing import Any, TypeVar
 
-from vomstudio.document.codec import encode_changes
+from vomstudio.document.codec import encode_edit
 from vomstudio.document.edit import Edit, change
-from vomstudio.document.journal import Draft, Journal, replay
-from vomstudio.document.records import DEFAULT_TYPES, FEATURES, Feature, FeatureType, Record
+from vomstudio.document.journal import Draft, Journal, RowKind, replay
+from vomstudio.document.records import DEFAULT_TYPES, Feature, FeatureType, Record
+from vomstudio.signals import Signal
 
 T = TypeVar("T")
-
-
-class Signal(Generic[T]):
-    """A list of listeners; they are told in the order in which they came."""
-
-    def __init__(self) -> None:
-        self._listeners: list[Callable[[T], None]] = []
-
-    def connect(self, listener: Callable[[T], None]) -> Callable[[], None]:
-        """Returns the call that disconnects it again."""
-        self._listeners.append(listener)
-        return lambda: self._listeners.remove(listener)
-
-    def emit(self, value: T) -> None:
-        for listener in tuple(self._listeners):
-            listener(value)
 
 
 class Session:
@@ -71,7 +56,7 @@ class Session:
 
     def features(self) -> list[Feature]:
         """Everything measured, in the order in which it came."""
-        return [record for record in self._records.values() if isinstance(record, FEATURES)]
+        return [record for record in self._records.values() if isinstance(record, Feature)]
 
     def of(self, cls: type[T]) -> list[T]:
         """The records of one class, in the order in which they came."""
@@ -86,28 +71,49 @@ class Session:
         )
 
     # --- edits -------------------------------------------------------------------------------
-    def apply(self, edit: Edit, *, finishes_draft: bool = False) -> None:
-        """Raises DocumentError where the edit no longer fits or cannot be written; then nothing
-        has changed."""
-        self._write(edit, "do", finishes_draft=finishes_draft)
-        self._tell(edit)
+    def apply(self, edit: Edit, *, finishes_draft: bool = False, joins: int | None = None) -> int:
+        """joins: the number of the newest edit, as this call returned it, with which it shall be
+        one step of the history; where that is not the newest any more, it becomes its own.
 
-    def _write(self, edit: Edit, kind: str, *, finishes_draft: bool = False) -> None:
+        Returns the number of the edit. Raises DocumentError where the edit no longer fits or cannot
+        be written; then nothing has changed.
+        """
+        # Amending what is saved would take the save back with it.
+        amends = joins is not None and joins == self.top and self.dirty
+        self._write(edit, "amend" if amends else "do", finishes_draft=finishes_draft)
+        self._tell(edit)
+        return self.top
+
+    def take_in(self, edit: Edit) -> None:
+        """Apply what an earlier version kept elsewhere. It can be undone, and what can be done
+        again still can; a project that was saved stays so. Raises DocumentError."""
+        was_saved = not self.dirty
+        self._write(edit, "take_in")
+        self._tell(edit)
+        if was_saved:
+            self.save()
+
+    def _write(self, edit: Edit, kind: RowKind, *, finishes_draft: bool = False) -> None:
         trial = dict(self._records)
         edit.swap(trial)
+        before, after = encode_edit(edit)
+        of_seq = self.draft.seq if finishes_draft and self.draft else None
         seq = self._journal.append(
-            "discard" if kind == "discard" else "do",
-            of_seq=self.draft.seq if finishes_draft and self.draft else None,
+            kind,
+            of_seq=self.top if kind == "amend" else of_seq,
             label=edit.label,
-            before=encode_changes(edit.before),
-            after=encode_changes(edit.after),
+            before=before,
+            after=after,
             settings=self._settings(),
         )
         if finishes_draft:
             self.draft = None
         self._records = trial
+        if kind == "amend":
+            edit = self._done.pop()[1].followed_by(edit)
         self._done.append((seq, edit))
-        self._undone.clear()
+        if kind != "take_in":
+            self._undone.clear()
 
     def _tell(self, edit: Edit) -> None:
         self.changed.emit(edit)
@@ -117,6 +123,16 @@ class Session:
     @property
     def top(self) -> int:
         return self._done[-1][0] if self._done else 0
+
+    @property
+    def saved_top(self) -> int:
+        """The number of the newest edit at the last save."""
+        return self._saved_top
+
+    @property
+    def saved(self) -> Mapping[str, Record]:
+        """The records at the last save."""
+        return MappingProxyType(self._saved)
 
     @property
     def undo_label(self) -> str | None:
@@ -186,10 +202,25 @@ class Session:
         seq = self._journal.append("draft", after=state)
         self.draft = None if state is None else Draft(seq, dict(state))
 
-    def use_journal(self, journal: Journal) -> Journal:
-        """Go on in another journal, which holds the same rows; returns the one left."""
+    def use_journal(self, journal: Journal, numbers: Mapping[int, int] | None = None) -> Journal:
+        """Go on in another journal, which holds the same steps; returns the one left. numbers: of
+        its rows by those of the one left, where they differ."""
         old, self._journal = self._journal, journal
+        if numbers:
+            self._done = [(numbers[seq], edit) for seq, edit in self._done]
+            self._undone = [(numbers[seq], edit) for seq, edit in self._undone]
+            self._saved_top = numbers.get(self._saved_top, self._saved_top)
+            if self.draft is not None:
+                self.draft = Draft(numbers[self.draft.seq], self.draft.state)
         return old
+
+    def done_steps(self) -> list[tuple[int, Edit]]:
+        """Row number and edit of what can be undone, the oldest first."""
+        return list(self._done)
+
+    def undone_steps(self) -> list[tuple[int, Edit]]:
+        """Row number and edit of what can be done again, the next one last."""
+        return list(self._undone)
 
     def close(self) -> None:
         self._journal.close()

@@ -9,8 +9,9 @@ import pytest
 
 from tests.samples import ZIGZAG, bed
 from vomstudio.document import edits
+from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurements import Measurements
-from vomstudio.document.records import Frame, Model, Trace
+from vomstudio.document.records import Frame, Model
 from vomstudio.errors import InputError, TargetError, UsageError
 from vomstudio.io.project.export import export_project
 from vomstudio.io.project.folder import Project
@@ -26,7 +27,7 @@ def project(tmp_path):
     session.apply(
         edits.add_model(
             session.records,
-            Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, UTM, UTM.to_world()),
+            Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, UTM),
         )
     )
     for number, shift in enumerate((0.0, 2.5)):
@@ -133,7 +134,7 @@ def test_the_verdicts_are_those_of_the_thresholds_the_user_had(tmp_path):
     for name, settings in (("plain", {}), ("strict", strict)):
         project = Project.create(tmp_path / f"{name}.vom", settings=lambda s=settings: s)
         session = project.session
-        model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, UTM, UTM.to_world())
+        model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, UTM)
         session.apply(edits.add_model(session.records, model))
         session.apply(edits.add_trace(session.records, bed("t1")))
         table = export_project(project.folder, "csv", tmp_path / f"{name}.csv")

@@ -14,7 +14,8 @@ import pytest
 
 from tests.samples import bed
 from vomstudio.document import edits
-from vomstudio.document.records import Frame, Model, Trace
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Frame, Model
 from vomstudio.errors import InputError, TargetError
 from vomstudio.io.project.folder import Project, project_folder
 from vomstudio.io.project.journal import read_records
@@ -130,8 +131,11 @@ def test_a_torn_journal_is_refused_by_name_or_whole(tmp_path, cut):
         message = str(error)
     else:
         message = "journal.sqlite"
-        # Only the unused end of the file was cut off.
-        assert dict(project.session.records) == whole_records
+        # Only the unused end of the file was cut off, or rows that are named.
+        lost = set(whole_records) - set(project.session.records)
+        assert len(project.problems) >= len(lost)
+        assert all(project.session.records[i] == whole_records[i] for i in whole_records
+                   if i not in lost)  # fmt: skip
         project.close()
     assert "journal.sqlite" in message
 
@@ -190,7 +194,7 @@ _WRITER = """
 import sys
 from pathlib import Path
 from vomstudio.document import edits
-from vomstudio.document.records import Trace
+from vomstudio.document.kinds.trace import Trace
 from vomstudio.io.project.folder import Project
 sys.path.insert(0, sys.argv[2])
 from tests.samples import bed

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vomstudio.document.records import Reading
+from vomstudio.document.kinds.reading import Reading
 from vomstudio.errors import InputError
 from vomstudio.geology.notation import NOTATIONS, format_plane
 from vomstudio.geology.orientation import Plane, angle_between_planes

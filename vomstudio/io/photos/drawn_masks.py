@@ -40,6 +40,17 @@ def load_mask(mask: Path, width: int, height: int) -> Flags:
     return read
 
 
+def mask_png(used: Flags) -> bytes:
+    """A mask (height, width), True where the photo is used, as a PNG of one bit a pixel."""
+    import io
+
+    from PIL import Image
+
+    made = io.BytesIO()
+    Image.fromarray(used).save(made, format="PNG", compress_level=1)
+    return made.getvalue()
+
+
 def write_mask(path: Path, used: Flags) -> Path | None:
     """Write a mask (height, width), True where the photo is used, whole or not at all.
 

@@ -1,9 +1,10 @@
 """The project on disk: a folder NAME.vom that can be moved and zipped.
 
 `journal.sqlite` is the truth; `project.gpkg` is derived; `models/` holds copies where the user
-wants them, `reconstruction/` what was made of photos, `photos/` control points and marks of photos
-whose own folder cannot be written; `cache/` may be deleted. A project that has
-no name yet lives in the user's state folder and is offered back at the next start.
+wants them, `reconstruction/` what was made of photos, `assets/` what is too large for a row of the
+journal, `photos/` exports for photos whose own folder cannot be written; `cache/` may be
+deleted. A project that has no name yet lives in the user's state folder and is offered back at the
+next start.
 """
 
 from __future__ import annotations
@@ -15,20 +16,21 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from vomstudio.document.records import FEATURES, Model
+from vomstudio.document.records import Feature, Model
 from vomstudio.document.session import Session
-from vomstudio.errors import InputError, TargetError, VomError
+from vomstudio.errors import DocumentError, InputError, TargetError, VomError
 from vomstudio.files.lock import ProjectLock
 from vomstudio.io.photos.cameras_file import FILE_NAME
-from vomstudio.io.project.journal import SqliteJournal, read_replay
+from vomstudio.io.project import compaction
+from vomstudio.io.project.assets import FOLDER as ASSETS
+from vomstudio.io.project.journal import NAME as JOURNAL
+from vomstudio.io.project.journal import TAKING_IN, SqliteJournal, read_replay
+from vomstudio.io.project.repair import Repaired, repair
+from vomstudio.io.project.taking_in import PHOTO_TABLES, RECONSTRUCTIONS, take_in_earlier
 
 SUFFIX = ".vom"
-JOURNAL = "journal.sqlite"
-RECONSTRUCTIONS = "reconstruction"
-"""The folder of what is made of photos, one folder in it for each set and quality."""
-PHOTO_TABLES = "photos"
 _MODELS = "models"
-_ALONG = (_MODELS, PHOTO_TABLES)
+_ALONG = (_MODELS, PHOTO_TABLES, ASSETS)
 # What a reconstruction adds lines to; all else is written once, under another name.
 _LARGEST_COPIED = 1 << 20
 
@@ -49,6 +51,19 @@ class Project:
         self._lock = lock
         self._settings = settings
         self.session = Session(journal, settings)
+        self._compacted: compaction.Compacted | None = None
+        self.problems: list[str] = list(self.session.problems)
+        """Sentences on what could not be read."""
+        if journal.view(TAKING_IN, False):
+            self._take_in()
+
+    def _take_in(self) -> None:
+        """Files beside a journal of schema 1 become records, as one edit."""
+        edit, problems = take_in_earlier(self.folder, self.session.records)
+        self.problems += problems
+        if edit is not None:
+            self.session.take_in(edit)
+        self.journal.set_view(TAKING_IN, False)
 
     @classmethod
     def create(cls, folder: Path, *, settings: Callable[[], Mapping[str, Any]] = dict) -> Project:
@@ -101,6 +116,31 @@ class Project:
     def has_photo_tables(self) -> bool:
         return any(path.is_file() for path in (self.folder / PHOTO_TABLES).glob("*/*"))
 
+    def compaction(self) -> compaction.Plan:
+        """What compacting would take away."""
+        return compaction.plan(self.folder, self.session, self.journal)
+
+    def compact(self) -> None:
+        """Take away rows and files that nothing can reach any more; until the project is closed
+        `take_back_compaction` brings them back. Raises DocumentError, TargetError."""
+        made = compaction.compact(self.folder, self.session, self.journal)
+        self.journal, self._compacted = made.journal, made
+
+    def take_back_compaction(self) -> None:
+        """Raises DocumentError where the project was not compacted since it was opened."""
+        if self._compacted is None:
+            raise DocumentError("the project was not compacted since it was opened")
+        self.journal = compaction.take_back(
+            self.folder, self.session, self.journal, self._compacted
+        )
+        self._compacted = None
+
+    def repair(self) -> Repaired:
+        """Write a journal with damaged rows anew. Raises DocumentError, TargetError."""
+        made = repair(self.folder, self.session, self.journal)
+        self.journal, self.problems = made.journal, []
+        return made
+
     def save_as(self, folder: Path) -> None:
         """Move to another folder: history, copies and reconstructions go along. A project with a
         name stays behind as it was last saved; an untitled one is gone. Nobody may be at work in
@@ -150,10 +190,11 @@ class Project:
         nothing behind; another one keeps its history, from which discarded work can be
         brought back."""
         session = self.session
-        empty = not session.ever_held(*FEATURES) and not session.draft
+        empty = not session.ever_held(Feature) and not session.draft
         empty = empty and not self.has_reconstructions and not self.has_photo_tables
         worthless = self.untitled and empty
         self.session.close()
+        compaction.forget(self.folder)
         self._lock.release()
         if worthless:
             shutil.rmtree(self.folder, ignore_errors=True)

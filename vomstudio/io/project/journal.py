@@ -6,20 +6,24 @@ WAL with synchronous FULL where the file system can do it, a rollback journal wh
 
 from __future__ import annotations
 
+import hashlib
 import json
 import sqlite3
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from vomstudio.document.journal import Replay, Row, RowKind, replay
 from vomstudio.document.records import Record
 from vomstudio.errors import DocumentError, InputError, TargetError
 from vomstudio.version import __version__
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 APPLICATION_ID = 0x564F4D31  # "VOM1"
+NAME = "journal.sqlite"
+TAKING_IN = "taking in the files of schema 1"
+"""A view that is true from the migration on until `folder.Project` has made records of them."""
 
 _SCHEMA = f"""
 CREATE TABLE journal (
@@ -31,15 +35,20 @@ CREATE TABLE journal (
     after TEXT,
     time TEXT NOT NULL,
     version TEXT NOT NULL,
-    settings TEXT
+    settings TEXT,
+    checksum TEXT NOT NULL
 );
+CREATE TABLE head (
+    id INTEGER PRIMARY KEY CHECK (id = 1),
+    rows INTEGER NOT NULL,
+    seq INTEGER NOT NULL,
+    checksum TEXT NOT NULL
+);
+INSERT INTO head VALUES (1, 0, 0, '');
 CREATE TABLE view (key TEXT PRIMARY KEY, value TEXT NOT NULL);
 PRAGMA application_id = {APPLICATION_ID};
 PRAGMA user_version = {SCHEMA_VERSION};
 """
-
-# One small step per schema version: _MIGRATIONS[n] brings version n to n + 1.
-_MIGRATIONS: dict[int, Callable[[sqlite3.Connection], None]] = {}
 
 
 class SqliteJournal:
@@ -55,10 +64,17 @@ class SqliteJournal:
             raise InputError("is not a VOM Studio project: journal.sqlite is missing", file=path)
         try:
             self._db = sqlite3.connect(path, isolation_level=None, timeout=5.0)
+            self._db.text_factory = _text
             if create:
                 self._db.executescript("BEGIN;" + _SCHEMA + "COMMIT;")
-            _check_version(self._db, path, migrate=True)
+            self.opened_schema = _schema_of(self._db, path)
+            """The schema that the file had when it was opened."""
+            if not create:
+                _require_sound(self._db, path)
+            if self.opened_schema < SCHEMA_VERSION:
+                migrate(self._db, path, self.opened_schema)
             self._make_durable()
+            self._head = _head(self._db)
         except sqlite3.Error as error:
             raise _open_error(error, path) from error
 
@@ -79,34 +95,80 @@ class SqliteJournal:
         after: Mapping[str, Any] | None = None,
         settings: Mapping[str, Any] | None = None,
     ) -> int:
-        time = datetime.now(UTC).isoformat(timespec="milliseconds")
+        return self._append(kind, of_seq, label, before, after, _now(), __version__, settings)
+
+    def _append(
+        self,
+        kind: str,
+        of_seq: int | None,
+        label: str,
+        before: Mapping[str, Any] | None,
+        after: Mapping[str, Any] | None,
+        time: str,
+        version: str,
+        settings: Mapping[str, Any] | None,
+    ) -> int:
+        head = self._head
+        seq = head.seq + 1
+        values = (
+            seq,
+            kind,
+            of_seq,
+            label,
+            _dump(before),
+            _dump(after),
+            time,
+            version,
+            _dump(settings),
+        )
+        new = Head(head.rows + 1, seq, checksum(head.checksum, values))
         try:
-            cursor = self._db.execute(
-                "INSERT INTO journal (kind, of_seq, label, before, after, time, version, settings)"
-                " VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-                (
-                    kind,
-                    of_seq,
-                    label,
-                    _dump(before),
-                    _dump(after),
-                    time,
-                    __version__,
-                    _dump(settings),
-                ),
-            )
+            self._db.execute("BEGIN IMMEDIATE")
+            try:
+                self._db.execute(INSERT_ROW, (*values, new.checksum))
+                self._db.execute(SET_HEAD, new)
+                self._db.execute("COMMIT")
+            except BaseException:
+                if self._db.in_transaction:
+                    self._db.execute("ROLLBACK")
+                raise
         except sqlite3.Error as error:
             raise DocumentError(
                 f"the project's journal cannot be written ({error}); nothing was changed. "
                 "Free some space or check the drive, then do it again",
                 file=self.path,
             ) from error
-        assert cursor.lastrowid is not None
-        return cursor.lastrowid
+        self._head = new
+        return seq
+
+    @property
+    def last(self) -> int:
+        """The number of the last row."""
+        return self._head.seq
+
+    def copy_row(
+        self,
+        kind: str,
+        of_seq: int | None,
+        label: str,
+        before: Mapping[str, Any] | None,
+        after: Mapping[str, Any] | None,
+        like: Row | None,
+    ) -> int:
+        """Append a row with the time, version and settings of another; its number."""
+        if like is None:
+            return self._append(kind, of_seq, label, before, after, _now(), __version__, None)
+        return self._append(
+            kind, of_seq, label, before, after, like.time, like.version, like.settings
+        )
+
+    def copy_views(self, other: SqliteJournal) -> None:
+        for key, value in other._db.execute("SELECT key, value FROM view"):
+            self.set_view(key, json.loads(value))
 
     def rows(self) -> Iterator[Row]:
         """Rows in order. Raises InputError where the file itself is damaged."""
-        return _rows(self._db, self.path)
+        return read_rows(self._db, self.path, SCHEMA_VERSION)
 
     # --- view state: camera, visibility, panels ----------------------------------------------
     def set_view(self, key: str, value: Any) -> None:
@@ -125,15 +187,8 @@ class SqliteJournal:
 
     # --- copies ------------------------------------------------------------------------------
     def copy_to(self, path: Path) -> None:
-        """A sound copy of everything committed so far."""
-        try:
-            target = sqlite3.connect(path)
-            try:
-                self._db.backup(target)
-            finally:
-                target.close()
-        except sqlite3.Error as error:
-            raise TargetError(f"cannot be written ({error})", file=path) from error
+        """A sound copy of everything committed so far. Raises TargetError."""
+        copy_database(self._db, path)
 
     def close(self) -> None:
         try:
@@ -147,7 +202,7 @@ class SqliteJournal:
 
 def own_files(folder: Path) -> list[Path]:
     """The files that are the project's truth, and which no export may replace."""
-    return [folder / f"journal.sqlite{ending}" for ending in ("", "-wal", "-shm")]
+    return [folder / f"{NAME}{ending}" for ending in ("", "-wal", "-shm")]
 
 
 def read_records(folder: Path) -> dict[str, Record]:
@@ -158,8 +213,13 @@ def read_records(folder: Path) -> dict[str, Record]:
 def read_replay(folder: Path) -> Replay:
     """What the journal of the project in `folder` says, without taking hold of it: it may be open
     in a window. Raises InputError."""
+    return read_schema_and_replay(folder)[1]
+
+
+def read_schema_and_replay(folder: Path) -> tuple[int, Replay]:
+    """As `read_replay`, with the schema of the journal."""
     path = Path(folder)
-    path = path / "journal.sqlite" if path.is_dir() else path
+    path = path / NAME if path.is_dir() else path
     if not path.is_file():
         raise InputError(
             "is not a VOM Studio project (a folder with journal.sqlite); check the name.",
@@ -167,16 +227,71 @@ def read_replay(folder: Path) -> Replay:
         )
     try:
         db = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=5.0)
+        db.text_factory = _text
         try:
-            _check_version(db, path, migrate=False)
-            return replay(_rows(db, path))
+            schema = _schema_of(db, path)
+            return schema, replay(read_rows(db, path, schema))
         finally:
             db.close()
     except sqlite3.Error as error:
         raise _open_error(error, path) from error
 
 
-def _check_version(db: sqlite3.Connection, path: Path, *, migrate: bool) -> None:
+def migrate(db: sqlite3.Connection, path: Path, schema: int) -> None:
+    """Bring a journal of an earlier schema to that of today, by one small step per schema, after
+    all of it was read and a copy was made. Raises InputError, TargetError, with the file as it was.
+    """
+    # Damaged rows are named at each opening, and stay what they are.
+    replay(read_rows(db, path, schema))
+    keep = path.with_name(f"{path.stem}-schema{schema}{path.suffix}")
+    if not keep.exists():
+        copy_database(db, keep)
+    db.execute("BEGIN IMMEDIATE")
+    try:
+        for step in range(schema, SCHEMA_VERSION):
+            _STEPS[step](db)
+            db.execute(f"PRAGMA user_version = {step + 1}")
+        db.execute("COMMIT")
+    except BaseException:
+        if db.in_transaction:
+            db.execute("ROLLBACK")
+        raise
+
+
+def _to_schema_2(db: sqlite3.Connection) -> None:
+    """Checksums, each over the row before it. Rows stay as they were written: whole records, and
+    models with a frame beside its matrix, are read as ever (`document.codec`)."""
+    db.execute("ALTER TABLE journal ADD COLUMN checksum TEXT NOT NULL DEFAULT ''")
+    db.execute(
+        "CREATE TABLE head (id INTEGER PRIMARY KEY CHECK (id = 1), rows INTEGER NOT NULL, "
+        "seq INTEGER NOT NULL, checksum TEXT NOT NULL)"
+    )
+    head = Head(0, 0, "")
+    for values in db.execute(f"SELECT {COLUMNS} FROM journal ORDER BY seq").fetchall():
+        head = Head(head.rows + 1, values[0], checksum(head.checksum, values))
+        db.execute("UPDATE journal SET checksum = ? WHERE seq = ?", (head.checksum, head.seq))
+    db.execute(SET_HEAD, head)
+    db.execute("INSERT OR REPLACE INTO view VALUES (?, 'true')", (TAKING_IN,))
+
+
+# _STEPS[n] brings schema n to n + 1.
+_STEPS = {1: _to_schema_2}
+
+
+def copy_database(db: sqlite3.Connection, path: Path) -> None:
+    """A sound copy of everything committed so far. Raises TargetError."""
+    try:
+        target = sqlite3.connect(path)
+        try:
+            db.backup(target)
+        finally:
+            target.close()
+    except sqlite3.Error as error:
+        raise TargetError(f"cannot be written ({error})", file=path) from error
+
+
+def _schema_of(db: sqlite3.Connection, path: Path) -> int:
+    """Raises InputError where it is no journal of ours, or a newer one."""
     (application,) = db.execute("PRAGMA application_id").fetchone()
     (version,) = db.execute("PRAGMA user_version").fetchone()
     if application != APPLICATION_ID:
@@ -187,28 +302,70 @@ def _check_version(db: sqlite3.Connection, path: Path, *, migrate: bool) -> None
             f"reads up to {SCHEMA_VERSION}): update the program",
             file=path,
         )
-    if version < SCHEMA_VERSION and not migrate:
-        raise InputError(
-            "was written by an older VOM Studio: open it once in the window, which brings it up "
-            "to date",
-            file=path,
-        )
-    for step in range(version, SCHEMA_VERSION):
-        db.execute("BEGIN IMMEDIATE")
-        _MIGRATIONS[step](db)
-        db.execute(f"PRAGMA user_version = {step + 1}")
-        db.execute("COMMIT")
+    return int(version)
 
 
-def _rows(db: sqlite3.Connection, path: Path) -> Iterator[Row]:
+def _require_sound(db: sqlite3.Connection, path: Path) -> None:
+    """Raises InputError for a file that was torn: writing to it would make it worse."""
+    (said,) = db.execute("PRAGMA quick_check(1)").fetchone()
+    if said != "ok":
+        raise InputError("the journal is damaged; restore it from a copy", file=path)
+
+
+class Head(NamedTuple):
+    """How many rows there are, the number of the last one, and its checksum."""
+
+    rows: int
+    seq: int
+    checksum: str
+
+
+def _head(db: sqlite3.Connection) -> Head:
+    """Of the rows that are there, whatever the head says: new rows follow the last one."""
+    found = db.execute("SELECT rows, seq, checksum FROM head").fetchone()
+    last = db.execute("SELECT seq, checksum FROM journal ORDER BY seq DESC LIMIT 1").fetchone()
+    seq, total = last or (0, "")
+    if found is not None and found[1] == seq:
+        return Head(*found)
+    (rows,) = db.execute("SELECT count(*) FROM journal").fetchone()
+    # A number that was taken once is not taken again.
+    return Head(rows, max(seq, found[1] if found else 0), total)
+
+
+def checksum(previous: str, values: Sequence[object]) -> str:
+    """SHA-256 of a row's values (all but its checksum) and of the checksum of the row before it, so
+    that no row can be changed, taken out or put in unseen."""
+    made = hashlib.sha256(previous.encode())
+    for value in values:
+        text = b"" if value is None else str(value).encode("utf-8", "surrogatepass")
+        # Lengths, so that two neighbours cannot trade characters.
+        made.update(b"-" if value is None else b"%d:" % len(text))
+        made.update(text)
+    return made.hexdigest()
+
+
+COLUMNS = "seq, kind, of_seq, label, before, after, time, version, settings"
+INSERT_ROW = f"INSERT INTO journal ({COLUMNS}, checksum) VALUES ({', '.join('?' * 10)})"
+SET_HEAD = "INSERT OR REPLACE INTO head VALUES (1, ?, ?, ?)"
+
+
+def read_rows(db: sqlite3.Connection, path: Path, schema: int) -> Iterator[Row]:
+    """The rows in order; damaged and missing ones say so. Raises InputError where the file itself
+    is damaged."""
+    summed = schema >= 2
     try:
-        cursor = db.execute(
-            "SELECT seq, kind, of_seq, label, before, after, time, version, settings"
-            " FROM journal ORDER BY seq"
-        )
-        for seq, kind, of_seq, label, before, after, time, version, settings in cursor:
+        query = f"SELECT {COLUMNS}, {'checksum' if summed else 'NULL'} FROM journal ORDER BY seq"
+        seq, total, count = 0, "", 0
+        for *values, stored in db.execute(query):
+            number, kind, of_seq, label, before, after, time, version, settings = values
+            notice = problem = ""
+            if summed and number != seq + 1:
+                notice = _missing(seq + 1, number - 1)
+            elif summed and stored != checksum(total, values):
+                problem = "it is not what was written (its checksum differs)"
+            seq, total, count = number, str(stored), count + 1
             yield Row(
-                seq,
+                number,
                 kind,
                 of_seq,
                 label,
@@ -217,11 +374,32 @@ def _rows(db: sqlite3.Connection, path: Path) -> Iterator[Row]:
                 time,
                 version,
                 _load(settings),
+                problem,
+                notice,
             )
+        if summed:
+            head = db.execute("SELECT rows, seq, checksum FROM head").fetchone()
+            if head is not None and head[1] > seq:
+                lost = _missing(seq + 1, head[1])
+                yield Row(head[1], "gap", None, "", None, None, "", "", None, notice=lost)
     except sqlite3.Error as error:
         raise InputError(
             f"the journal is damaged ({error}); restore it from a copy", file=path
         ) from error
+
+
+def _missing(first: int, last: int) -> str:
+    rows = f"row {first} is" if first == last else f"rows {first} to {last} are"
+    return f"journal {rows} missing: what was done there is lost"
+
+
+def _text(raw: bytes) -> str:
+    """Damaged bytes become a row that its checksum tells apart, not an error of the whole file."""
+    return raw.decode("utf-8", "replace")
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="milliseconds")
 
 
 def _dump(value: Mapping[str, Any] | None) -> str | None:

@@ -11,7 +11,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from vomstudio.document.edits import new_id
-from vomstudio.document.records import Point, Reading
+from vomstudio.document.kinds.reading import Reading
+from vomstudio.document.records import Point
 from vomstudio.errors import InputError
 from vomstudio.geology.notation import parse_line, parse_plane
 from vomstudio.geology.orientation import Line, wrap360

@@ -1,0 +1,58 @@
+"""Every command answers with the JSON object that is written down in `golden`.
+
+Renewed by `python -m tests.cli.renew_golden`, see there.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.cli.golden_cases import (
+    CASES,
+    GOLDEN,
+    Case,
+    Runner,
+    differences,
+    golden,
+    outline,
+)
+from vomstudio.cli import COMMANDS
+
+PROMISED = {
+    "photos", "registered", "unregistered", "reprojection_error_px", "cameras", "sparse", "dense",
+    "mesh", "dense_points", "faces", "frame", "seconds", "peak_memory_mb",
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def runner(tmp_path_factory: pytest.TempPathFactory) -> Runner:
+    return Runner(tmp_path_factory.mktemp("golden") / "cases")
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(case, id=case.name, marks=[pytest.mark.slow] if case.slow else [])
+        for case in CASES
+    ],
+)
+def test_a_command_answers_as_it_is_written_down(runner: Runner, case: Case) -> None:
+    ran, was = runner.ran(case.name), golden(case.name)
+    assert ran["code"] == case.code == was["code"], ran["json"]
+    if case.like:
+        ran, was = outline(ran), outline(was)
+    assert list(differences(was, ran)) == []
+
+
+def test_every_command_is_written_down_with_a_success_and_a_failure() -> None:
+    for command in COMMANDS:
+        codes = {case.code for case in CASES if case.words.split()[:1] == [command]}
+        assert codes == {0, 2}, command
+
+
+def test_nothing_is_written_down_that_is_not_run() -> None:
+    assert {path.stem for path in GOLDEN.glob("*.json")} == {case.name for case in CASES}
+
+
+def test_what_is_written_down_of_a_reconstruction_holds_what_is_promised() -> None:
+    assert set(golden("reconstruct")["json"]) >= PROMISED

@@ -1,0 +1,42 @@
+"""Files that rows of the journal name: masks, and what else is too large for a row.
+
+Each is named by the SHA-256 of its content, written whole before the row that names it, and never
+written again; undoing finds it where it was. `compact` alone removes those that no row names.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+from vomstudio.document.records import Asset
+from vomstudio.errors import InputError
+from vomstudio.files.atomic import write_bytes
+
+FOLDER = "assets"
+
+
+def keep_asset(project: Path, data: bytes, suffix: str) -> Asset:
+    """Keep the content in the project's folder. suffix: with its dot. Raises TargetError."""
+    name = hashlib.sha256(data).hexdigest()
+    path = project / FOLDER / f"{name}{suffix}"
+    if not path.is_file() or path.stat().st_size != len(data):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_bytes(path, data, force=True)
+    return Asset(f"{FOLDER}/{path.name}", len(data))
+
+
+def asset_path(project: Path, asset: Asset) -> Path:
+    """Where it is. Raises InputError where it is not there any more, or names another place."""
+    path = project / asset.path
+    if Path(asset.path).parts[:-1] != (FOLDER,):
+        raise InputError("names a file outside of the project's assets", file=project)
+    if not path.is_file():
+        raise InputError("is missing from the project: it held a mask of a photo", file=path)
+    return path
+
+
+def is_sound(path: Path) -> bool:
+    """Whether an asset holds what its name says."""
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest() == path.stem

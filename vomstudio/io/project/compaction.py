@@ -1,0 +1,206 @@
+"""A project without the rows and files that nothing can reach any more.
+
+Every step that can be undone or done again stays, as do the records of the last save and the
+clicks of an unfinished tool. What goes is what was undone and then replaced by something else, and
+steps that were joined to one. The journal of before stays beside the new one until the project is
+closed, so that the compaction itself can be taken back.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from vomstudio.document.codec import encode_edit
+from vomstudio.document.edit import Edit
+from vomstudio.document.journal import RowKind
+from vomstudio.document.session import Session
+from vomstudio.errors import DocumentError, TargetError
+from vomstudio.io.project.assets import FOLDER
+from vomstudio.io.project.journal import NAME, SqliteJournal
+from vomstudio.io.project.verify import assets_of
+
+BEFORE = "journal-before-compaction.sqlite"
+NEW = "journal-compacted.sqlite"
+_PUT_ASIDE = "assets-before-compaction"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a compaction would take away: rows of how many, and files with their bytes together."""
+
+    rows: int
+    of_rows: int
+    assets: tuple[str, ...]
+    asset_bytes: int
+
+    @property
+    def nothing(self) -> bool:
+        return self.rows == 0 and not self.assets
+
+
+def plan(folder: Path, session: Session, journal: SqliteJournal) -> Plan:
+    """What would go, to be told before anything does."""
+    rows = sum(1 for _ in journal.rows())
+    kept = sum(1 for _ in _rows(session))
+    unused = _unused(folder, session)
+    return Plan(
+        max(rows - kept, 0),
+        rows,
+        tuple(path.relative_to(folder).as_posix() for path in unused),
+        sum(path.stat().st_size for path in unused),
+    )
+
+
+@dataclass(frozen=True)
+class Compacted:
+    """The new journal, in which the session goes on. numbers: of its rows by those of before;
+    last: the number of its last row when it was made."""
+
+    journal: SqliteJournal
+    numbers: Mapping[int, int]
+    last: int
+
+
+def compact(folder: Path, session: Session, journal: SqliteJournal) -> Compacted:
+    """Write the journal anew and put unused files aside. Raises DocumentError where something is
+    not saved, TargetError where it cannot be written; then nothing has changed."""
+    if session.dirty:
+        raise DocumentError("save the project first: what is not saved must stay reachable")
+    if session.problems:
+        raise DocumentError(
+            "the project's journal has damaged rows, which a compaction would throw away; repair "
+            "it first"
+        )
+    new = folder / NEW
+    numbers = write_anew(new, session, journal)
+    journal.copy_to(folder / BEFORE)
+    # From here on a kill leaves one whole journal or the other.
+    journal.close()
+    try:
+        new.replace(folder / NAME)
+    except OSError as error:
+        session.use_journal(SqliteJournal(folder / NAME), {})
+        raise TargetError(f"cannot be written ({error.strerror})", file=folder) from error
+    taken = SqliteJournal(folder / NAME)
+    session.use_journal(taken, numbers)
+    aside = folder / _PUT_ASIDE
+    for path in _unused(folder, session):
+        aside.mkdir(exist_ok=True)
+        with contextlib.suppress(OSError):
+            path.replace(aside / path.name)
+    return Compacted(taken, numbers, taken.last)
+
+
+def write_anew(new: Path, session: Session, journal: SqliteJournal) -> dict[int, int]:
+    """A journal of what can be reached and no more; the numbers of its rows by those of before.
+    Raises TargetError."""
+    remove(new)
+    numbers: dict[int, int] = {}
+    made = SqliteJournal(new, create=True)
+    try:
+        originals = {row.seq: row for row in journal.rows()}
+        for row in _rows(session):
+            of_seq = None if row.of is None else numbers[row.of]
+            was = originals.get(row.seq)
+            number = made.copy_row(row.kind, of_seq, row.label, row.before, row.after, was)
+            if row.kind in ("do", "draft"):
+                numbers[row.seq] = number
+        made.copy_views(journal)
+    except BaseException:
+        made.close()
+        remove(new)
+        raise
+    made.close()
+    return numbers
+
+
+def take_back(
+    folder: Path, session: Session, journal: SqliteJournal, made: Compacted
+) -> SqliteJournal:
+    """Bring back the journal and the files of before the compaction, with what was done since.
+    Raises DocumentError where they are not there."""
+    before = folder / BEFORE
+    if not before.is_file():
+        raise DocumentError("the journal of before the compaction is not there any more")
+    old = SqliteJournal(before)
+    numbers = {new: seq for seq, new in made.numbers.items()}
+    for row in journal.rows():
+        if row.seq > made.last:
+            of_seq = None if row.of_seq is None else numbers.get(row.of_seq)
+            numbers[row.seq] = old.copy_row(row.kind, of_seq, row.label, row.before, row.after, row)
+    old.close()
+    journal.close()
+    before.replace(folder / NAME)
+    taken = SqliteJournal(folder / NAME)
+    session.use_journal(taken, numbers)
+    aside = folder / _PUT_ASIDE
+    if aside.is_dir():
+        for path in aside.iterdir():
+            path.replace(folder / FOLDER / path.name)
+        aside.rmdir()
+    return taken
+
+
+def forget(folder: Path) -> None:
+    """The project is closed: the compaction cannot be taken back any more."""
+    remove(folder / BEFORE)
+    aside = folder / _PUT_ASIDE
+    if aside.is_dir():
+        for path in aside.iterdir():
+            remove(path)
+        with contextlib.suppress(OSError):
+            aside.rmdir()
+
+
+@dataclass(frozen=True)
+class _NewRow:
+    kind: RowKind
+    seq: int
+    of: int | None
+    label: str
+    before: Mapping[str, Any] | None
+    after: Mapping[str, Any] | None
+
+
+def _rows(session: Session) -> Iterator[_NewRow]:
+    """The rows of a journal that holds what can be reached and no more."""
+    steps, undone = session.done_steps(), session.undone_steps()
+    if not steps:
+        return
+    for seq, edit in steps:
+        yield _do(seq, edit)
+        if seq == session.saved_top:
+            yield _NewRow("save", 0, None, "", None, None)
+    for seq, edit in reversed(undone):
+        yield _do(seq, edit)
+    for seq, edit in undone:
+        yield _NewRow("undo", 0, seq, edit.label, None, None)
+    if session.draft is not None:
+        yield _NewRow("draft", session.draft.seq, None, "", None, session.draft.state)
+
+
+def _do(seq: int, edit: Edit) -> _NewRow:
+    before, after = encode_edit(edit)
+    return _NewRow("do", seq, None, edit.label, before, after)
+
+
+def _unused(folder: Path, session: Session) -> list[Path]:
+    """Files of the project that nothing names which can be reached."""
+    assets = folder / FOLDER
+    if not assets.is_dir():
+        return []
+    steps = [edit for _, edit in (*session.done_steps(), *session.undone_steps())]
+    named = {
+        asset.path for asset in assets_of(session.records.values(), session.saved.values(), steps)
+    }
+    return sorted(p for p in assets.iterdir() if p.relative_to(folder).as_posix() not in named)
+
+
+def remove(path: Path) -> None:
+    for ending in ("", "-wal", "-shm"):
+        with contextlib.suppress(OSError):
+            path.with_name(path.name + ending).unlink(missing_ok=True)
