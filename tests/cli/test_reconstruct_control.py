@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from vomstudio import cli
-from vomstudio.io.control.tables import ControlPoint, Mark, write_control, write_marks
+from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.io.control.writing import write_control, write_marks
 from vomstudio.jobs.reconstruction_tasks import Reconstruction, ReconstructionOrder
 from vomstudio.survey.check_results import SurveyReport
 

@@ -34,7 +34,7 @@ def cloud(tmp_path, monkeypatch):
 
 
 def previews(window) -> list[str]:
-    return [i for i in window.viewport._scene.models if i.startswith(PREVIEW)]
+    return [i for i in window.viewport.scene.models if i.startswith(PREVIEW)]
 
 
 def test_points_of_a_cloud_stand_for_it_until_it_is_there(window, cloud):

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QToolButton
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document.records import Frame, Trace
 from vomstudio.geology.orientation import Plane
-from vomstudio.ui.shell.main_window import _MENUS
+from vomstudio.ui.shell.menus import MENUS
 from vomstudio.ui.shell.palette import CommandPalette
 
 
@@ -36,7 +36,7 @@ def test_what_cannot_be_done_in_the_empty_window_says_why(window):
 
 
 def test_every_command_is_in_a_menu_or_says_its_key(window):
-    in_menus = {name for _, names in _MENUS for name in names}
+    in_menus = {name for _, names in MENUS for name in names}
     for command in window.actions_table.commands():
         in_submenu = command.name.partition("_")[0] in ("notation", "display", "planes", "open")
         assert command.name in in_menus or command.shortcut or in_submenu, command.name
@@ -292,7 +292,7 @@ def test_only_the_outcrop_and_back_again(window):
 def test_the_outcrop_has_more_than_half_of_the_width(window):
     window.resize(1400, 900)
     QApplication.processEvents()
-    window._default_sizes()
+    window.docks.default_sizes()
     QApplication.processEvents()
     assert window.centralWidget().width() >= 0.55 * window.width()
 

@@ -128,8 +128,8 @@ def test_the_first_field_is_what_says_most():
 def test_a_range_is_typed_and_taken_back(window, studio):
     attach(studio, cloud(fields={"intensity": np.arange(50)}))
     panel = window.display_panel
-    window.show_dock("display")
-    display_commands.choose_field(window)
+    window.docks.bring_forward("display")
+    display_commands.choose_field(studio, window.docks)
     assert studio.display.styles["m1"] == FieldStyle("intensity")
     for edit, text in ((panel.low, "5,5"), (panel.high, "40")):
         edit.setFocus()

@@ -14,7 +14,7 @@ from vomstudio.geometry.units import METRES
 if TYPE_CHECKING:
     from vomstudio.geometry.cloud import PointCloud
     from vomstudio.geometry.mesh import Mesh
-    from vomstudio.io.models.registry import LoadedModel
+    from vomstudio.io.models.reader import LoadedModel
 
 
 def add_parser(subparsers: Subparsers) -> None:

@@ -102,7 +102,7 @@ def _crs(text: str) -> str:
 def _control(args: argparse.Namespace) -> tuple[Path | None, Path | None, list[str]]:
     """Tables of control points and of marks, and what there is to say about them."""
     from vomstudio.io.control.control_files import find_control, marks_beside
-    from vomstudio.io.control.tables import MARKS
+    from vomstudio.io.control.points import MARKS
     from vomstudio.io.photos.reading import photo_names
     from vomstudio.photogrammetry.place.mark_prediction import usable_tables
 

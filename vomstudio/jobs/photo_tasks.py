@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from vomstudio.io.project.taking_in import Beside
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.progress import Progress
 from vomstudio.survey.check_results import SurveyReport
@@ -39,6 +40,8 @@ class ListedPhoto:
     thumbnail: str | None
     place: tuple[float, float] | None
     looks: tuple[float, float] | None
+    found_sha256: str
+    """Of the file of its mask, "" without one."""
 
 
 @dataclass(frozen=True)
@@ -81,10 +84,19 @@ def _list_photos(asked: PhotosIn, progress: Progress) -> PhotoList:
                 thumbnail=_keep_thumbnail(photo, thumbnails, thumbnail),
                 place=(east, north) if math.isfinite(east) else None,
                 looks=looks,
+                found_sha256="" if photo.mask is None else _sha256(photo.mask),
             )
         )
     left_out = [f"{name} is not used: it {reason}" for name, reason in found.skipped]
     return PhotoList(tuple(rows), (*left_out, *found.warnings))
+
+
+def _sha256(path: Path) -> str:
+    try:
+        with path.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError:
+        return ""
 
 
 def _focal(photo: Any) -> str:
@@ -122,4 +134,29 @@ def _check_photos(asked: PhotosIn, progress: Progress) -> SurveyReport:
 CHECK_PHOTOS = Job("check_photos", Lane.PHOTOS, PhotosIn, SurveyReport, _check_photos)
 """The survey check of a folder of photos, as `vomstudio check` prints it."""
 
-JOBS = (LIST_PHOTOS, CHECK_PHOTOS)
+
+@dataclass(frozen=True)
+class PhotosBeside:
+    """What lies beside the photos called `names`: tables, and masks, file by photo, which are kept
+    in the folder `project`"""
+
+    project: Path
+    control: Path | None
+    marks: Path | None
+    masks: Mapping[str, Path]
+    names: tuple[str, ...]
+
+
+def _take_in_photos(asked: PhotosBeside, progress: Progress) -> Beside:
+    from vomstudio.io.project.taking_in import read_beside
+
+    progress.stage("Taking in points and masks", len(asked.masks))
+    return read_beside(
+        asked.project, asked.control, asked.marks, asked.masks, asked.names, progress
+    )
+
+
+TAKE_IN_PHOTOS = Job("take_in_photos", Lane.PHOTOS, PhotosBeside, Beside, _take_in_photos)
+"""What lies beside photos, to become records."""
+
+JOBS = (LIST_PHOTOS, CHECK_PHOTOS, TAKE_IN_PHOTOS)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from vomstudio.jobs.job import Job, Lane, Nothing
 from vomstudio.jobs.model_tasks import Matrix
-from vomstudio.products.ortho import orthophoto
+from vomstudio.products.ortho import orthophoto, planning, views
 from vomstudio.progress import Progress
 
 
@@ -34,11 +34,11 @@ class OrthophotoOrder:
 
     path: Path
     cache: Path
-    view: orthophoto.View
+    view: views.View
     to_world: Matrix
     crs: str | None
     gsd: float | None
-    region: orthophoto.Region | None
+    region: planning.Region | None
     out: Path
     sheet: Path | None
 
@@ -62,7 +62,7 @@ def _orthophoto(asked: OrthophotoOrder, progress: Progress) -> WrittenOrthophoto
 
     folder = model_cache.folder_of(asked.path, asked.cache)
     loaded = model_cache.load(asked.path, folder, progress)
-    plan = orthophoto.plan(
+    plan = planning.plan(
         loaded.data, asked.view, to_world=asked.to_world, gsd=asked.gsd, region=asked.region
     )
     made = orthophoto.write_orthophoto(

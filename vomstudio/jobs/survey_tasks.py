@@ -126,8 +126,12 @@ def _foresee(asked: ForecastOrder, progress: Progress) -> Forecast:
 
 
 def _control(path: Path, marks: Path | None, crs: str | None, photos: Any) -> ControlFacts:
-    from vomstudio.io.control.control_files import agreed_crs, marks_beside
-    from vomstudio.io.control.tables import read_control, read_marks
+    from vomstudio.io.control.control_files import (
+        agreed_crs,
+        marks_beside,
+        read_control,
+        read_marks,
+    )
     from vomstudio.photogrammetry.place.control_check import check_control
 
     points = read_control(path)

@@ -20,7 +20,7 @@ from vomstudio.document.records import FeatureType, Model, Point, Record, Trace
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError, GeometryError, UsageError, VomError
 from vomstudio.geometry import transform
-from vomstudio.geometry.brush import surface_of
+from vomstudio.geometry.streaming.surfaces import surface_of
 from vomstudio.geometry.surface import Surface
 from vomstudio.io.models import model_cache
 from vomstudio.io.project.folder import Project

@@ -13,10 +13,11 @@ from typing import Literal
 import numpy as np
 
 from vomstudio.errors import VomError
-from vomstudio.geometry.brush import CloudSurface, MeshSurface, surface_of
+from vomstudio.geometry.brush import CloudSurface, MeshSurface
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import POINT_BUDGET
+from vomstudio.geometry.streaming.surfaces import surface_of
 from vomstudio.io.models import copc, model_cache
 from vomstudio.io.models.opening import file_hash
 from vomstudio.jobs.events import Failed

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Literal
 
 from vomstudio.document import edits
-from vomstudio.document.records import Frame, Model, Registration
+from vomstudio.document.photo_edits import reconstruction_in, registration_by
+from vomstudio.document.records import Frame, Model, Record, Registration
 from vomstudio.errors import VomError
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.io.photos import cameras_file
 from vomstudio.io.project.folder import is_project
+from vomstudio.io.project.taking_in import RECONSTRUCTIONS
 from vomstudio.jobs.model_tasks import COPY_MODEL, CopiedModel, ModelCopy
 from vomstudio.signals import Signal
 from vomstudio.workspace.editing import Editing
@@ -159,10 +161,12 @@ class Models:
             self._notices.info(f"{path.name} is open already.")
             return
         placement: Frame | Registration = frame_of(path, opened.crs)
+        stored = self._projects.project.model_path(path)
+        found = registration_of_file(self._projects.records, stored)
+        placement = placement if found is None else found
         other = self._projects.records.get(like or "")
         if isinstance(other, Model):
             placement = other.placement
-        stored = self._projects.project.model_path(path)
         model = new_model(name, stored, opened.kind, opened.content_hash, placement)
         # The data first: an edit that brings a model without data would read the file again.
         self.open[model.id] = opened
@@ -192,6 +196,15 @@ def new_model(
 ) -> Model:
     """The record of a model that is not in the project yet; stored : its path as it is kept."""
     return Model(edits.new_id("model"), name, stored, kind, content_hash, placement)
+
+
+def registration_of_file(records: Mapping[str, Record], stored: str) -> Registration | None:
+    """That of the reconstruction in whose folder a model lies."""
+    parts = Path(stored).parts
+    if len(parts) != 3 or parts[0] != RECONSTRUCTIONS:
+        return None
+    made = reconstruction_in(records, parts[1])
+    return None if made is None else registration_by(records, made.id)
 
 
 def name_of(path: Path) -> str:

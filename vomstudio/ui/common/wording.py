@@ -12,10 +12,12 @@ import numpy.typing as npt
 from vomstudio.document.measurements import Measurement
 from vomstudio.document.records import DimensionKind
 from vomstudio.geology.notation import format_line, format_plane
-from vomstudio.geometry.units import area_text as area
-from vomstudio.geometry.units import length_text as length
+from vomstudio.geometry.units import area_text, length_text
 from vomstudio.workspace.wording import degrees as degrees
 from vomstudio.workspace.wording import plane_text as plane_text
+
+area, length = area_text, length_text
+"""In words, with a unit that fits."""
 
 
 def orientation_text(measured: Measurement, notation: str, decimals: int | None = 0) -> str:

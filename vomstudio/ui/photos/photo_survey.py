@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import itertools
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
+from vomstudio.document.photo_edits import add_reconstruction
 from vomstudio.errors import VomError, WorkerError
-from vomstudio.io.control.control_files import find_control, marks_beside
-from vomstudio.io.control.tables import CONTROL, MARKS
+from vomstudio.io.control.control_files import find_control
+from vomstudio.io.control.points import CONTROL, MARKS
 from vomstudio.io.photos.cameras_file import FILE_NAME, read_cameras
-from vomstudio.io.project.taking_in import PHOTO_TABLES, RECONSTRUCTIONS
+from vomstudio.io.project.reconstructions import read_reconstruction
+from vomstudio.io.project.taking_in import RECONSTRUCTIONS
 from vomstudio.jobs import job as jobs
 from vomstudio.jobs import wire
 from vomstudio.jobs.events import Failed
@@ -27,35 +28,16 @@ from vomstudio.jobs.survey_tasks import FORESEE, ControlFacts, Forecast, Forecas
 from vomstudio.survey.check_results import Finding, SurveyReport
 from vomstudio.ui.common.studio import Notice, Studio
 from vomstudio.ui.photos.make_settings import MakeSettings, asked_for
-from vomstudio.ui.photos.photo_marks import MarkFiles
+from vomstudio.ui.photos.photo_document import PhotoDocument
+from vomstudio.ui.photos.photo_exports import PhotoExports
+from vomstudio.ui.photos.photo_intake import PhotoIntake
+from vomstudio.ui.photos.photo_row import PhotoRow
 from vomstudio.workspace.jobs import RunningJob
 
 # What does not listen is stopped the hard way before that.
 _STOPPING_S = 10.0
 # Marks come one soon after the other.
 _TABLES_MS = 1000
-
-
-@dataclass
-class PhotoRow:
-    """A photo as the panel shows it. place: (x, y) metres in plan; looks: unit (dx, dy) or None."""
-
-    name: str
-    path: str
-    width: int
-    height: int
-    camera: str
-    focal: str
-    taken: str
-    has_gps: bool
-    mask: str | None
-    thumbnail: str | None = None
-    place: tuple[float, float] | None = None
-    looks: tuple[float, float] | None = None
-    gsd_m: float | None = None
-    blur: float | None = None
-    views: float | None = None
-    findings: list[str] = field(default_factory=list)
 
 
 class PhotoSurvey(QObject):
@@ -66,6 +48,9 @@ class PhotoSurvey(QObject):
     drawn_changed = Signal()
     """Masks of the photos."""
     marks_changed = Signal()
+    edited = Signal(object)
+    """Edit, of whatever in the project."""
+    history_changed = Signal()
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
@@ -85,8 +70,13 @@ class PhotoSurvey(QObject):
         self.settings = MakeSettings()
         self.forecast: Forecast | None = None
         self._foreseeing: RunningJob | None = None
-        self._taken_over: Path | None = None
-        """Control points of another file from which those beside the photos were begun."""
+        self.document = PhotoDocument(studio)
+        self.exports = PhotoExports(self.document)
+        self.intake = PhotoIntake(studio, self.document, self.exports)
+        self.exports.tables_written.connect(self.marks_changed)
+        self.document.masks_changed.connect(self._show_masks)
+        studio.edited.connect(self.edited)
+        studio.history_changed.connect(self.history_changed)
         self._tables_soon = QTimer(self)
         self._tables_soon.setSingleShot(True)
         self._tables_soon.setInterval(_TABLES_MS)
@@ -172,7 +162,9 @@ class PhotoSurvey(QObject):
         """List the photos of a folder, then check them. settings: None for those of before, with
         the control that lies beside these photos."""
         self._stop_reading()
-        self.folder = folder
+        self.exports.end()
+        self.folder, self.intake.given_from = folder, None
+        self.document.look_at(folder)
         self.settings = settings or self._with_tables(self.settings.for_photos(folder))
         self.forecast = None
         self.rows, self.findings, self.left_out = [], (), []
@@ -206,11 +198,11 @@ class PhotoSurvey(QObject):
         self.changed.emit()
 
     def _listed(self, listed: PhotoList) -> None:
-        self.rows = [PhotoRow(**vars(row)) for row in listed.rows]
+        self.rows = [PhotoRow(**vars(row), found_mask=row.mask) for row in listed.rows]
         self.left_out = list(listed.left_out)
         self.rows_changed.emit()
         self.foresee()
-        self._read(CHECK_PHOTOS, self.tr("Checking the survey"), self._checked)
+        self._take_in()
 
     def _checked(self, report: SurveyReport) -> None:
         self._take(report)
@@ -277,7 +269,7 @@ class PhotoSurvey(QObject):
         self._tables_soon.stop()
         if self.folder is None:
             return
-        if self.settings.found or self.settings.control in (None, self._taken_over):
+        if self.settings.found or self.settings.control in (None, self.intake.given_from):
             self.settings = self._with_tables(self.settings)
         self.foresee()
         self.changed.emit()
@@ -329,41 +321,43 @@ class PhotoSurvey(QObject):
             self._reading = None
 
     # --- masks and marks ---------------------------------------------------------------------
-    def mark_files(self) -> MarkFiles | None:
-        """Where control points and marks of these photos are."""
-        if self.folder is None:
-            return None
-        key = hashlib.sha256(str(self.folder.resolve()).encode()).hexdigest()[:8]
-        name = f"{self.folder.name}-{key}"
-
-        def kept() -> Path:
-            return self._studio.project.folder / PHOTO_TABLES / name
-
-        control, marks = self.settings.control, self.settings.marks
-        files = MarkFiles(self.folder, kept)
-        if control is None or files.own:
-            return files
-        if marks is None:
-            with contextlib.suppress(VomError):
-                marks = marks_beside(control)
-        self._taken_over = control
-        return MarkFiles(self.folder, kept, control, marks)
-
-    def set_mask(self, name: str, mask: str | None) -> None:
-        for row in self.rows:
-            if row.name == name:
-                row.mask = mask
-        self.drawn_changed.emit()
-
     def tables(self) -> tuple[Path | None, Path | None]:
         """The control points, with their marks, and the tie points that nobody has to name."""
-        files = self.mark_files()
-        if files is None:
+        if self.folder is None:
             return None, None
-        if (found := find_control(files.photos)) is not None:
+        if (found := find_control(self.folder)) is not None:
             return found
-        control, marks = files.found(CONTROL), files.found(MARKS)
+        control, marks = self.exports.table(CONTROL), self.exports.table(MARKS)
         return (None if marks is None else control), marks
+
+    def take_in_beside(self) -> None:
+        """What lies beside the photos now, in place of what the project holds."""
+        if self.folder is not None and not self.reading and self.making is None:
+            self._take_in(again=True)
+
+    def _take_in(self, *, again: bool = False) -> None:
+        def done(failed: Failed | None) -> None:
+            self._reading = None
+            if failed is not None and not failed.cancelled:
+                self.problem = failed.message
+            elif failed is None:
+                self._show_masks()
+                self.rows_changed.emit()
+                self._read(CHECK_PHOTOS, self.tr("Checking the survey"), self._checked)
+            self.changed.emit()
+
+        given = self.settings.control, self.settings.marks
+        running = self.intake.begin(self.rows, given, done, again=again)
+        if running is not None:
+            self._reading = running
+            self.changed.emit()
+
+    def _show_masks(self, _: object = None) -> None:
+        for row in self.rows:
+            with contextlib.suppress(VomError):
+                path = self.document.mask_path(row.name)
+                row.mask = None if path is None else str(path)
+        self.drawn_changed.emit()
 
     def _with_tables(self, settings: MakeSettings) -> MakeSettings:
         control, marks = self.tables()
@@ -423,6 +417,7 @@ class PhotoSurvey(QObject):
             self._studio.notice.emit(Notice(words + said))
             # The project may have been saved under another name meanwhile.
             place = self._studio.project.folder / RECONSTRUCTIONS / out.name
+            self._record(place, name)
             self._studio.open_model(place / Path(result.mesh).name, name)
 
         def failed(event: Failed) -> None:
@@ -442,6 +437,18 @@ class PhotoSurvey(QObject):
             on_failed=failed,
         )
         self.changed.emit()
+
+    def _record(self, place: Path, name: str) -> None:
+        """What was made, and the registration that was found, become records."""
+        photo_set = self.document.photo_set
+        if photo_set is None:
+            return
+        try:
+            made = read_reconstruction(place, photo_set.id, name)
+        except VomError as error:
+            self._studio.fail(error)
+            return
+        self._studio.attempt(add_reconstruction, *made)
 
     def stop_to_move(self) -> None:
         """The project's folder is about to be moved: stop the work, which then goes on there."""
@@ -479,9 +486,11 @@ class PhotoSurvey(QObject):
 
     def _project_opened(self) -> None:
         self._stop_reading()
+        self.exports.end()
         self.folder, self.rows, self.findings, self.result = None, [], (), None
         self.verdict = self.problem = self.control_note = ""
         self.forecast = None
+        self.document.look_at(None)
         self.rows_changed.emit()
         # The newest is the one that the user was at.
         asked = (self._studio.project.folder / RECONSTRUCTIONS).glob("*/request.json")

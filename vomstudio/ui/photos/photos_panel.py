@@ -25,7 +25,8 @@ from PySide6.QtWidgets import (
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.widgets import ComboBox, ElidedLabel
 from vomstudio.ui.photos.make_settings import QUALITIES
-from vomstudio.ui.photos.photo_survey import PhotoRow, PhotoSurvey
+from vomstudio.ui.photos.photo_row import PhotoRow
+from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.photos.plan_view import PlanView
 
 _THUMBNAIL = QSize(72, 48)

@@ -7,9 +7,9 @@ import os
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QDialog,
@@ -36,9 +36,7 @@ from vomstudio.ui.common import theme
 from vomstudio.ui.common.widgets import ComboBox, file_field
 from vomstudio.ui.common.wording import gigabytes
 from vomstudio.ui.photos.make_settings import QUALITIES, MakeSettings
-
-if TYPE_CHECKING:
-    from vomstudio.ui.shell.main_window import MainWindow
+from vomstudio.ui.photos.photo_survey import PhotoSurvey
 
 _FILES = "Ground control (*.csv *.txt *.xml);;All files (*)"
 _TYPING_MS = 400
@@ -46,14 +44,15 @@ _ROWS = 8
 
 
 class MakeDialog(QDialog):
-    """What is chosen here counts at once; closing it keeps the settings."""
+    """What is chosen here counts at once; closing it keeps the settings. make : the action that
+    makes the model, whose words are on the button"""
 
-    def __init__(self, window: MainWindow) -> None:
-        super().__init__(window)
+    def __init__(self, parent: QWidget, survey: PhotoSurvey, make: QAction) -> None:
+        super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(self.tr("Settings of the model"))
         self.setMinimumWidth(720)
-        self._window, self._survey = window, window.survey
+        self._survey, self._make_model = survey, make
         self._filling = False
         self._known = self._survey.settings
         """As they were last filled in or chosen here."""
@@ -66,7 +65,6 @@ class MakeDialog(QDialog):
         layout.addWidget(self._make_place())
         layout.addWidget(self._make_machine())
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        make = window.actions_table.all["make_model"]
         self.start = buttons.addButton(
             make.text().replace("&", ""), QDialogButtonBox.ButtonRole.AcceptRole
         )
@@ -341,7 +339,7 @@ class MakeDialog(QDialog):
     def _make(self) -> None:
         self._choose()
         if self._survey.why_not_make() is None:
-            self._window.actions_table.run("make_model")
+            self._make_model.trigger()
             self.close()
 
     def done(self, result: int) -> None:

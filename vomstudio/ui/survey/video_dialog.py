@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
@@ -17,17 +17,16 @@ from PySide6.QtWidgets import (
     QMessageBox,
     QProgressBar,
     QVBoxLayout,
+    QWidget,
 )
 
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.survey_tasks import TAKE_FRAMES, FramesOrder, TakenFrames
 from vomstudio.survey.video import DEFAULT_FPS, is_ours
-from vomstudio.ui.common.studio import Notice
+from vomstudio.ui.common.chosen import start_folder
+from vomstudio.ui.common.studio import Notice, Studio
 from vomstudio.ui.common.widgets import file_field
 from vomstudio.workspace.jobs import RunningJob
-
-if TYPE_CHECKING:
-    from vomstudio.ui.shell.main_window import MainWindow
 
 _VIDEOS = "Videos (*.mp4 *.MP4 *.mov *.MOV *.avi *.AVI *.mkv *.m4v *.mts *.MTS);;All files (*)"
 _SHOWN_GAPS = 6
@@ -36,12 +35,14 @@ _SHOWN_GAPS = 6
 class VideoDialog(QDialog):
     """It can be closed while the work goes on: the Jobs panel shows it, and a notice its end."""
 
-    def __init__(self, window: MainWindow) -> None:
-        super().__init__(window)
+    def __init__(
+        self, parent: QWidget, studio: Studio, open_photos: Callable[[Path], None]
+    ) -> None:
+        super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(self.tr("Frames from a video"))
         self.setMinimumWidth(620)
-        self._window = window
+        self._studio, self._open_photos = studio, open_photos
         self._job: RunningJob | None = None
         about = QLabel(
             self.tr(
@@ -91,13 +92,13 @@ class VideoDialog(QDialog):
         layout.addWidget(buttons)
         for field in (self.video, self.folder):
             field.textChanged.connect(self._refresh)
-        window.studio.jobs_changed.connect(self._refresh)
+        studio.jobs.changed.connect(self._refresh)
         self._refresh()
 
     # --- choosing ----------------------------------------------------------------------------
     def _browse_video(self) -> None:
         name, _ = QFileDialog.getOpenFileName(
-            self, self.tr("A video of the outcrop"), self._window.files.folder(), self.tr(_VIDEOS)
+            self, self.tr("A video of the outcrop"), start_folder(self._studio), self.tr(_VIDEOS)
         )
         if name:
             self.choose_video(Path(name))
@@ -139,24 +140,22 @@ class VideoDialog(QDialog):
                 return
             force = True
         self.said.setText("")
-        window, fps = self._window, self.fps.value()
+        studio, open_photos, fps = self._studio, self._open_photos, self.fps.value()
 
         def done(result: TakenFrames) -> None:
             self._ended(report_words(result))
             level = "info" if result.good_enough else "warning"
-            window.studio.notice.emit(Notice(f"{video.name}: {result.verdict}", level))
-            from vomstudio.ui.survey.survey_commands import open_photos
-
-            open_photos(window, folder)
+            studio.notice.emit(Notice(f"{video.name}: {result.verdict}", level))
+            open_photos(folder)
 
         def failed(event: Failed) -> None:
             if event.cancelled:
                 self._ended(self.tr("Stopped; nothing was written."))
                 return
             self._ended(event.message)
-            window.studio.warn(event.message, "error")
+            studio.warn(event.message, "error")
 
-        self._job = window.studio.jobs.submit(
+        self._job = studio.jobs.submit(
             TAKE_FRAMES,
             FramesOrder(video, folder, fps, force),
             title=self.tr("Frames of {0}").format(video.name),
@@ -167,7 +166,7 @@ class VideoDialog(QDialog):
 
     def _stop(self) -> None:
         if self._job is not None:
-            self._window.studio.jobs.cancel(self._job)
+            self._studio.jobs.cancel(self._job)
 
     def _ended(self, words: str) -> None:
         """Whatever was shown, where the dialog is still there."""

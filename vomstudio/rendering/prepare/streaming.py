@@ -16,8 +16,9 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.streaming.octree import CloudNodes, Piece, StreamedCloud, View
-from vomstudio.rendering.scene import vtk_data
-from vomstudio.rendering.scene.preparation import (
+from vomstudio.rendering.prepare import vtk_data
+from vomstudio.rendering.prepare.cloud_colors import coloring
+from vomstudio.rendering.prepare.events import (
     ChunksDone,
     Emit,
     LocatorReady,
@@ -28,7 +29,6 @@ from vomstudio.rendering.scene.preparation import (
     StreamStarted,
     TexturesDone,
     ViewDone,
-    coloring,
 )
 from vomstudio.rendering.view import blocks
 from vomstudio.rendering.view.blocks import PointChunk

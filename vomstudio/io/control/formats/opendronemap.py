@@ -9,7 +9,9 @@ from math import isfinite
 from pathlib import Path
 
 from vomstudio.errors import InputError
-from vomstudio.io.control.tables import ControlPoint, Mark
+from vomstudio.io.control.format import ControlFormat
+from vomstudio.io.control.metres import in_metres
+from vomstudio.io.control.points import ControlPoint, Mark
 
 _LARGEST = 64 << 20
 _UTM = re.compile(r"WGS84\s+UTM\s+(\d{1,2})\s*([NS])", re.IGNORECASE)
@@ -24,6 +26,26 @@ class OdmControl:
     line: int
     points: tuple[ControlPoint, ...]
     marks: tuple[Mark, ...]
+
+
+def points_of(path: Path) -> list[ControlPoint]:
+    """Raises InputError with line and column."""
+    return _placed(path)[0]
+
+
+def crs_of(path: Path) -> str | None:
+    """Raises InputError with line and column."""
+    return _placed(path)[1]
+
+
+def marks_of(path: Path) -> list[Mark]:
+    """Raises InputError with line and column."""
+    return list(read_odm(path).marks)
+
+
+def _placed(path: Path) -> tuple[list[ControlPoint], str | None]:
+    odm = read_odm(path)
+    return in_metres(path, odm.points, odm.crs, odm.line)
 
 
 def is_odm(path: str | Path) -> bool:
@@ -120,3 +142,14 @@ def _number(path: Path, line: int, name: str, cell: str) -> float:
     if not isfinite(value):
         raise InputError(f"'{cell[:40]}' is not a number", file=path, line=line, field=name)
     return value
+
+
+CONTROL_FORMAT = ControlFormat(
+    "list of ground control of OpenDroneMap",
+    matches=is_odm,
+    points=points_of,
+    marks=marks_of,
+    crs=crs_of,
+    holds_marks=True,
+    found_as=("gcp_list.txt",),
+)

@@ -7,8 +7,6 @@ import contextlib
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,18 +15,10 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
 from vomstudio.jobs.priority import give_way
+from vomstudio.rendering.prepare.events import Emit, Event, Problem, Registered, Stopped
 from vomstudio.rendering.view.scalars import FieldStyle
 
 Array = npt.NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class Registered:
-    """A worker knows how large the model is: bounds (2, 3) in its file frame."""
-
-    data: Mesh | PointCloud
-    bounds: Array
-    origin: Array
 
 
 class ModelWork:
@@ -38,7 +28,7 @@ class ModelWork:
     def __init__(self, notify: Callable[[], None]) -> None:
         """notify : called from any thread when there is something to be taken."""
         self._notify = notify
-        self._inbox: collections.deque[tuple[str, threading.Event, Any]] = collections.deque()
+        self._inbox: collections.deque[tuple[str, threading.Event, Event]] = collections.deque()
         self._stops: dict[str, threading.Event] = {}
         self._field_stops: dict[str, threading.Event] = {}
         self._pool: ThreadPoolExecutor | None = None
@@ -77,7 +67,7 @@ class ModelWork:
     def waiting(self) -> bool:
         return bool(self._inbox)
 
-    def next(self) -> tuple[str, Any] | None:
+    def next(self) -> tuple[str, Event] | None:
         """Id of a model and what has been prepared of it; None where there is nothing."""
         while self._inbox:
             model_id, stop, event = self._inbox.popleft()
@@ -95,7 +85,7 @@ class ModelWork:
         budget: int,
     ) -> None:
         """Have a model prepared that is expected; see `preparation`."""
-        from vomstudio.rendering.scene import preparation
+        from vomstudio.rendering.prepare import preparation
 
         stop = self._stops[model_id]
         emit = self._emitter(model_id, stop, stop)
@@ -141,7 +131,7 @@ class ModelWork:
         parts: Sequence[npt.NDArray[np.integer]],
     ) -> None:
         """Have the colours of a field made; see `preparation.prepare_field`."""
-        from vomstudio.rendering.scene import preparation
+        from vomstudio.rendering.prepare import preparation
 
         self.forget_field(model_id)
         stop = self._field_stops[model_id] = threading.Event()
@@ -158,29 +148,24 @@ class ModelWork:
             self._pool = ThreadPoolExecutor(2, thread_name_prefix="viewport", initializer=give_way)
         return self._pool
 
-    def _emitter(
-        self, model_id: str, model: threading.Event, stop: threading.Event
-    ) -> Callable[[Any], None]:
+    def _emitter(self, model_id: str, model: threading.Event, stop: threading.Event) -> Emit:
         """What a worker hands its events over with. model : the event of `expect`"""
-        from vomstudio.rendering.scene import preparation
 
-        def emit(event: Any) -> None:
+        def emit(event: Event) -> None:
             if stop.is_set():
-                raise preparation.Stopped
+                raise Stopped
             self._inbox.append((model_id, model, event))
             self._notify()
 
         return emit
 
     @contextlib.contextmanager
-    def _telling(self, emit: Callable[[Any], None], what: str) -> Iterator[None]:
+    def _telling(self, emit: Emit, what: str) -> Iterator[None]:
         """A thread has nobody above it to tell what went wrong."""
-        from vomstudio.rendering.scene import preparation
-
         try:
             yield
-        except preparation.Stopped:
+        except Stopped:
             pass
         except Exception as error:  # noqa: BLE001 - as above
-            with contextlib.suppress(preparation.Stopped):
-                emit(preparation.Problem(f"{what}: {error}"))
+            with contextlib.suppress(Stopped):
+                emit(Problem(f"{what}: {error}"))

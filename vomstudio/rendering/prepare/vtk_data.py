@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from vtkmodules.util.numpy_support import numpy_to_vtk
-from vtkmodules.vtkCommonCore import VTK_INT, vtkPoints, vtkUnsignedCharArray
+from vtkmodules.util import numpy_support
+from vtkmodules.vtkCommonCore import VTK_INT, vtkDataArray, vtkPoints, vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import (
     vtkCellArray,
     vtkImageData,
@@ -15,7 +16,16 @@ from vtkmodules.vtkCommonDataModel import (
     vtkPolyData,
 )
 from vtkmodules.vtkCommonMath import vtkMatrix4x4
-from vtkmodules.vtkRenderingCore import vtkActor
+from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
+
+# VTK's own helpers, which carry no types: what they give depends on what they are given.
+numpy_to_vtk: Callable[..., Any] = numpy_support.numpy_to_vtk
+_vtk_to_numpy: Callable[..., Any] = numpy_support.vtk_to_numpy
+
+
+def array_of(values: vtkDataArray) -> npt.NDArray[Any]:
+    """The values of VTK, shared: (n,), or (n, components) where there are several."""
+    return np.asarray(_vtk_to_numpy(values))
 
 
 def vtk_points(points: npt.NDArray[np.float32]) -> vtkPoints:
@@ -66,7 +76,7 @@ def set_colors(data: vtkPolyData, colors: npt.NDArray[np.uint8]) -> None:
 
 
 def color_array(colors: npt.NDArray[np.uint8]) -> vtkUnsignedCharArray:
-    array = numpy_to_vtk(np.ascontiguousarray(colors, np.uint8))
+    array: vtkUnsignedCharArray = numpy_to_vtk(np.ascontiguousarray(colors, np.uint8))
     array.SetName("rgb")
     return array
 
@@ -91,6 +101,13 @@ def runs_of_cells(first: int, count: int, size: int) -> vtkCellArray:
         numpy_to_vtk(offsets, array_type=VTK_INT), numpy_to_vtk(points, array_type=VTK_INT)
     )
     return cells
+
+
+def show(actor: vtkActor, data: vtkPolyData) -> None:
+    """Have an actor, whose mapper is one of polygons, draw this."""
+    mapper = actor.GetMapper()
+    assert isinstance(mapper, vtkPolyDataMapper)
+    mapper.SetInputData(data)
 
 
 def clip(actor: vtkActor, planes: vtkPlaneCollection | None) -> None:
@@ -118,4 +135,4 @@ def matrix(values: npt.NDArray[np.float64]) -> vtkMatrix4x4:
 
 def rgb(color: tuple[float, float, float]) -> npt.NDArray[np.uint8]:
     """(3,) uint8 of RGB 0..1."""
-    return np.round(np.clip(color, 0.0, 1.0) * np.array(255.0)).astype(np.uint8)
+    return np.asarray(np.round(np.clip(color, 0.0, 1.0) * np.array(255.0)), np.uint8)

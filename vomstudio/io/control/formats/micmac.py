@@ -6,8 +6,17 @@ from __future__ import annotations
 from pathlib import Path
 
 from vomstudio.errors import InputError
-from vomstudio.io.control.tables import ControlPoint, Mark
-from vomstudio.io.text.xml_tree import Element, Once, numbers, words, wrong
+from vomstudio.io.control.format import ControlFormat
+from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.io.text.xml_tree import (
+    Element,
+    Once,
+    is_xml,
+    numbers,
+    read_xml,
+    words,
+    wrong,
+)
 
 POINTS, MARKS = "DicoAppuisFlottant", "SetOfMesureAppuisFlottants"
 _POINT, _PHOTO, _MARK = "OneAppuisDAF", "MesureAppuiFlottant1Im", "OneMesureAF1I"
@@ -15,9 +24,10 @@ _POINT, _PHOTO, _MARK = "OneAppuisDAF", "MesureAppuiFlottant1Im", "OneMesureAF1I
 _UNSTATED = (1.0, 1.0, 1.0)
 
 
-def points_of(path: Path, root: Element) -> list[ControlPoint]:
+def points_of(path: Path) -> list[ControlPoint]:
     """The ground points of a file; their error is the root mean square of the three numbers of
     `Incertitude`, metres, unless these are 1 1 1. Raises InputError with line and element."""
+    root = read_xml(path)
     found = [each for top in root.below(POINTS) for each in top.all(_POINT)]
     if not found:
         said = f"has no ground point ({POINTS} with {_POINT})"
@@ -36,6 +46,11 @@ def points_of(path: Path, root: Element) -> list[ControlPoint]:
     return points
 
 
+def crs_of(path: Path) -> None:
+    """Such a file states none. Raises InputError for what is wrong in its points, all the same."""
+    points_of(path)
+
+
 def _sigma(path: Path, point: Element) -> float | None:
     element = point.child("Incertitude")
     if element is None:
@@ -48,9 +63,10 @@ def _sigma(path: Path, point: Element) -> float | None:
     return float((sum(value * value for value in stated) / 3) ** 0.5)
 
 
-def marks_of(path: Path, root: Element) -> list[Mark]:
+def marks_of(path: Path) -> list[Mark]:
     """The marks of a file; pixels are taken as they stand. Raises InputError with line and
     element."""
+    root = read_xml(path)
     photos = [each for top in root.below(MARKS) for each in top.all(_PHOTO)]
     marks = []
     seen = Once(path)
@@ -68,3 +84,14 @@ def marks_of(path: Path, root: Element) -> list[Mark]:
             said = f"holds ground points ({POINTS}) and no marks ({MARKS}); name it as the control"
         raise InputError(said, file=path, field=root.tag)
     return marks
+
+
+# It takes whatever XML no other format knows, and says what it misses in it.
+CONTROL_FORMAT = ControlFormat(
+    "ground points of MicMac (XML)",
+    matches=is_xml,
+    points=points_of,
+    marks=marks_of,
+    crs=crs_of,
+    certain=False,
+)

@@ -8,14 +8,11 @@ VTK calls release the interpreter lock, so that a window beside it stays alive.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkStaticCellLocator
 
@@ -26,23 +23,30 @@ from vomstudio.geometry.streaming.octree import (
     POINT_BUDGET,
     ArrangedNodes,
     CloudNodes,
-    Piece,
     StreamedCloud,
 )
-from vomstudio.rendering.scene import vtk_data
-from vomstudio.rendering.scene.textures import Texture, TextureProblem, load_texture, overview
+from vomstudio.rendering.prepare import vtk_data
+from vomstudio.rendering.prepare.events import (
+    ChunksDone,
+    Emit,
+    FieldReady,
+    LocatorReady,
+    MeshChunkReady,
+    Problem,
+    ProxyReady,
+    Stopped,
+    TextureReady,
+    TexturesDone,
+)
+from vomstudio.rendering.prepare.streaming import Streamer, Submit
+from vomstudio.rendering.prepare.textures import Texture, TextureProblem, load_texture, overview
 from vomstudio.rendering.view import blocks
-from vomstudio.rendering.view.blocks import FaceChunk, PointChunk
-from vomstudio.rendering.view.scalars import FieldStyle, Scale, make_scale, reader
-
-if TYPE_CHECKING:
-    from vomstudio.rendering.scene.streaming import Streamer, Submit
+from vomstudio.rendering.view.blocks import FaceChunk
+from vomstudio.rendering.view.scalars import FieldStyle, make_scale, reader
 
 PROXY_FACES = 45_000
 PROXY_ABOVE = 150_000
 FACES_PER_CHUNK = 30_000
-MOVING_SETS = 6
-POINTS_PER_SET = 50_000
 PIECE = 1 << 18
 ROW = 3 * 512
 
@@ -50,118 +54,6 @@ NEUTRAL = (190, 186, 178)
 
 Colors = npt.NDArray[np.uint8]
 Float32 = npt.NDArray[np.float32]
-
-
-class Stopped(Exception):
-    """The model is no longer wanted."""
-
-
-@dataclass(frozen=True, eq=False)
-class ProxyReady:
-    """What stands for a mesh while the camera moves.
-
-    rows : of the mesh's vertices, one for each point of `data`
-    """
-
-    data: vtkPolyData
-    rows: npt.NDArray[np.int32]
-
-
-@dataclass(frozen=True, eq=False)
-class MeshChunkReady:
-    chunk: FaceChunk
-    data: vtkPolyData
-    texels_per_metre: float
-
-
-@dataclass(frozen=True, eq=False)
-class NodeReady:
-    """A node of a cloud, and what it is made of. `piece` is in the order of `data`."""
-
-    chunk: PointChunk
-    data: vtkPolyData
-    spacing: float
-    """Metres between neighbours, in the file's frame."""
-    row: int
-    piece: Piece
-
-
-@dataclass(frozen=True, eq=False)
-class NodesDropped:
-    """Nodes that are not needed any more; who took them lets them go when they are off the
-    screen."""
-
-    pieces: dict[int, Piece]
-    nodes: CloudNodes
-
-
-@dataclass(frozen=True, eq=False)
-class StreamStarted:
-    """The nodes that stand for the whole of a cloud have been handed over."""
-
-    streamer: Streamer
-
-
-@dataclass(frozen=True)
-class ViewDone:
-    """All that the streamer was asked for with this number has been handed over."""
-
-    turn: int
-
-
-@dataclass(frozen=True)
-class ChunksDone:
-    count: int
-
-
-@dataclass(frozen=True, eq=False)
-class TextureReady:
-    material: int
-    texture: Texture | None
-    """None where it could not be read."""
-
-
-@dataclass(frozen=True)
-class TexturesDone:
-    pass
-
-
-@dataclass(frozen=True, eq=False)
-class LocatorReady:
-    locators: list[vtkStaticCellLocator]
-    """One for each chunk of a mesh, in order; empty for a cloud."""
-
-
-@dataclass(frozen=True)
-class Problem:
-    text: str
-
-
-@dataclass(frozen=True, eq=False)
-class FieldReady:
-    """A model's field as colours: one array for each stand-in and each chunk, in their order."""
-
-    style: FieldStyle
-    scale: Scale
-    proxies: list[vtkUnsignedCharArray]
-    parts: list[vtkUnsignedCharArray]
-
-
-Event = (
-    ProxyReady
-    | MeshChunkReady
-    | NodeReady
-    | NodesDropped
-    | StreamStarted
-    | ViewDone
-    | ChunksDone
-    | TextureReady
-    | TexturesDone
-    | LocatorReady
-    | Problem
-    | FieldReady
-)
-Emit = Callable[[Event], None]
 
 
 def pieces(count: int, stop: threading.Event, size: int = PIECE) -> Iterator[slice]:
@@ -333,8 +225,8 @@ def compact(data: vtkPolyData, colored: bool) -> tuple[vtkPolyData, npt.NDArray[
 
     The decimation keeps every point it was given, which makes drawing three times slower.
     """
-    faces = vtk_to_numpy(data.GetPolys().GetConnectivityArray()).reshape(-1, 3)
-    points = vtk_to_numpy(data.GetPoints().GetData())
+    faces = vtk_data.array_of(data.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    points = vtk_data.array_of(data.GetPoints().GetData())
     corner = points[faces[:, 0]]
     low = corner.min(axis=0)
     faces = faces[np.argsort(blocks.morton(corner, low, float((corner.max(axis=0) - low).max())))]
@@ -343,7 +235,7 @@ def compact(data: vtkPolyData, colored: bool) -> tuple[vtkPolyData, npt.NDArray[
     place = np.empty(len(used), np.int32)
     place[order] = np.arange(len(used), dtype=np.int32)
     used = used[order]
-    colors = vtk_to_numpy(data.GetPointData().GetScalars())[used] if colored else None
+    colors = vtk_data.array_of(data.GetPointData().GetScalars())[used] if colored else None
     faces = place[inverse.reshape(-1)].reshape(-1, 3)
     return vtk_data.triangles(points[used], faces, colors=colors), used.astype(np.int32)
 
@@ -457,7 +349,6 @@ def prepare_cloud(
     submit : has a job run after this one, beside the window
     budget : how many points may be there to be drawn
     """
-    from vomstudio.rendering.scene.streaming import Streamer
 
     def check() -> None:
         if stop.is_set():
@@ -468,37 +359,6 @@ def prepare_cloud(
     else:
         nodes = ArrangedNodes(cloud, cloud.arrangement or arrange(cloud.points, check), budget)
     Streamer(cloud, nodes, origin, stop, emit, submit).begin()
-
-
-def coloring(sample: PointCloud) -> Callable[[PointCloud, npt.NDArray[np.integer]], Colors]:
-    """Gives (n, 3) for rows (n,) of pieces of a cloud: its own colours, else its intensity, else a
-    quiet ramp of height, by one rule for all, which follows from a sample of it."""
-    if sample.colors is not None:
-
-        def own(piece: PointCloud, rows: npt.NDArray[np.integer]) -> Colors:
-            assert piece.colors is not None
-            return np.asarray(piece.colors[rows, :3], np.uint8)
-
-        return own
-    chosen = ""
-    for name, field in sample.fields.items():
-        if "intensity" in name.lower() and np.ptp(field) > 0:
-            chosen = name
-
-    def values_of(piece: PointCloud) -> npt.NDArray[Any]:
-        return piece.fields[chosen] if chosen else piece.points[:, 2]
-
-    values = values_of(sample)
-    some = np.asarray(values[:: max(1, len(values) // 100_000)], np.float64)
-    low, high = np.nanpercentile(some, [2.0, 98.0])
-    dark, light = np.array([70.0, 66.0, 62.0]), np.array([232.0, 226.0, 214.0])
-
-    def ramp(piece: PointCloud, rows: npt.NDArray[np.integer]) -> Colors:
-        values = values_of(piece)[rows]
-        grey = np.clip((values - low) / max(float(high - low), 1e-9), 0.0, 1.0)[:, None]
-        return np.asarray(dark + np.nan_to_num(grey) * (light - dark), np.uint8)
-
-    return ramp
 
 
 # -- fields

@@ -5,10 +5,40 @@ from __future__ import annotations
 from pathlib import Path
 
 from vomstudio.errors import InputError
-from vomstudio.io.control.tables import ControlPoint, Mark
-from vomstudio.io.text.xml_tree import Element, Once, attribute, number, wrong
+from vomstudio.io.control.format import ControlFormat
+from vomstudio.io.control.metres import in_metres
+from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.io.text.xml_tree import (
+    Element,
+    Once,
+    attribute,
+    is_xml,
+    number,
+    read_xml,
+    wrong,
+)
 
 TOP = "document"
+
+
+def matches(path: Path) -> bool:
+    """By its root. Raises InputError for XML that is damaged."""
+    return is_xml(path) and read_xml(path).tag == TOP
+
+
+def points_of(path: Path) -> list[ControlPoint]:
+    """Raises InputError with line and element."""
+    return _placed(path)[0]
+
+
+def crs_of(path: Path) -> str | None:
+    """Raises InputError with line and element."""
+    return _placed(path)[1]
+
+
+def _placed(path: Path) -> tuple[list[ControlPoint], str | None]:
+    root = read_xml(path)
+    return in_metres(path, _points(path, root), _stated_crs(path, root))
 
 
 def _chunk(path: Path, root: Element) -> Element:
@@ -24,7 +54,7 @@ def _chunk(path: Path, root: Element) -> Element:
     return found[0]
 
 
-def points_of(path: Path, root: Element) -> list[ControlPoint]:
+def _points(path: Path, root: Element) -> list[ControlPoint]:
     """Markers that have coordinates; those that are switched off in the reference pane are check
     points. Raises InputError with line and element."""
     points = []
@@ -47,9 +77,9 @@ def points_of(path: Path, root: Element) -> list[ControlPoint]:
     return points
 
 
-def marks_of(path: Path, root: Element) -> list[Mark]:
+def marks_of(path: Path) -> list[Mark]:
     """What was placed or confirmed by hand ("pinned"). Raises InputError with line and element."""
-    chunk = _chunk(path, root)
+    chunk = _chunk(path, read_xml(path))
     cameras = chunk.child("cameras")
     names = {
         attribute(path, camera, "id"): attribute(path, camera, "label")
@@ -74,7 +104,7 @@ def marks_of(path: Path, root: Element) -> list[Mark]:
     return marks
 
 
-def crs_of(path: Path, root: Element) -> str | None:
+def _stated_crs(path: Path, root: Element) -> str | None:
     """That of the chunk with the markers, as the file has it: WKT, or a code. Raises InputError."""
     for place in _chunk(path, root).all("reference"):
         if place.text.strip():
@@ -96,3 +126,13 @@ def _known(path: Path, element: Element, name: str, known: dict[str, str]) -> st
     if key not in known:
         raise wrong(path, element, f"{name} {key} is not in the file")
     return known[key]
+
+
+CONTROL_FORMAT = ControlFormat(
+    "markers of Metashape (XML)",
+    matches=matches,
+    points=points_of,
+    marks=marks_of,
+    crs=crs_of,
+    holds_marks=True,
+)
