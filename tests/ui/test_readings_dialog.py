@@ -35,7 +35,7 @@ def book(tmp_path):
 
 
 def ask(window, path) -> ReadingsDialog:
-    import_readings(window, path)
+    import_readings(window, window.studio, path)
     dialog = window.findChildren(ReadingsDialog)[-1]
     driver.wait(dialog.isVisible, "the dialog")
     return dialog
@@ -175,7 +175,7 @@ def test_a_file_that_is_no_table_is_said(window, studio, tmp_path):
     add_cliff(studio)
     path = tmp_path / "sheet.csv"
     path.write_bytes(b"PK\x03\x04" + bytes(100))
-    import_readings(window, path)
+    import_readings(window, window.studio, path)
     assert "workbook" in studio.notices[-1].text
     assert not window.findChildren(ReadingsDialog)
 

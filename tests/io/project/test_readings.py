@@ -14,11 +14,11 @@ from vomstudio.errors import InputError
 from vomstudio.geology.notation import NOTATIONS, format_plane
 from vomstudio.geology.orientation import Plane, angle_between_planes
 from vomstudio.io.gis.crs import convergence_deg, from_degrees
+from vomstudio.io.project.field_columns import guess
+from vomstudio.io.project.field_table import read_field_table
 from vomstudio.io.project.readings import (
     Turn,
-    guess,
     make_readings,
-    read_field_table,
     understand,
     what_is_missing,
 )

@@ -25,11 +25,12 @@ def icon(name: str) -> QIcon:
     import qtawesome
 
     palette = QApplication.palette()
-    return qtawesome.icon(
+    made: QIcon = qtawesome.icon(
         f"mdi6.{name}",
         color=palette.color(QPalette.ColorRole.ButtonText),
         color_disabled=palette.color(QPalette.ColorGroup.Disabled, QPalette.ColorRole.ButtonText),
     )
+    return made
 
 
 def verdict_icon(verdict: str | None) -> QIcon:

@@ -12,10 +12,11 @@ from vomstudio.document.kinds import kind_named
 from vomstudio.document.kinds.lineation import SENSES
 from vomstudio.document.measurement import Measurement
 from vomstudio.geology.notation import format_line, format_plane
-from vomstudio.geology.orientation import Plane
-from vomstudio.geometry.planes import PlaneFit
-from vomstudio.geometry.units import area_text as area
-from vomstudio.geometry.units import length_text as length
+from vomstudio.geometry.units import area_text, length_text
+from vomstudio.workspace.wording import plane_text
+
+area, length = area_text, length_text
+"""In words, with a unit that fits."""
 
 __all__ = [
     "area",
@@ -29,20 +30,6 @@ __all__ = [
     "plane_text",
     "slip_names",
 ]
-
-
-def plane_text(
-    fit: PlaneFit | None, notation: str, *, local: bool = False, decimals: int | None = None
-) -> str:
-    """A plane, with a decimal only where its error is under a degree, or with `decimals`, so that
-    a column of planes has the same number of digits."""
-    if fit is None:
-        return "–"
-    if decimals is None:
-        error = fit.max_confidence95_deg
-        decimals = 1 if error is not None and error < 1.0 else 0
-    text = format_plane(Plane.from_normal(fit.normal), notation, decimals)
-    return f"{text} (local frame)" if local else text
 
 
 def orientation_text(measured: Measurement, notation: str, decimals: int | None = 0) -> str:
