@@ -153,7 +153,7 @@ def test_a_click_on_the_outcrop_finds_its_photos_and_a_click_in_a_photo_selects(
     free = next(
         at for at in (middle + QPoint(dx, dy) for dx in (150, -150, 90) for dy in (60, -60, 0))
         if window.viewport.pick(at.x(), at.y()) is not None
-        and window.viewport.pick_feature(at.x(), at.y()) is None
+        and window.viewport.features.at(at.x(), at.y()) is None
     )  # fmt: skip
     click(window.viewport, free)
     wait(lambda: "the place that was clicked" in panel.words.text(), "photos of the place")

@@ -16,10 +16,10 @@ from vomstudio.document.edit import change
 from vomstudio.document.records import Model, Patch
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError
-from vomstudio.geometry.brush import surface_of
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.patches import ids_of
+from vomstudio.geometry.streaming.surfaces import surface_of
 from vomstudio.tools.patch import PatchTool, area_of
 from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent
 

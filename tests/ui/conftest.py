@@ -15,35 +15,12 @@ from vomstudio.io.settings import read_settings
 from vomstudio.ui.shell.main_window import MainWindow
 
 
-class NoWorkers:
-    """Stands for the worker processes: nothing is ever read or written."""
-
-    def __init__(self) -> None:
-        self.asked: list[tuple[str, dict]] = []
-
-    def submit(self, lane, task, args, **more):
-        self.asked.append((task, dict(args)))
-
-    def visible(self):
-        return []
-
-    def cancel(self, job):
-        return
-
-    def finish(self, lane, timeout_s):
-        return
-
-    def close(self):
-        return
-
-
 @pytest.fixture
 def window(own_folders, qtbot) -> Iterator[MainWindow]:
     made = MainWindow(read_settings()[0])
     made.show()
     made._fill()
     made.studio.jobs.close()
-    made.studio.jobs = NoWorkers()
     made.activateWindow()
     qtbot.waitUntil(lambda: QApplication.activeWindow() is made)
     yield made

@@ -321,7 +321,9 @@ def test_a_window_that_is_closed_leaves_no_timer_no_thread_and_no_process(own_fo
 
     from PySide6.QtCore import QTimer
 
+    from tests.jobs.odd_jobs import LEVITATE
     from vomstudio.io.settings import read_settings
+    from vomstudio.jobs.job import Nothing
     from vomstudio.ui.shell.main_window import MainWindow
 
     threads = set(threading.enumerate())
@@ -330,9 +332,9 @@ def test_a_window_that_is_closed_leaves_no_timer_no_thread_and_no_process(own_fo
     made._fill()
     jobs = made.studio.jobs
     failed = []
-    jobs.submit("models", "levitate", {}, title="", on_done=print, on_failed=failed.append)
+    jobs.submit(LEVITATE, Nothing(), title="", on_done=print, on_failed=failed.append)
     qtbot.waitUntil(lambda: bool(failed), timeout=20_000)
-    processes = [w._process for w in jobs._workers.values() if w._process]
+    processes = [w._process for w in jobs.workers.values() if w._process]
     assert all(isinstance(p, subprocess.Popen) for p in processes)
     made.close()
     assert all(p.poll() is not None for p in processes)

@@ -12,10 +12,11 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.rendering.view.scalars import FieldStyle
-from vomstudio.ui.common import display
-from vomstudio.ui.common.display import Display, why_not_mode
 from vomstudio.ui.scene import display_commands
-from vomstudio.ui.shell.model_loader import OpenModel
+from vomstudio.workspace import display
+from vomstudio.workspace.display import Display, why_not_mode
+from vomstudio.workspace.model_loading import OpenModel
+from vomstudio.workspace.owner import Loop
 
 BOX = ClipBox((0.0, 1.0, 2.0), (10.0, 11.0, 12.0))
 
@@ -46,7 +47,7 @@ def attach(studio, data) -> None:
 # --- what is kept ----------------------------------------------------------------------------
 def test_everything_comes_back_as_it_was_kept(qapp):
     kept: list[dict] = []
-    shown = Display(kept.append)
+    shown = Display(kept.append, Loop().later)
     shown.show_field("m1", FieldStyle("intensity", 1.0, 9.0))
     shown.set_lit("field", True)
     shown.set_point_size(3.0)
@@ -54,7 +55,7 @@ def test_everything_comes_back_as_it_was_kept(qapp):
     shown.set_clip(BOX, True)
     shown.set_handles(False)
     shown.flush()
-    again = Display(kept.append)
+    again = Display(kept.append, Loop().later)
     again.load(kept[-1])
     assert again.as_dict() == shown.as_dict()
     assert again.mode == "field"
@@ -71,7 +72,7 @@ def test_everything_comes_back_as_it_was_kept(qapp):
     ],
 )
 def test_what_cannot_be_read_is_as_in_a_new_project(qapp, kept):
-    shown, fresh = Display(lambda _: None), Display(lambda _: None)
+    shown, fresh = Display(lambda _: None, Loop().later), Display(lambda _: None, Loop().later)
     shown.load(kept)
     assert shown.as_dict() == fresh.as_dict()
 

@@ -11,7 +11,7 @@ from PySide6.QtTest import QTest
 from tests.geometry.test_brush import centre_of, grid
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document.records import Patch
-from vomstudio.geometry.brush import surface_of
+from vomstudio.geometry.streaming.surfaces import surface_of
 from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent
 
 MESH = grid(41, 4.0, rough=0.01)

@@ -14,6 +14,7 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.records import Model, Point, Trace
 from vomstudio.geometry.discs import disc
 from vomstudio.tools.polyline import PolylineTool, points_text
+from vomstudio.tools.surroundings import around
 
 NAME = "trace"
 
@@ -107,10 +108,7 @@ class TraceTool(PolylineTool[Trace]):
         surface = self._context.surface(self._feature.model_id)
         resolution, normal = self._feature.resolution, self._feature.outcrop_normal
         if surface is not None and self.vertices:
-            points = np.asarray(self.vertices, dtype=np.float64)
-            resolution = surface.resolution_near(points)
-            found = surface.outcrop_normal(points) if len(points) > 1 else None
-            normal = None if found is None else (float(found[0]), float(found[1]), float(found[2]))
+            resolution, normal = around(surface, self.vertices)
         self._feature = replace(self._feature, resolution=resolution, outcrop_normal=normal)
         super()._look()
 

@@ -25,6 +25,7 @@ from vomstudio.io.project import compaction
 from vomstudio.io.project.assets import FOLDER as ASSETS
 from vomstudio.io.project.journal import NAME as JOURNAL
 from vomstudio.io.project.journal import TAKING_IN, SqliteJournal, read_replay
+from vomstudio.io.project.repair import Repaired, repair
 from vomstudio.io.project.taking_in import PHOTO_TABLES, RECONSTRUCTIONS, take_in_earlier
 
 SUFFIX = ".vom"
@@ -133,6 +134,12 @@ class Project:
             self.folder, self.session, self.journal, self._compacted
         )
         self._compacted = None
+
+    def repair(self) -> Repaired:
+        """Write a journal with damaged rows anew. Raises DocumentError, TargetError."""
+        made = repair(self.folder, self.session, self.journal)
+        self.journal, self.problems = made.journal, []
+        return made
 
     def save_as(self, folder: Path) -> None:
         """Move to another folder: history, copies and reconstructions go along. A project with a

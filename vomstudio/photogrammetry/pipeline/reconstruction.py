@@ -38,7 +38,8 @@ from vomstudio.version import __version__
 if TYPE_CHECKING:
     from vomstudio.geometry.cameras import View
     from vomstudio.geometry.mesh import Mesh
-    from vomstudio.io.photos.reading import Photo, PhotoFolder
+    from vomstudio.io.photos.photo import Photo
+    from vomstudio.io.photos.reading import PhotoFolder
     from vomstudio.photogrammetry.align.alignment import Alignment
     from vomstudio.photogrammetry.dense.depthmaps import DepthMap
     from vomstudio.photogrammetry.dense.pairs import Pairs
@@ -76,8 +77,7 @@ def _photos(folder: Path, settings: Settings, progress: Progress) -> PhotoFolder
 
     Raises InputError.
     """
-    from vomstudio.io.control.control_files import agreed_crs
-    from vomstudio.io.control.tables import read_control, read_marks
+    from vomstudio.io.control.control_files import agreed_crs, read_control, read_marks
     from vomstudio.io.photos.reading import read_photos
     from vomstudio.photogrammetry.place.control_check import check_control
 
@@ -218,7 +218,7 @@ class _Run:
 
     def _place(self, alignment: Alignment, photos: PhotoFolder, aligned: Stage) -> _Placed:
         """The largest part in World where control or GPS allow it, else upright and local."""
-        from vomstudio.photogrammetry.place import georeference
+        from vomstudio.photogrammetry.place import control, georeference
         from vomstudio.photogrammetry.place.local_frame import upright
 
         settings = self.settings
@@ -232,7 +232,7 @@ class _Run:
             threads = settings.threads or -1
             try:
                 if settings.control is not None:
-                    scene, fitted = georeference.by_control(
+                    scene, fitted = control.by_control(
                         part,
                         settings.control,
                         settings.marks,
@@ -282,7 +282,7 @@ class _Run:
 
     def _dense_size(self, placed: _Placed) -> int:
         """What was chosen once is kept where it still fits, so that a run goes on with it."""
-        from vomstudio.photogrammetry.dense.depthmaps import fitting_size
+        from vomstudio.photogrammetry.dense.fitting import fitting_size
 
         wanted, lenses = self.settings.steps.dense_px, [v.intrinsics for v in placed.scene.views]
         size = fitting_size(wanted, [(lens.width, lens.height) for lens in lenses])

@@ -95,18 +95,18 @@ class MatchPage(QWidget):
     # --- choosing ----------------------------------------------------------------------------
     def fill(self) -> None:
         facts = self._data.overview
-        self._names = [photo["name"] for photo in facts["photos"]]
-        weak = facts["weak_below"]
-        flagged = sum(0 < pair[3] < weak for pair in facts["pairs"])
+        self._names = [photo.name for photo in facts.photos]
+        weak = facts.weak_below
+        flagged = sum(0 < pair[3] < weak for pair in facts.pairs)
         words = self.tr("Agreeing matches of every two photos, the brighter the more.")
         if flagged:
             words += " " + self.tr("Orange: weak, with fewer than {0} ({1} of {2} pairs).").format(
-                weak, flagged, len(facts["pairs"])
+                weak, flagged, len(facts.pairs)
             )
         self._legend.setText(words)
-        self.matrix.fill(self._names, facts["pairs"], weak)
+        self.matrix.fill(self._names, facts.pairs, weak)
         rows: list[tuple[tuple[Any, ...], str]] = []
-        for i, j, tried, kept in facts["pairs"]:
+        for i, j, tried, kept in facts.pairs:
             share = kept / tried if tried else None
             note = ""
             if 0 < kept < weak:

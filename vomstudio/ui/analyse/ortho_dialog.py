@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from PySide6.QtCore import Qt, QTimer
@@ -28,7 +28,8 @@ from vomstudio.geology.notation import format_line
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry import transform
 from vomstudio.jobs.events import Failed
-from vomstudio.products.ortho import orthophoto
+from vomstudio.jobs.product_tasks import ORTHOPHOTO, OrthophotoOrder, WrittenOrthophoto
+from vomstudio.products.ortho import orthophoto, planning, views
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.ui.common.chosen import current_model, start_folder
 from vomstudio.ui.common.studio import Studio
@@ -50,11 +51,11 @@ class OrthoDialog(QDialog):
         self.setWindowTitle(self.tr("Orthophoto along this view"))
         self.setMinimumWidth(640)
         self._studio = studio
-        trend, plunge = viewport.view_direction()
+        trend, plunge = viewport.moves.view_direction()
         self._direction = Line(trend % 360.0, plunge)
-        centre, width, height = viewport.seen()
+        centre, width, height = viewport.moves.seen()
         x, y, z = (float(v) for v in centre)
-        self._seen = orthophoto.Region((x, y, z), width, height)
+        self._seen = planning.Region((x, y, z), width, height)
         self._words, self._error_deg = directions.judged(self._direction)
         form = self._make_form()
         self._buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
@@ -151,7 +152,7 @@ class OrthoDialog(QDialog):
         low, high = self._studio.models[model.id].data.bounds
         grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
         corners = transform.apply(model.to_world, np.where(grid == 1, high, low))
-        view = orthophoto.view_along_line(self._direction.trend_deg, self._direction.plunge_deg)
+        view = views.view_along_line(self._direction.trend_deg, self._direction.plunge_deg)
         return view.frame.to_view(corners, np.asarray(self._seen.centre))
 
     def _extent(self) -> tuple[float, float]:
@@ -167,13 +168,13 @@ class OrthoDialog(QDialog):
     def _propose(self) -> None:
         model = self._model()
         data = self._studio.models[model.id].data
-        gsd, self._why = orthophoto.default_gsd(data, model.to_world, max(self._extent()))
+        gsd, self._why = planning.default_gsd(data, model.to_world, max(self._extent()))
         self.gsd.setText(f"{gsd:g}")
         box = self._box()
         deep = float(np.ptp(box[:, 2]))
         metric = model.frame.has_metres
         self._unit.setText("m  " if metric else self.tr("units  "))
-        cost = orthophoto.cost_of_direction(self._error_deg, deep, metric=metric)
+        cost = views.cost_of_direction(self._error_deg, deep, metric=metric)
         self._cost.setText(cost[:1].upper() + cost[1:])
         self._check()
         # Labels of several lines have their text only now.
@@ -195,7 +196,7 @@ class OrthoDialog(QDialog):
                 f"up to {width / gsd:,.0f} × {height / gsd:,.0f} pixels, "
                 f"{' × '.join(size)}\nproposed: {self._why}"
             )
-            if pixels > orthophoto.MAX_PIXELS:
+            if pixels > planning.MAX_PIXELS:
                 why = f"{pixels / 1e6:,.0f} million pixels are too many; make them larger"
         if why is None and not self.target.text().lower().endswith((".tif", ".tiff")):
             why = "the file's name must end in .tif"
@@ -219,14 +220,12 @@ class OrthoDialog(QDialog):
             studio.warn(f"The file of {model.name} is not where it was; locate it first.")
             return
         out = Path(self.target.text()).expanduser()
-        view = orthophoto.View(
+        view = views.View(
             self._direction.trend_deg, self._direction.plunge_deg, "as given", self._words
         )
         if self.flip.isChecked():
             view = view.flipped()
-        region = None
-        if self.seen.isChecked():
-            region = [list(self._seen.centre), self._seen.width, self._seen.height]
+        region = self._seen if self.seen.isChecked() else None
         ending = str(self.sheet_format.currentData())
         sheet = out.with_name(f"{out.stem}_sheet.{ending}") if self.sheet.isChecked() else None
         try:
@@ -238,26 +237,18 @@ class OrthoDialog(QDialog):
         if there and not self._replace(there):
             return
         studio.jobs.submit(
-            "products",
-            "orthophoto",
-            {
-                "path": str(path),
-                "cache": str(studio.project.cache),
-                "view": {
-                    "trend_deg": view.trend_deg,
-                    "plunge_deg": view.plunge_deg,
-                    "sense": view.sense,
-                    "reason": view.reason,
-                    "north_known": model.frame.has_north,
-                    "metric": model.frame.has_metres,
-                },
-                "to_world": [list(row) for row in model.to_world],
-                "crs": model.frame.crs,
-                "gsd": parse_number(self.gsd.text()),
-                "region": region,
-                "out": str(out),
-                "sheet": None if sheet is None else str(sheet),
-            },
+            ORTHOPHOTO,
+            OrthophotoOrder(
+                path,
+                studio.project.cache,
+                replace(view, north_known=model.frame.has_north, metric=model.frame.has_metres),
+                model.to_world,
+                model.frame.crs,
+                parse_number(self.gsd.text()),
+                region,
+                out,
+                sheet,
+            ),
             title=f"Orthophoto {out.name}",
             on_done=lambda result: _say_done(studio, result),
             on_failed=lambda event: _say_failed(studio, event),
@@ -273,14 +264,14 @@ class OrthoDialog(QDialog):
         return answer == QMessageBox.StandardButton.Yes
 
 
-def _say_done(studio: Studio, result: dict[str, Any]) -> None:
+def _say_done(studio: Studio, made: WrittenOrthophoto) -> None:
     words = (
-        f"Written: {result['image']}, {result['width']} × {result['height']} pixels of "
-        f"{result['gsd_m']:g} {result['unit']}, {result['coverage']:.0%} covered by the model"
+        f"Written: {made.image}, {made.width} × {made.height} pixels of "
+        f"{made.gsd_m:g} {made.unit}, {made.coverage:.0%} covered by the model"
     )
-    studio.info(words + (f"; sheet: {result['sheet']}" if result["sheet"] else "") + ".")
-    if result["warnings"]:
-        studio.info("\n".join(result["warnings"]))
+    studio.info(words + (f"; sheet: {made.sheet}" if made.sheet else "") + ".")
+    if made.warnings:
+        studio.info("\n".join(made.warnings))
 
 
 def _say_failed(studio: Studio, event: Failed) -> None:

@@ -12,26 +12,12 @@ import numpy.typing as npt
 from vomstudio.document.measurements import Measurement
 from vomstudio.document.records import DimensionKind
 from vomstudio.geology.notation import format_line, format_plane
-from vomstudio.geology.orientation import Plane
-from vomstudio.geometry.planes import PlaneFit
 from vomstudio.geometry.units import area_text, length_text
+from vomstudio.workspace.wording import degrees as degrees
+from vomstudio.workspace.wording import plane_text as plane_text
 
 area, length = area_text, length_text
 """In words, with a unit that fits."""
-
-
-def plane_text(
-    fit: PlaneFit | None, notation: str, *, local: bool = False, decimals: int | None = None
-) -> str:
-    """A plane, with a decimal only where its error is under a degree, or with `decimals`, so that
-    a column of planes has the same number of digits."""
-    if fit is None:
-        return "–"
-    if decimals is None:
-        error = fit.max_confidence95_deg
-        decimals = 1 if error is not None and error < 1.0 else 0
-    text = format_plane(Plane.from_normal(fit.normal), notation, decimals)
-    return f"{text} (local frame)" if local else text
 
 
 def orientation_text(measured: Measurement, notation: str, decimals: int | None = 0) -> str:
@@ -92,14 +78,6 @@ def drawn_points(measured: Measurement) -> npt.NDArray[np.float64]:
         return measured.points
     reach = 0.5 * fit.extent * fit.axes[:2]
     return np.concatenate([measured.points, fit.centroid + reach, fit.centroid - reach])
-
-
-def degrees(value: float | None) -> str:
-    """An error: two digits that mean something."""
-    if value is None:
-        return "–"
-    decimals = 2 if value < 0.995 else 1 if value < 9.95 else 0
-    return f"{value:.{decimals}f}°"
 
 
 def number(value: float | None, digits: int = 3) -> str:

@@ -86,7 +86,7 @@ class MarkEditing(QObject):
     def new_point(self) -> None:
         label = self._marks.marking.free_label()
         made = self._marks.marking.begun_with(label)
-        self._marks.change(self.tr("New point"), self._photo.name, made)
+        self._marks.change(self.tr("New point"), made)
         self._points.choose(label)
         self._tools.take_up(MARK)
         self._canvas.setFocus()
@@ -94,7 +94,7 @@ class MarkEditing(QObject):
     def remove_point(self) -> None:
         label = self._points.label
         made = self._marks.marking.removed(label)
-        self._marks.change(self.tr("Remove {0}").format(label), self._photo.name, made)
+        self._marks.change(self.tr("Remove {0}").format(label), made)
         self._points.choose("")
 
     def import_table(self, folder: Path, parent: QWidget, *, marks: bool) -> None:
@@ -123,7 +123,7 @@ class MarkEditing(QObject):
     def remove_mark(self) -> None:
         label, photo = self._points.label, self._photo.name
         made = self._marks.marking.unmarked(label, photo)
-        self._marks.change(self.tr("Remove the mark of {0}").format(label), photo, made)
+        self._marks.change(self.tr("Remove the mark of {0}").format(label), made)
 
     def _place(self, x: float, y: float, join: str | None = None) -> None:
         """Mark the chosen point here; without one, a new tie point."""
@@ -132,7 +132,7 @@ class MarkEditing(QObject):
         key = None if join is None else (join, label, photo)
         made = marking.marked(label, photo, (x, y))
         self._photo.stay_at(label)
-        self._marks.change(self.tr("Mark {0}").format(label), photo, made, key)
+        self._marks.change(self.tr("Mark {0}").format(label), made, key)
         self._points.choose(label)
 
     def _typed(self, x: float, y: float) -> None:
@@ -142,7 +142,7 @@ class MarkEditing(QObject):
         photo = self._photo.name
         made = self._marks.marking.marked(label, photo, (x, y))
         self._marks.change(
-            self.tr("Move {0}").format(label), photo, made, ("drag", label, photo), goes_on=goes_on
+            self.tr("Move {0}").format(label), made, ("drag", label, photo), goes_on=goes_on
         )
 
     def _nudge(self, dx: float, dy: float) -> None:

@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Qt, Signal
 from vomstudio.photogrammetry.place.mark_prediction import Pixel
 from vomstudio.ui.common.photo_images import PhotoImages, Picture
 from vomstudio.ui.photos.mark_canvas import MarkCanvas
-from vomstudio.ui.photos.photo_survey import PhotoRow
+from vomstudio.ui.photos.photo_row import PhotoRow
 
 
 class OpenedPhoto(QObject):

@@ -22,6 +22,10 @@ def commands(opening: PhotoOpening, chosen: Callable[[], str | None]) -> list[Co
                 "image-edit-outline", (),
                 "In a window of its own: draw what is to be left out, mark points",
                 opening.why_not),
+        Command("take_in_photos", "&Take in what lies beside the photos", opening.take_in,
+                "tray-arrow-down", (),
+                "Control points, marks and masks that another program has written there",
+                opening.why_not),
     ]  # fmt: skip
 
 
@@ -34,7 +38,12 @@ class PhotoOpening:
     def why_not(self) -> str | None:
         if self._survey.folder is None or not self._survey.rows:
             return "choose a folder of photos first"
+        if not self._survey.document.taken_in:
+            return "the photos are being looked at"
         return None
+
+    def take_in(self) -> None:
+        self._survey.take_in_beside()
 
     @property
     def opened(self) -> PhotoWindow | None:

@@ -7,10 +7,8 @@ from pathlib import Path
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QCloseEvent, QKeyEvent
 from PySide6.QtWidgets import (
-    QFileDialog,
     QHBoxLayout,
     QLabel,
-    QMessageBox,
     QSplitter,
     QToolBar,
     QToolButton,
@@ -18,6 +16,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.document.edit import Edit
 from vomstudio.errors import VomError
 from vomstudio.io.photos.cameras_file import FILE_NAME
 from vomstudio.photogrammetry.place.mark_prediction import PlacedPhotos
@@ -26,11 +25,11 @@ from vomstudio.ui.common.background import Background
 from vomstudio.ui.common.messages_panel import MessageBar
 from vomstudio.ui.common.studio import Notice
 from vomstudio.ui.common.widgets import ElidedLabel
-from vomstudio.ui.photos.edit_history import EditHistory, Step
 from vomstudio.ui.photos.mark_canvas import LOOK, MARK, POLYGON, MarkCanvas
 from vomstudio.ui.photos.mark_editing import MarkEditing
 from vomstudio.ui.photos.mask_box import MaskBox
 from vomstudio.ui.photos.opened_photo import OpenedPhoto
+from vomstudio.ui.photos.photo_document import photo_of
 from vomstudio.ui.photos.photo_list import PhotoList
 from vomstudio.ui.photos.photo_marks import PhotoMarks
 from vomstudio.ui.photos.photo_masks import PhotoMasks
@@ -47,8 +46,8 @@ from vomstudio.ui.photos.points_box import PointsBox
 
 
 class PhotoWindow(QWidget):
-    """Beside which the outcrop can be worked on. What is drawn and marked is on the disk at once;
-    the window asks before it closes over something that could not be written."""
+    """Beside which the outcrop can be worked on. What is drawn and marked is at once a step of the
+    project's history."""
 
     def __init__(self, parent: QWidget, survey: PhotoSurvey) -> None:
         super().__init__(parent, Qt.WindowType.Window)
@@ -57,14 +56,12 @@ class PhotoWindow(QWidget):
         self.survey = survey
         assert survey.folder is not None
         self.folder = survey.folder
-        self._asking = False
+        self._stepping = False
         self._changed_masks: set[str] = set()
         rows = {row.name: row for row in survey.rows}
-        self.history = EditHistory()
-        self.masks = PhotoMasks(survey.rows, self.history)
-        files = survey.mark_files()
-        assert files is not None
-        self.marks = PhotoMarks(files, list(rows), self.history)
+        self.document = survey.document
+        self.masks = PhotoMasks(survey.rows, self.document)
+        self.marks = PhotoMarks(self.document, list(rows))
         self.canvas = MarkCanvas()
         self.shown = OpenedPhoto(rows, self.canvas)
         self.tools = PhotoTools(self.canvas, self.masks)
@@ -80,7 +77,6 @@ class PhotoWindow(QWidget):
         self.bar = MessageBar(self._middle)
         self._background = Background(self)
         self._connect()
-        self.marks.read()
         self._read_cameras()
         self.tools.take_up(LOOK)
 
@@ -89,7 +85,7 @@ class PhotoWindow(QWidget):
         self.actions_table = Actions(self)
         for command in (
             *look_commands(self.list, self.canvas, self.tools),
-            *undo_commands(self.masks, self.tools, self.history, self.undo),
+            *undo_commands(self.masks, self.tools, self.document, self.undo),
             *mask_commands(self.masks, self.mask_box, self.canvas, self.shown),
             *point_commands(self._editing, self.folder, self),
         ):
@@ -145,21 +141,22 @@ class PhotoWindow(QWidget):
     def _connect(self) -> None:
         self.list.opened.connect(self.show_photo)
         self.masks.drawn.connect(self._mask_drawn)
-        self.masks.stored.connect(self._mask_stored)
         self.masks.busy_changed.connect(self._refresh)
         # Another folder may have been opened meanwhile.
         self.masks.busy_changed.connect(self._survey_changed, Qt.ConnectionType.QueuedConnection)
         self.masks.said.connect(self.say)
         self.marks.said.connect(self.say)
         self.marks.changed.connect(self._show_marks)
-        self.marks.changed.connect(self.survey.marks_changed)
+        self.survey.exports.said.connect(self.say)
+        self.survey.exports.mask_written.connect(self._mask_stored)
         self.points.said.connect(self.say)
         self.points.chosen.connect(self._point_chosen)
         self._editing.said.connect(self.say)
         self.tools.corners_changed.connect(self._refresh)
         self.tools.tool_changed.connect(self._tool_changed)
         self.canvas.pointed.connect(self._point_at)
-        self.history.changed.connect(self._refresh)
+        self.survey.history_changed.connect(self._refresh)
+        self.survey.edited.connect(self._edited)
         # Where a run has found new cameras, and where another folder is looked at.
         self.survey.changed.connect(self._survey_changed)
 
@@ -197,10 +194,8 @@ class PhotoWindow(QWidget):
             if not self.masks.drawing:
                 self._refresh()
 
-    def _mask_stored(self, name: str, mask: str | None) -> None:
+    def _mask_stored(self, name: str) -> None:
         self._changed_masks.add(name)
-        if self.survey.folder == self.folder:
-            self.survey.set_mask(name, mask)
         self.list.refresh()
         self._refresh()
 
@@ -241,7 +236,7 @@ class PhotoWindow(QWidget):
 
     def _survey_changed(self) -> None:
         if self.survey.folder != self.folder:
-            if self.isVisible() and not self.masks.busy and not self._asking:
+            if self.isVisible() and not self.masks.busy:
                 self.close()
         elif _stamp(self.survey.aligned_folder()) != self._cameras_of:
             self._read_cameras()
@@ -256,12 +251,22 @@ class PhotoWindow(QWidget):
             self.tools.take_back_corner()
             return
         self.tools.end_stroke()
-        step: Step | None = self.history.redo() if again else self.history.undo()
-        if step is not None:
-            if step.photo in self.shown.rows and step.photo != self.photo:
-                self.show_photo(step.photo)
-            words = self.tr("Done again: {0}") if again else self.tr("Taken back: {0}")
-            self.say(words.format(step.words), "info")
+        words = self.document.redo_words if again else self.document.undo_words
+        if words is None:
+            return
+        self._stepping = True
+        try:
+            (self.document.redo if again else self.document.undo)()
+        finally:
+            self._stepping = False
+        said = self.tr("Done again: {0}") if again else self.tr("Taken back: {0}")
+        self.say(said.format(words), "info")
+
+    def _edited(self, edit: Edit) -> None:
+        """A step that was taken back in another photo is shown there."""
+        photo = photo_of(edit)
+        if self._stepping and photo in self.shown.rows and photo != self.photo:
+            self.show_photo(photo)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802
         if event.key() == Qt.Key.Key_Escape and self.tools.corners:
@@ -302,8 +307,8 @@ class PhotoWindow(QWidget):
         used = self.masks.used(self.photo)
         if self.masks.busy:
             words = self.masks.busy
-        elif self.masks.problem:
-            words = self.tr("Not saved: they are in this window only")
+        elif self.survey.exports.problem:
+            words = self.tr("Kept in the project, not beside the photos")
         elif used is None:
             words = self.tr("Reading…") if self.photo else ""
         else:
@@ -315,56 +320,12 @@ class PhotoWindow(QWidget):
 
     # --- end ---------------------------------------------------------------------------------
     def may_close(self) -> bool:
-        """Whether all is on the disk, or may be forgotten; the user is asked."""
-        if self._asking:
-            return False
+        """Whether nothing is being drawn any more."""
         self.tools.drop()
         if self.masks.busy:
             self.raise_()
             self.say(self.tr("Not closed yet: {0}").format(self.masks.busy), "warning")
             return False
-        masks, marks = self.masks.save_now(), self.marks.save_again()
-        if masks and marks:
-            return True
-        self._asking = True
-        try:
-            return self._ask(masks, marks)
-        finally:
-            self._asking = False
-
-    def _ask(self, masks: bool, marks: bool) -> bool:
-        """masks, marks : whether they are saved."""
-        box = QMessageBox(self)
-        box.setIcon(QMessageBox.Icon.Warning)
-        box.setText(self.tr("What was drawn here could not be saved."))
-        box.setInformativeText(self.masks.problem if not masks else self.marks.unsaved)
-        buttons = QMessageBox.StandardButton
-        box.setStandardButtons(buttons.Discard | buttons.Cancel)
-        elsewhere = box.addButton(
-            self.tr("Save masks elsewhere…"), QMessageBox.ButtonRole.AcceptRole
-        )
-        elsewhere.setEnabled(not masks)
-        box.exec()
-        if box.clickedButton() is elsewhere:
-            return self.save_elsewhere() and marks
-        return box.clickedButton() is box.button(buttons.Discard)
-
-    def save_elsewhere(self) -> bool:
-        name = QFileDialog.getExistingDirectory(self, self.tr("A folder for the masks"))
-        if not name:
-            return False
-        try:
-            written = self.masks.save_elsewhere(Path(name))
-        except VomError as error:
-            self.say(str(error), "error")
-            return False
-        self.say(
-            self.tr(
-                "{0} masks are in {1}. They are used once they lie beside the photos, or in a "
-                "folder “masks” beside theirs."
-            ).format(len(written), name),
-            "warning",
-        )
         return True
 
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802
@@ -372,9 +333,13 @@ class PhotoWindow(QWidget):
             event.ignore()
             return
         self.masks.close()
+        self.marks.close()
+        self.survey.exports.finish()
         self.shown.close()
         self._background.close()
         self.survey.changed.disconnect(self._survey_changed)
+        self.survey.edited.disconnect(self._edited)
+        self.survey.history_changed.disconnect(self._refresh)
         if self._changed_masks and self.survey.folder == self.folder:
             self.survey.check_again()
         event.accept()

@@ -9,11 +9,11 @@ from PySide6.QtWidgets import QWidget
 
 from vomstudio.geometry.pixel_areas import whole_area
 from vomstudio.ui.common.actions import Command
-from vomstudio.ui.photos.edit_history import EditHistory
 from vomstudio.ui.photos.mark_canvas import BRUSH, LOOK, MARK, POLYGON, MarkCanvas
 from vomstudio.ui.photos.mark_editing import MarkEditing
 from vomstudio.ui.photos.mask_box import MaskBox
 from vomstudio.ui.photos.opened_photo import OpenedPhoto
+from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_list import PhotoList
 from vomstudio.ui.photos.photo_masks import PhotoMasks
 from vomstudio.ui.photos.photo_tools import PhotoTools
@@ -55,17 +55,17 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
 
 
 def undo_commands(
-    masks: PhotoMasks, tools: PhotoTools, history: EditHistory, undo: Callable[[bool], None]
+    masks: PhotoMasks, tools: PhotoTools, document: PhotoDocument, undo: Callable[[bool], None]
 ) -> list[Command]:
     """undo : takes the last step back, or with True does it again"""
     return [
         Command("undo", "Undo", lambda: undo(False), "undo", "Ctrl+Z", "",
                 lambda: masks.busy or (
-                    None if tools.corners or history.undo_words else "nothing was drawn"),
-                what=lambda: history.undo_words),
+                    None if tools.corners or document.undo_words else "nothing was done"),
+                what=lambda: document.undo_words),
         Command("redo", "Redo", lambda: undo(True), "redo", ("Ctrl+Shift+Z", "Ctrl+Y"), "",
-                lambda: masks.busy or (None if history.redo_words else "nothing was taken back"),
-                what=lambda: history.redo_words),
+                lambda: masks.busy or (None if document.redo_words else "nothing was taken back"),
+                what=lambda: document.redo_words),
     ]  # fmt: skip
 
 

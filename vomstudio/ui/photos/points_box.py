@@ -26,7 +26,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.errors import GeometryError
-from vomstudio.io.control.tables import ControlPoint
+from vomstudio.io.control.points import ControlPoint
 from vomstudio.io.text.rows import parse_number
 from vomstudio.photogrammetry.place.mark_prediction import BAD_PX, CHECK, CONTROL, TIE
 from vomstudio.rendering.qt.painting import VERDICT_COLORS
@@ -265,7 +265,7 @@ class PointsBox(QGroupBox):
             self._fill_form()
             return
         self.label = text
-        self._marks.change(self.tr("Rename {0}").format(label), self.photo, made)
+        self._marks.change(self.tr("Rename {0}").format(label), made)
         self.chosen.emit(text)
 
     def _role_chosen(self) -> None:
@@ -287,7 +287,7 @@ class PointsBox(QGroupBox):
             made = marking.unplaced(label)
         else:
             made = marking.placed(replace(point, check=role == CHECK))
-        self._marks.change(self.tr("Role of {0}").format(label), self.photo, made)
+        self._marks.change(self.tr("Role of {0}").format(label), made)
 
     def _numbers_typed(self) -> None:
         if not self.label or not any(field.isModified() for field in self.numbers):
@@ -316,4 +316,4 @@ class PointsBox(QGroupBox):
             )
         for field in self.numbers:
             field.setModified(False)
-        self._marks.change(self.tr("Coordinates of {0}").format(label), self.photo, made)
+        self._marks.change(self.tr("Coordinates of {0}").format(label), made)

@@ -45,7 +45,7 @@ class OutcropView(QObject):
             settings = self._studio.settings
             self.viewport.camera_changed.connect(self._camera_changed)
             self.viewport.problem.connect(lambda text: self._studio.warn(text))
-            self.viewport.point_budget = settings.point_budget
+            self.viewport.models.point_budget = settings.point_budget
             self.viewport.gestures.set_turntable(settings.turntable)
             self._camera_changed()
 
@@ -58,21 +58,21 @@ class OutcropView(QObject):
     # --- directions --------------------------------------------------------------------------
     @property
     def orthographic(self) -> bool:
-        return self.viewport is not None and self.viewport.orthographic
+        return self.viewport is not None and self.viewport.moves.orthographic
 
     def toggle_orthographic(self) -> None:
         if self.viewport is not None:
-            self.viewport.set_orthographic(not self.viewport.orthographic)
+            self.viewport.moves.set_orthographic(not self.viewport.moves.orthographic)
 
     def look(self, trend_deg: float, plunge_deg: float) -> None:
         """Along a direction, orthographic."""
         if self.viewport is not None:
-            self.viewport.set_orthographic(True)
-            self.viewport.look_along(trend_deg, plunge_deg)
+            self.viewport.moves.set_orthographic(True)
+            self.viewport.moves.look_along(trend_deg, plunge_deg)
 
     def standard_view(self, name: str) -> None:
         if self.viewport is not None:
-            self.viewport.standard_view(name)
+            self.viewport.moves.standard_view(name)
 
     def set_turntable(self, on: bool) -> None:
         if self.viewport is not None:
@@ -87,7 +87,7 @@ class OutcropView(QObject):
         measured = self._studio.measured(self._studio.selection.ids).values()
         points = [p for m in measured if len(p := drawn_points(m))]
         if self.viewport is not None and points:
-            self.viewport.frame(np.concatenate(points))
+            self.viewport.moves.frame(np.concatenate(points))
 
     def models_box(self) -> ClipBox | None:
         """Around all visible models."""
@@ -113,15 +113,15 @@ class OutcropView(QObject):
     # --- the camera --------------------------------------------------------------------------
     def _camera_changed(self) -> None:
         if self.viewport is not None:
-            trend, plunge = self.viewport.view_direction()
-            self.turned.emit(trend, plunge, self.viewport.orthographic)
+            trend, plunge = self.viewport.moves.view_direction()
+            self.turned.emit(trend, plunge, self.viewport.moves.orthographic)
             self._camera_timer.start()
 
     def keep_camera(self) -> None:
         """With the project, so that it opens as it was left."""
         # Before a model is there the camera looks at nothing: no better than the one that is kept.
         if self.viewport is not None and self._studio.models:
-            self._studio.project.journal.set_view("camera", self.viewport.camera_state())
+            self._studio.project.journal.set_view("camera", self.viewport.moves.camera_state())
 
     def close(self) -> None:
         self._camera_timer.stop()

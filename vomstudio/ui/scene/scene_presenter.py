@@ -46,6 +46,7 @@ class ScenePresenter:
     def __init__(self, studio: Studio, viewport: Viewport) -> None:
         self._studio = studio
         self._viewport = viewport
+        self._models, self._moves, self._drawn = viewport.models, viewport.moves, viewport.features
         self._shown: set[str] = set()
         self._features: set[str] = set()
         self._placed = False
@@ -54,7 +55,7 @@ class ScenePresenter:
         studio.edited.connect(self._edited)
         studio.model_loaded.connect(self._model_loaded)
         studio.visibility_changed.connect(self._visibility)
-        studio.selection_changed.connect(viewport.set_selected)
+        studio.selection_changed.connect(viewport.features.select)
         studio.preview.connect(self._preview)
         studio.settings_changed.connect(self._all_features)
         studio.display.changed.connect(self._displayed)
@@ -69,9 +70,9 @@ class ScenePresenter:
 
     def rebuild(self) -> None:
         for model_id in self._shown:
-            self._viewport.remove_model(model_id)
+            self._models.remove(model_id)
         self._shown.clear()
-        self._viewport.set_features(dict.fromkeys(self._features))
+        self._drawn.change(dict.fromkeys(self._features))
         self._features.clear()
         self._areas.clear()
         self._placed = self._take_camera()
@@ -88,14 +89,14 @@ class ScenePresenter:
         camera = self._studio.project.journal.view("camera")
         try:
             if camera is not None:
-                self._viewport.set_camera_state(camera)
+                self._moves.set_camera_state(camera)
                 return True
         except (ValueError, KeyError, TypeError):
             pass
         measured = self._studio.measured(f.id for f in self._studio.session.features())
         points = [p for m in measured.values() if len(p := drawn_points(m))]
         if points:
-            self._viewport.frame(np.concatenate(points))
+            self._moves.frame(np.concatenate(points))
         return False
 
     # --- models ------------------------------------------------------------------------------
@@ -108,10 +109,10 @@ class ScenePresenter:
         if first:
             self._face(model_id)
         self._stages.pop(model_id, None)
-        self._viewport.add_model(
+        self._models.add(
             model_id, opened.data, transform.matrix(record.to_world), frame_camera=first
         )
-        self._viewport.set_model_visible(model_id, self._model_visible(model_id))
+        self._models.set_visible(model_id, self._model_visible(model_id))
         self._shown.add(model_id)
         self._show_field(model_id)
         self._frame()
@@ -121,16 +122,16 @@ class ScenePresenter:
     def _displayed(self, what: str) -> None:
         shown, viewport = self._studio.display, self._viewport
         if what == "mode":
-            viewport.set_display(shown.mode)
+            viewport.display.set_mode(shown.mode)
         elif what == "lit":
             for mode, lit in shown.lit.items():
-                viewport.set_lit(mode, lit)
+                viewport.display.set_lit(mode, lit)
         elif what == "point_size":
-            viewport.set_point_size(shown.point_size)
+            viewport.display.set_point_size(shown.point_size)
         elif what == "eye_dome":
-            viewport.set_eye_dome(shown.eye_dome)
+            viewport.display.set_eye_dome(shown.eye_dome)
         elif what in ("clip", "box"):
-            viewport.set_clip_box(shown.clip_shown, handles=shown.handles)
+            viewport.clip.set_box(shown.clip_shown, handles=shown.handles)
         elif what == "fields":
             for model_id in self._shown:
                 self._show_field(model_id)
@@ -140,7 +141,7 @@ class ScenePresenter:
         if style is not None and style.name not in field_names(opened.data):
             # The file has changed since the field was chosen.
             style = None
-        self._viewport.set_field(model_id, style, self._studio.records[model_id].name)
+        self._viewport.display.set_field(model_id, style, self._studio.records[model_id].name)
 
     def models_box(self) -> ClipBox | None:
         """Around all visible models."""
@@ -156,10 +157,10 @@ class ScenePresenter:
         to_world = transform.matrix(frame)
         first = not self._shown and not self._placed
         if first:
-            self._viewport.look_along(*first_view(cloud, to_world))
+            self._moves.look_along(*first_view(cloud, to_world))
             # From here on the view is the user's.
             self._placed = True
-        self._viewport.add_model(PREVIEW + key, cloud, to_world, frame_camera=first)
+        self._models.add(PREVIEW + key, cloud, to_world, frame_camera=first)
         self._previews.add(key)
 
     def _end_preview(self, key: str) -> None:
@@ -178,7 +179,7 @@ class ScenePresenter:
 
     def _drop_previews(self) -> None:
         for key in self._spent_previews:
-            self._viewport.remove_model(PREVIEW + key)
+            self._models.remove(PREVIEW + key)
         self._spent_previews.clear()
 
     def see_all(self, besides: npt.NDArray[np.float64] | None = None) -> None:
@@ -187,16 +188,16 @@ class ScenePresenter:
         ids = [m.id for m in self._studio.session.of(Model) if self._model_visible(m.id)]
         ids = [i for i in ids if i in self._studio.models]
         if not ids:
-            self._viewport.home()
+            self._moves.home()
             return
         self._face(ids[0])
         more = [] if besides is None else [besides]
-        self._viewport.frame(np.concatenate([*(self._corners(i) for i in ids), *more]))
+        self._moves.frame(np.concatenate([*(self._corners(i) for i in ids), *more]))
 
     def _face(self, model_id: str) -> None:
         model = self._studio.records[model_id]
         assert isinstance(model, Model)
-        self._viewport.look_along(
+        self._moves.look_along(
             *first_view(self._studio.models[model_id].data, transform.matrix(model.to_world))
         )
 
@@ -219,7 +220,7 @@ class ScenePresenter:
         )
         if gap > max(float(np.ptp(own, axis=0).max()), float(np.ptp(there, axis=0).max())):
             self._face(model_id)
-            self._viewport.frame(own)
+            self._moves.frame(own)
             self._studio.warn(
                 f"{self._studio.records[model_id].name} lies {length(gap)} from the other models: "
                 "is its frame right? Whole model (Home) shows all of them."
@@ -237,11 +238,11 @@ class ScenePresenter:
     def _edited(self, edit: Edit) -> None:
         for id_, record in edit.after.items():
             if isinstance(edit.before[id_], Model) and record is None:
-                self._viewport.remove_model(id_)
+                self._models.remove(id_)
                 self._shown.discard(id_)
             elif isinstance(record, Model):
                 if id_ in self._shown:
-                    self._viewport.set_model_to_world(id_, transform.matrix(record.to_world))
+                    self._models.set_to_world(id_, transform.matrix(record.to_world))
                     before = edit.before[id_]
                     if isinstance(before, Model) and before.to_world != record.to_world:
                         # Another unit or axis takes the model out of sight.
@@ -271,7 +272,7 @@ class ScenePresenter:
             else:
                 self._features.add(id_)
         if changes:
-            self._viewport.set_features(changes)
+            self._drawn.change(changes)
 
     def _drawing(self, feature: Feature, measured: Measurement) -> FeatureDrawing | None:
         """None where the feature has no place in the outcrop."""
@@ -371,7 +372,7 @@ class ScenePresenter:
 
     def _visibility(self, ids: tuple[str, ...]) -> None:
         for model_id in self._shown:
-            self._viewport.set_model_visible(model_id, self._model_visible(model_id))
+            self._models.set_visible(model_id, self._model_visible(model_id))
         if DIMENSIONS in ids or any(
             isinstance(self._studio.records.get(i), FeatureType) for i in ids
         ):
@@ -388,9 +389,9 @@ class ScenePresenter:
             self._studio.pointer(event)
         elif event.kind is Pointer.CLICK and event.button is Button.LEFT:
             found = (
-                self._viewport.pick_feature(event.x, event.y, discs=False)
+                self._drawn.at(event.x, event.y, discs=False)
                 or self._patch_at(event.x, event.y)
-                or self._viewport.pick_feature(event.x, event.y)
+                or self._drawn.at(event.x, event.y)
             )
             if found is not None and event.ctrl:
                 self._studio.selection.toggle(found)

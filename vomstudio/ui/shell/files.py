@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from PySide6.QtCore import QObject, Qt
 from PySide6.QtWidgets import QFileDialog, QMenu, QMessageBox, QWidget
@@ -16,6 +15,7 @@ from vomstudio.io.models.registry import extensions
 from vomstudio.io.project.export import export_records
 from vomstudio.io.project.folder import SUFFIX, is_project, untitled_projects
 from vomstudio.jobs.events import Failed
+from vomstudio.jobs.model_tasks import EXPORT_MODEL, ExportedModel, ModelExport
 from vomstudio.ui.common.chosen import current_model, start_folder
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
@@ -124,23 +124,18 @@ class Files(QObject):
         if not name:
             return
 
-        def done(result: dict[str, Any]) -> None:
-            self._studio.info(" ".join([f"Written: {name}.", *result["warnings"]]))
+        def done(made: ExportedModel) -> None:
+            self._studio.info(" ".join([f"Written: {name}.", *made.warnings]))
 
         def failed(event: Failed) -> None:
             if not event.cancelled:
                 self._studio.warn(event.message, "error")
 
         self._studio.jobs.submit(
-            "products",
-            "export_model",
-            {
-                "path": str(path),
-                "cache": str(self._studio.project.cache),
-                "to_world": [list(row) for row in model.to_world],
-                "crs": model.frame.crs,
-                "out": name,
-            },
+            EXPORT_MODEL,
+            ModelExport(
+                path, self._studio.project.cache, model.to_world, model.frame.crs, Path(name)
+            ),
             title=f"Exporting {model.name}",
             on_done=done,
             on_failed=failed,

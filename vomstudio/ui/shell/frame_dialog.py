@@ -23,7 +23,7 @@ from vomstudio.document.records import Frame, Model
 from vomstudio.errors import InputError
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import crs_name, parse_crs
-from vomstudio.ui.shell.model_loader import OpenModel
+from vomstudio.workspace.model_loading import OpenModel
 
 _UNITS = (("metre", 1.0), ("millimetre", 0.001), ("centimetre", 0.01), ("foot", 0.3048),
           ("US survey foot", 1200 / 3937), ("kilometre", 1000.0))  # fmt: skip

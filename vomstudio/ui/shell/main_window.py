@@ -20,8 +20,12 @@ from PySide6.QtWidgets import QLabel, QMainWindow, QVBoxLayout, QWidget
 
 from vomstudio.document.records import Model
 from vomstudio.io.settings import Settings
+from vomstudio.jobs.job import Nothing
+from vomstudio.jobs.model_tasks import COMPILE_KERNELS, WARM
 from vomstudio.ui.common.actions import Actions, Command
 from vomstudio.ui.common.open_dialogs import OpenDialogs
+from vomstudio.ui.photos import photo_commands
+from vomstudio.ui.scene import display_commands
 from vomstudio.ui.shell import interpreter, kept_window
 from vomstudio.ui.shell.docks import WindowDocks
 from vomstudio.ui.shell.drops import dragged_files
@@ -86,11 +90,10 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.scene.camera_view import CameraView
         from vomstudio.ui.scene.outcrop_view import OutcropView
         from vomstudio.ui.shell.files import Files
-        from vomstudio.ui.sight.photo_links import PhotoLinks
 
         self.survey = PhotoSurvey(self.studio)
         self.files = Files(self, self.studio, self.survey)
-        self.photo_links = PhotoLinks(self.studio)
+        self.photo_links = self.studio.photo_links
         self.cameras = CameraView(self.studio, self.photo_links)
         self.view = OutcropView(self.studio, self.cameras)
         self.docks = WindowDocks(self)
@@ -125,7 +128,6 @@ class MainWindow(QMainWindow):
         ]
 
     def _photo_commands(self) -> list[Command]:
-        from vomstudio.ui.photos import photo_commands
         from vomstudio.ui.sight import in_photos_commands
         from vomstudio.ui.survey import result_commands, survey_commands
 
@@ -146,7 +148,6 @@ class MainWindow(QMainWindow):
     def _rest_commands(self) -> list[Command]:
         from vomstudio.ui.analyse import net_commands, ortho_commands
         from vomstudio.ui.interpret import feature_commands, line_commands, patch_commands
-        from vomstudio.ui.scene import display_commands
         from vomstudio.ui.shell import help_commands
 
         studio, view = self.studio, self.view
@@ -239,7 +240,6 @@ class MainWindow(QMainWindow):
         bottom("messages", self.tr("Messages"), self.messages)
 
     def _make_bars(self) -> None:
-        from vomstudio.ui.scene import display_commands
         from vomstudio.ui.shell.menus import fill_menu_bar, make_toolbar
         from vomstudio.ui.shell.notices import Notices
         from vomstudio.ui.shell.status_line import StatusLine
@@ -274,7 +274,7 @@ class MainWindow(QMainWindow):
         # A dialog takes long to make: not in the same event as all that a new model brings about.
         studio.frame_wanted.connect(self.files.declare_frame, Qt.ConnectionType.QueuedConnection)
         studio.recovery_found.connect(self._offer_recovery)
-        studio.jobs.changed.connect(self._show_start_page)
+        studio.jobs_changed.connect(self._show_start_page)
         self.survey.changed.connect(self.actions_table.refresh)
         self.cameras.found.connect(self.actions_table.refresh)
         self.photos_panel.chosen.connect(self.cameras.choose)
@@ -332,11 +332,10 @@ class MainWindow(QMainWindow):
         self.docks["stereonet"].setWidget(self.net)
         self._net_place.deleteLater()
         # Each lane's worker gets ready for what it will be asked; photos come last.
-        for lane, task in (("models", "warm"), ("photos", "compile_kernels")):
+        for job in (WARM, COMPILE_KERNELS):
             self.studio.jobs.submit(
-                lane,
-                task,
-                {},
+                job,
+                Nothing(),
                 title="Getting ready",
                 on_done=lambda _: None,
                 on_failed=lambda _: None,

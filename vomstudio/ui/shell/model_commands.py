@@ -12,7 +12,7 @@ from vomstudio.ui.common.chosen import current_model
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.shell.files import Files
 from vomstudio.ui.shell.model_copying import copy_into_project
-from vomstudio.ui.sight.photo_links import PhotoLinks
+from vomstudio.workspace.photos import PhotoLinks
 
 _NO_MODEL = "open a model first"
 

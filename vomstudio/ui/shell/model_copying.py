@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QMessageBox, QWidget
 from vomstudio.document.records import Model
 from vomstudio.io.models.model_copy import photos_of
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.sight.photo_links import PhotoLinks
+from vomstudio.workspace.photos import PhotoLinks
 
 
 def copy_into_project(parent: QWidget, studio: Studio, links: PhotoLinks, model: Model) -> None:

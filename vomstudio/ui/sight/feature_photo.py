@@ -16,8 +16,8 @@ from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent, Preview
 from vomstudio.ui.common.photo_canvas import Drawn, PhotoCanvas, PhotoPointer
 from vomstudio.ui.common.photo_images import PhotoImages, Picture
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.sight.photo_links import ModelPhotos
 from vomstudio.ui.sight.sighting_thread import SightingThread
+from vomstudio.workspace.photos import ModelPhotos
 
 Array = npt.NDArray[np.float64]
 
@@ -152,7 +152,7 @@ class FeaturePhoto(QObject):
             spot = views.pixels(self.view, place[None])[0]
         self.canvas.set_spot(spot)
         selected = self._studio.selection.ids
-        features = {} if self._viewport is None else self._viewport.features
+        features = {} if self._viewport is None else self._viewport.features.drawings
         # The selected ones are there first.
         shown = sorted(
             (d for d in features.values() if d.visible), key=lambda d: d.id not in selected

@@ -12,8 +12,8 @@ from vomstudio.ui.common.chosen import current_model, start_folder, why_no_model
 from vomstudio.ui.common.ports import Docks
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.sight.feature_photo import FeaturePhoto
-from vomstudio.ui.sight.photo_links import PhotoLinks
 from vomstudio.ui.sight.sighting_list import SightingList
+from vomstudio.workspace.photos import PhotoLinks
 
 _DOCK = "in_photos"
 _HEIGHT = 400

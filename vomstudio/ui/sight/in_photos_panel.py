@@ -25,8 +25,8 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ElidedLabel
 from vomstudio.ui.common.wording import drawn_points
 from vomstudio.ui.sight.feature_photo import FeaturePhoto, world_of
-from vomstudio.ui.sight.photo_links import ModelPhotos, PhotoLinks
 from vomstudio.ui.sight.sighting_list import SightingList, sighting_words
+from vomstudio.workspace.photos import ModelPhotos, PhotoLinks
 
 if TYPE_CHECKING:
     from vomstudio.photogrammetry.inspect.photo_views import Sighting
@@ -312,7 +312,7 @@ class InPhotosPanel(QWidget):
             self._place, self._follow = world, False
             self._later()
             if self._viewport is not None:
-                self._viewport.set_pivot(world)
+                self._viewport.moves.set_pivot(world)
 
     # --- words -------------------------------------------------------------------------------
     def _metric(self) -> bool:

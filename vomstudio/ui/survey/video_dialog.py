@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
@@ -22,11 +21,12 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.jobs.events import Failed
+from vomstudio.jobs.survey_tasks import TAKE_FRAMES, FramesOrder, TakenFrames
 from vomstudio.survey.video import DEFAULT_FPS, is_ours
 from vomstudio.ui.common.chosen import start_folder
-from vomstudio.ui.common.job_bridge import Job
 from vomstudio.ui.common.studio import Notice, Studio
 from vomstudio.ui.common.widgets import file_field
+from vomstudio.workspace.jobs import RunningJob
 
 _VIDEOS = "Videos (*.mp4 *.MP4 *.mov *.MOV *.avi *.AVI *.mkv *.m4v *.mts *.MTS);;All files (*)"
 _SHOWN_GAPS = 6
@@ -43,7 +43,7 @@ class VideoDialog(QDialog):
         self.setWindowTitle(self.tr("Frames from a video"))
         self.setMinimumWidth(620)
         self._studio, self._open_photos = studio, open_photos
-        self._job: Job | None = None
+        self._job: RunningJob | None = None
         about = QLabel(
             self.tr(
                 "The sharpest frame of every moment is kept, unless it is blurred or shows what "
@@ -141,12 +141,11 @@ class VideoDialog(QDialog):
             force = True
         self.said.setText("")
         studio, open_photos, fps = self._studio, self._open_photos, self.fps.value()
-        request = {"video": str(video), "out": str(folder), "fps": fps, "force": force}
 
-        def done(result: dict[str, Any]) -> None:
+        def done(result: TakenFrames) -> None:
             self._ended(report_words(result))
-            level = "info" if result["good_enough"] else "warning"
-            studio.notice.emit(Notice(f"{video.name}: {result['verdict']}", level))
+            level = "info" if result.good_enough else "warning"
+            studio.notice.emit(Notice(f"{video.name}: {result.verdict}", level))
             open_photos(folder)
 
         def failed(event: Failed) -> None:
@@ -157,9 +156,8 @@ class VideoDialog(QDialog):
             studio.warn(event.message, "error")
 
         self._job = studio.jobs.submit(
-            "photos",
-            "take_frames",
-            request,
+            TAKE_FRAMES,
+            FramesOrder(video, folder, fps, force),
             title=self.tr("Frames of {0}").format(video.name),
             on_done=done,
             on_failed=failed,
@@ -182,18 +180,18 @@ class VideoDialog(QDialog):
             return
 
 
-def report_words(result: dict[str, Any]) -> str:
+def report_words(result: TakenFrames) -> str:
     """What was taken and what not, with the reasons."""
-    count = len(result["frames"])
+    count = len(result.frames)
     lines = [
-        f"<b>{count} frames kept</b> of {result['width']} × {result['height']} pixels, from "
-        f"{result['seconds']:.0f} s",
-        *(f"{number} moments left out: {reason}" for reason, number in result["skipped"].items()),
+        f"<b>{count} frames kept</b> of {result.width} × {result.height} pixels, from "
+        f"{result.seconds:.0f} s",
+        *(f"{number} moments left out: {reason}" for reason, number in result.skipped.items()),
     ]
-    if gaps := result["gaps_s"]:
+    if gaps := result.gaps_s:
         more = " …" if len(gaps) > _SHOWN_GAPS else ""
         shown = ", ".join(f"{seconds:.1f} s" for seconds in gaps[:_SHOWN_GAPS])
         lines.append(f"the picture jumps at {shown}{more}: frames may not overlap there")
-    lines += [f"⚠ {text}" for text in result["warnings"]]
-    lines.append(f"<b>{result['verdict']}</b>")
+    lines += [f"⚠ {text}" for text in result.warnings]
+    lines.append(f"<b>{result.verdict}</b>")
     return "<br>".join(lines)

@@ -23,7 +23,7 @@ from vomstudio.io.models.formats._clean import drop_unsound, drop_unsound_points
 from vomstudio.io.models.formats._gltf_document import Document
 from vomstudio.io.models.mtl import check_image
 from vomstudio.io.models.offset_file import checked_origin, crs_or_problem, offset_path, read_offset
-from vomstudio.io.models.registry import LoadedModel, Reader
+from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
 
 Array = npt.NDArray[Any]

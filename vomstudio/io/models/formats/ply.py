@@ -21,7 +21,7 @@ from vomstudio.io.models.formats._clean import (
     some,
 )
 from vomstudio.io.models.mtl import check_image, decode, find_beside
-from vomstudio.io.models.registry import LoadedModel, Reader
+from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
 
 Array = npt.NDArray[np.generic]
