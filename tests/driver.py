@@ -13,7 +13,8 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMessageBox, QPushButton, QWidget
 
-from vomstudio.document.records import Model, Trace
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Model
 from vomstudio.io.settings import read_settings
 from vomstudio.ui.shell.main_window import MainWindow
 

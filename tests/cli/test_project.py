@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from vomstudio.document import edits
-from vomstudio.document.records import Frame, Model, Trace
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Frame, Model
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import MeshSurface
 from vomstudio.io.models.opening import read_model

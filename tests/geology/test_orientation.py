@@ -64,6 +64,38 @@ def test_azimuths_are_taken_to_0_360(angle: float, wrapped: float) -> None:
     assert math.copysign(1, wrap360(angle)) == 1
 
 
+A_HAIR_WEST = (1e-17, 1e-16, 2e-15, 1e-12)
+
+
+@pytest.mark.parametrize("hair", A_HAIR_WEST)
+@pytest.mark.parametrize("north", [1.0, -1.0])
+def test_an_azimuth_a_hair_west_of_north_is_never_360(hair: float, north: float) -> None:
+    """Its angle is a tiny negative one, which modulo 360 may come out as 360 itself."""
+    down, up = np.array([-hair, north, -0.5]), np.array([-hair, north, 0.5])
+    for vector in (down, up, -down, -up, np.array([-hair, north, 0.0])):
+        plane, line = Plane.from_normal(vector), Line.from_vector(vector)
+        directed = Line.from_vector(vector, directed=True)
+        azimuths = [
+            plane.dip_direction_deg,
+            plane.strike_rhr_deg,
+            plane.pole().trend_deg,
+            line.trend_deg,
+            line.downward().trend_deg,
+            line.normal_plane().dip_direction_deg,
+            directed.trend_deg,
+            directed.downward().trend_deg,
+            float(normals_to_planes(vector)[0][0]),
+            float(vectors_to_lines(vector)[0][0]),
+            float(vectors_to_lines(vector, directed=True)[0][0]),
+            Plane(-hair, 30).dip_direction_deg,
+            Plane.from_strike(270 - hair, 30).dip_direction_deg,
+            Plane(90 - hair, 30).strike_rhr_deg,
+            Line(-hair, 30).trend_deg,
+            Line(180 - hair, -30).downward().trend_deg,
+        ]
+        assert all(0.0 <= azimuth < 360.0 for azimuth in azimuths), azimuths
+
+
 def test_sines_are_exact_at_right_angles() -> None:
     sine, cosine = sin_cos_deg(np.arange(-720.0, 721.0, 90.0))
     assert set(sine) == {-1.0, 0.0, 1.0}

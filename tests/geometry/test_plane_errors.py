@@ -65,7 +65,7 @@ def test_roughness_up_to_a_tenth_of_the_trace_keeps_its_coverage_at_a_bearable_w
 
 @pytest.mark.parametrize("noise", ["exponential", "gaussian2"])
 def test_a_trace_of_a_thousand_points_is_covered_like_one_of_a_hundred(noise: str) -> None:
-    repeats = 1500
+    repeats = 600
     luck = 3.0 * np.sqrt(0.95 * 0.05 / repeats)
     cover, _, ratio, _ = SIMULATION.simulate(Case("arc", 1000, noise, 0.1), repeats, 14)
     assert cover >= 0.93 - luck

@@ -20,21 +20,21 @@ import numpy as np
 
 from tests.samples import ZIGZAG
 from vomstudio.document import edits
+from vomstudio.document.kinds.dimension import Dimension
+from vomstudio.document.kinds.lineation import Lineation
+from vomstudio.document.kinds.patch import Patch
+from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.photo_edits import add_photo_set, add_reconstruction
 from vomstudio.document.records import (
     IDENTITY,
-    Dimension,
     Frame,
     ImageMark,
-    Lineation,
     MarkedPoint,
     Mask,
     Model,
-    Patch,
     PhotoSet,
     Reconstruction,
     Registration,
-    Trace,
 )
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.surfaces import surface_of

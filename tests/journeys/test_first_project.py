@@ -16,7 +16,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QMessageBox
 
 from tests import driver
 from tests.driver import click, drag, focus, key, look_at, pick, pixel, traces, wait
-from vomstudio.document.records import Trace
+from vomstudio.document.kinds.trace import Trace
 
 BEDS = ("B01", "B04", "B07")
 
@@ -155,7 +155,7 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
     assert window.tree._items[second.id].isSelected()
     assert chosen_rows(window) == [second.id]
     assert window.viewport.features.selected == frozenset({second.id})
-    assert window.properties._name.text() == "B02"
+    assert window.properties.fields["name"].text() == "B02"
     wait(lambda: viewport.scene.picture.complete, "the picture")
     driver.keep_picture(window, "journey-4-selected")
 

@@ -13,7 +13,8 @@ from PySide6.QtTest import QTest
 from tests import driver
 from tests.driver import click, drag, key, look_at, move, wait
 from vomstudio.document import edits
-from vomstudio.document.records import Patch, Trace
+from vomstudio.document.kinds.patch import Patch
+from vomstudio.document.kinds.trace import Trace
 from vomstudio.geometry.patches import ids_of
 from vomstudio.io.photos.cameras_file import write_cameras
 from vomstudio.io.project.sample import read_picks, read_true_cameras

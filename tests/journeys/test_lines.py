@@ -9,7 +9,10 @@ from PySide6.QtCore import QPoint, Qt
 from tests import driver
 from tests.driver import click, drag, key, look_at, move, pixel, wait
 from vomstudio.document import edits
-from vomstudio.document.records import Dimension, Intersection, Lineation, Trace
+from vomstudio.document.kinds.dimension import Dimension
+from vomstudio.document.kinds.intersection import Intersection
+from vomstudio.document.kinds.lineation import Lineation
+from vomstudio.document.kinds.trace import Trace
 from vomstudio.geology.orientation import lines_to_vectors
 from vomstudio.geometry import transform
 from vomstudio.ui.scene.first_view import first_view

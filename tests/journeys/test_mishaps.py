@@ -20,7 +20,8 @@ from tests.driver import key, wait
 from tests.journeys.recorded import on_screen
 from tests.samples import ZIGZAG
 from vomstudio.document import edits
-from vomstudio.document.records import Frame, Model, Trace
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Frame, Model
 from vomstudio.io.models.opening import file_hash, read_model
 from vomstudio.io.project.folder import Project
 from vomstudio.io.project.journal import read_replay

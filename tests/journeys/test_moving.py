@@ -104,7 +104,7 @@ def test_a_plane_is_selected_by_a_click_on_its_line_and_let_go_beside_it(picking
     points = picking.studio.measured([trace.id])[trace.id].points
     click(picking.viewport, pixel(picking, points[3]))
     assert picking.studio.selection.ids == (trace.id,)
-    assert picking.properties._name.text() == "B01"
+    assert picking.properties.fields["name"].text() == "B01"
     click(picking.viewport, free_place(picking))
     assert picking.studio.selection.ids == ()
 

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QApplication
 
 from tests import driver
 from tests.driver import CTRL, click, drag, key, look_at, move, open_outcrop, pixel, wait
-from vomstudio.document.records import Patch
+from vomstudio.document.kinds.patch import Patch
 from vomstudio.geometry.patches import ids_of
 
 RIGHT, MIDDLE = Qt.MouseButton.RightButton, Qt.MouseButton.MiddleButton

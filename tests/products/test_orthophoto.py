@@ -19,7 +19,10 @@ from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.products.ortho import orthophoto, planning, tiles, views
 from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.planning import plan
+from vomstudio.products.ortho.sheet import direction_in_words
 from vomstudio.products.ortho.views import view_along_axis, view_along_line, view_of_plane
+from vomstudio.products.sample.check import Check
+from vomstudio.products.sample.report import as_text
 from vomstudio.progress import CancelToken, Silent
 
 SAME = np.eye(4)
@@ -534,3 +537,24 @@ def test_a_region_beside_the_model_is_refused(tmp_path) -> None:  # type: ignore
     region = planning.Region(tuple((places[0] + 1000.0).tolist()), 1.0, 1.0)
     with pytest.raises(InputError, match="nothing of this model"):
         plan(mesh, view_along_line(0, 90), to_world=SAME, gsd=0.01, region=region)
+
+
+@pytest.mark.parametrize("trend", [359.96, 360.0 - 1e-9, -1e-20, 360.0, 0.0, -0.04, 720.0])
+def test_a_view_to_the_north_is_toward_0_and_never_360(tmp_path: Path, trend: float) -> None:
+    view = orthophoto.view_along_line(trend, 30.0)
+    assert 0.0 <= view.trend_deg < 360.0
+    assert 0.0 <= view.flipped().flipped().trend_deg < 360.0
+    words = direction_in_words(view)
+    assert words == "View toward 000.0/30.0 (trend/plunge, deg), as given"
+    south = orthophoto.view_along_line(trend + 180.0, -30.0)
+    assert 0.0 <= south.flipped().trend_deg < 360.0
+    both = {"trend_deg": trend % 360.0, "plunge_deg": 7.0}
+    checked = Check("", both, both, 1.0, None, None)
+    assert "000.0/07.0" in as_text([checked], [])
+
+
+def test_a_view_a_hair_west_of_north_is_not_written_as_360(tmp_path: Path) -> None:
+    upright = quad([(0, 0, 0), (4, 0, 0), (4, 0, 4), (0, 0, 4)], [(200, 10, 10)] * 4)
+    made, *_ = make(upright, orthophoto.view_along_line(360.0 - 1e-9, 0.0), tmp_path, 0.5)
+    with rasterio.open(made.image) as picture:
+        assert picture.tags()["VOMSTUDIO_VIEW"] == "trend 0.0000 plunge 0.0000 deg"

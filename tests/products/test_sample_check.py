@@ -2,13 +2,33 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
+from dataclasses import replace
+from pathlib import Path
 
+import numpy as np
 import pytest
-from scipy.stats import binom
+from scipy.stats import binom, t
 
 from tests.sample_maker import drawn, maker
-from vomstudio.products.sample.check import check_sample
+from vomstudio.geology.folds import fold_axis
+from vomstudio.geology.orientation import Line, Plane, angle_between_planes
+from vomstudio.geometry.cameras import Intrinsics, View
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.planes import PlaneFit, fit_plane, fit_planes
+from vomstudio.io.photos.cameras_file import Cameras
+from vomstudio.io.project.sample import SamplePicks, SampleTruth
+from vomstudio.products.sample.check import (
+    Check,
+    axis_check,
+    check_sample,
+    horizon_pairs,
+    plane_check,
+    slip_check,
+)
+from vomstudio.products.sample.photo_check import check_photos, in_words
+from vomstudio.products.sample.report import as_html, as_text, tally
 
 
 def law(cliff_seeds: list[int], draws: int) -> dict[str, list[bool]]:
@@ -48,3 +68,216 @@ def test_about_one_in_twenty_of_all_stated_regions_misses_the_truth() -> None:
     assert sum(meetings) >= bounds(len(meetings), 0.95, 0.95)[0]
     everything = [within for group in held.values() for within in group]
     assert 0.93 <= sum(everything) / len(everything) <= 0.97
+
+
+# One check at a time
+
+
+def blob(thickness: float = 0.02) -> PlaneFit:
+    rng = np.random.default_rng(1)
+    flat = rng.normal(size=(40, 3)) * [3.0, 1.0, thickness]
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    return fit_plane(flat @ turn, ordered=False)
+
+
+@pytest.mark.parametrize("axis", ["largest", "smallest"])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_truth_inside_the_ellipse_is_held_and_one_outside_is_not(axis: str, side: float) -> None:
+    fit = blob()
+    way, limit = {
+        "largest": (fit.axes[1], fit.max_confidence95_deg),
+        "smallest": (fit.axes[0], fit.min_confidence95_deg),
+    }[axis]
+    assert limit is not None
+    for share, held in ((0.98, True), (1.02, False)):
+        tilt = math.radians(share * limit)
+        normal = math.cos(tilt) * fit.normal + side * math.sin(tilt) * way
+        found = plane_check("x", fit, Plane.from_normal(normal))
+        assert found.within is held
+        assert found.error == pytest.approx(share * limit, rel=1e-6)
+        assert found.stated_95 == pytest.approx(limit, rel=1e-6)
+        assert found.truth["dip_deg"] == Plane.from_normal(normal).dip_deg  # type: ignore[index]
+        assert found.measured["dip_deg"] == pytest.approx(fit.dip_deg)  # type: ignore[index]
+        assert found.measured["dip_direction_deg"] == pytest.approx(  # type: ignore[index]
+            fit.dip_direction_deg
+        )
+
+
+def test_a_plane_that_hits_the_truth_is_held_and_one_of_three_points_states_nothing() -> None:
+    fit = blob()
+    exact = plane_check("x", fit, Plane.from_normal(fit.normal))
+    assert exact.within is True
+    assert exact.error == pytest.approx(0.0, abs=1e-6)
+    three = fit_plane([[0, 0, 0], [1, 0, 0], [0, 1, -1.0]])
+    found = plane_check("x", three, Plane(0, 40))
+    assert (found.within, found.stated_95) == (None, None)
+    assert found.error == pytest.approx(5.0)
+
+
+def test_an_axis_is_checked_against_its_own_ellipse() -> None:
+    rng = np.random.default_rng(3)
+    axis = fold_axis(120 + rng.normal(0, 50, 30), 40 + rng.normal(0, 6, 30))
+    assert axis.confidence_axis is not None
+    assert axis.max_confidence95_deg is not None
+    assert axis.min_confidence95_deg is not None
+    beta, major = axis.beta.vector(), axis.confidence_axis.vector()
+    for way, limit in (
+        (major, axis.max_confidence95_deg),
+        (np.cross(beta, major), axis.min_confidence95_deg),
+    ):
+        for share, held in ((0.97, True), (1.03, False)):
+            tilt = math.radians(share * limit)
+            truth = Line.from_vector(math.cos(tilt) * beta + math.sin(tilt) * way)
+            found = axis_check("x", axis, truth)
+            assert found.within is held
+            assert found.error == pytest.approx(share * limit, rel=1e-6)
+            assert found.stated_95 == pytest.approx(limit, rel=1e-6)
+            assert found.truth == {"trend_deg": truth.trend_deg, "plunge_deg": truth.plunge_deg}
+            assert found.measured["trend_deg"] == axis.beta.trend_deg  # type: ignore[index]
+
+
+def square(normal: np.ndarray, centre: list[float]) -> np.ndarray:
+    u = np.cross(normal, [0.3, 0.5, 0.8])
+    u /= np.linalg.norm(u)
+    v = np.cross(normal, u)
+    return np.array(centre) + [2 * u + v, -2 * u + v, -2 * u - v, 2 * u - v]
+
+
+def test_the_slip_is_measured_in_the_fault_across_the_axis() -> None:
+    """Level beds, a fault that dips 60 degrees to the east, a fold axis to the north: heights
+    differ by the slip times the sine of 60 degrees."""
+    fault = Plane(90, 60).normal()
+    throws = [3.0, 3.4, 3.2]
+    groups = [square(fault, [0.0, 0.0, 0.0])]
+    pairs = []
+    for k, throw in enumerate(throws):
+        pairs.append((len(groups), len(groups) + 1))
+        groups.append(square(np.array([0.0, 0, 1]), [5.0, 1.0 * k, 2.0 * k]))
+        rise = throw * math.sin(math.radians(60))
+        groups.append(square(np.array([0.0, 0, 1]), [-6.0, 0.5 * k, 2.0 * k + rise]))
+    fits = fit_planes(np.concatenate(groups), 4 * np.arange(len(groups) + 1))
+    found = slip_check(fits, pairs, [0], Line(0, 0), 3.1)
+    assert found.measured == pytest.approx(3.2)
+    assert found.error == pytest.approx(0.1)
+    half = float(t.ppf(0.975, 2) * np.std(throws, ddof=1) / math.sqrt(3))
+    assert found.stated_95 == pytest.approx(half)
+    assert found.within is True
+    assert slip_check(fits, pairs, [0], Line(0, 0), 3.2 + 1.01 * half).within is False
+    assert slip_check(fits, pairs, [0], Line(0, 0), 3.2 - 0.99 * half).within is True
+    one = slip_check(fits, pairs[:1], [0], Line(0, 0), 3.0)
+    assert (one.stated_95, one.within) == (None, None)
+    assert one.unit == "m"
+
+
+def picks(groups: list[np.ndarray], rows: list[tuple[str, str, str, str]]) -> SamplePicks:
+    names, kinds, sets, horizons = (tuple(column) for column in zip(*rows, strict=True))
+    cuts = np.concatenate([[0], np.cumsum([len(g) for g in groups])])
+    return SamplePicks(names, kinds, sets, horizons, np.concatenate(groups), cuts)
+
+
+def test_a_horizon_is_a_pair_where_it_is_picked_on_both_sides() -> None:
+    rows = [
+        ("a", "bedding", "beds footwall", "h1"),
+        ("b", "bedding", "beds hanging wall", "h2"),
+        ("c", "bedding", "beds hanging wall", "h1"),
+        ("d", "bedding", "beds footwall", ""),
+        ("e", "bedding", "beds hanging wall", ""),
+        ("f", "bedding", "beds footwall", "h2"),
+        ("g", "bedding", "beds footwall", "h3"),
+        ("h", "fault", "fault", "h3"),
+    ]
+    assert horizon_pairs(picks([np.zeros((1, 3))] * 8, rows)) == [(2, 0), (1, 5)]
+
+
+def test_checks_are_counted_and_written_with_their_units() -> None:
+    angle, plane = {"trend_deg": 9.96, "plunge_deg": 4.0}, {"dip_direction_deg": 120.0, "dip": 45.5}
+    checks = [
+        Check("one <a>", angle, plane, 1.234, 2.345, True),
+        Check("two", angle, angle, 3.0, 2.0, False),
+        Check("three", 2.0, 2.5, 0.5, None, None, "m"),
+    ]
+    assert tally(checks).startswith("The truth lies within the stated 95 % in 1 of 2 checks")
+    lines = as_text(checks, ["A note."]).splitlines()
+    assert lines[3].split() == ["one", "<a>", "010.0/04.0", "120.0/45.5", "1.23°", "2.35°", "yes"]
+    assert lines[4].split()[-2:] == ["2.00°", "NO"]
+    assert " ".join(lines[5].split()) == "three 2.000 m 2.500 m 0.500 m not stated -"
+    assert lines[-1] == "A note."
+    starts = {
+        line.index(word) for line, word in zip(lines[3:6], ("010.0", "010.0", "2.0"), strict=True)
+    }
+    assert len(starts) == 1
+    html = as_html(checks, ["A note."], {"net.png": "The <net>"}, 3.25)
+    assert html.count("<tr") == 4
+    assert html.count('<tr class="out">') == 2
+    assert "one &lt;a&gt;" in html
+    assert '<img src="net.png" alt="The &lt;net&gt;">' in html
+    assert "3.2 s" in html
+    assert checks[0].as_dict() == {
+        "name": "one <a>", "truth": angle, "measured": plane, "error": 1.234, "stated_95": 2.345,
+        "within": True, "unit": "deg",
+    }  # fmt: skip
+
+
+# The photos' model
+
+
+LENS = Intrinsics("PINHOLE", 600, 400, (500.0, 500.0, 300.0, 200.0))
+ORIGIN = (500_000, 4_600_000, 800)
+
+
+def wall(n: int = 41, size: float = 8.0) -> Mesh:
+    """A level face, seen from above."""
+    x, y = np.meshgrid(np.linspace(0, size, n), np.linspace(0, size, n))
+    i = np.arange(n * n).reshape(n, n)
+    a, b, c, d = (k.ravel() for k in (i[:-1, :-1], i[:-1, 1:], i[1:, 1:], i[1:, :-1]))
+    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]).astype(np.int32)
+    points = np.column_stack([x.ravel(), y.ravel(), 0.05 * np.sin(x.ravel())])
+    return Mesh(points + ORIGIN, faces)
+
+
+def over(shift: float = 0.0) -> Cameras:
+    down = np.array([[1.0, 0, 0], [0, -1, 0], [0, 0, -1]])
+    centres = [(x, y, 10.0) for x in (1.0, 4.0, 7.0) for y in (1.0, 4.0, 7.0)]
+    views = tuple(
+        View(f"{k}.jpg", LENS, down, -down @ (np.array(at) + [0, shift, 0]))
+        for k, at in enumerate(centres)
+    )
+    return Cameras(views, Path(), ORIGIN, None, True)
+
+
+def test_a_model_off_by_so_much_is_said_to_be() -> None:
+    """The cloud lies 12 mm over the face, the cameras 7 mm to the north."""
+    mesh = wall()
+    rng = np.random.default_rng(5)
+    x, y = rng.uniform(0.0, 8.0, (2, 60_000))
+    cloud = np.column_stack([x, y, 0.05 * np.sin(x) + 0.012]) + ORIGIN
+    cloud = np.concatenate([cloud, cloud[:3000] + [0, 0, 300.0]])  # what is about the outcrop
+    line = np.column_stack([np.linspace(1, 7, 60), 4 + np.sin(np.linspace(0, 6, 60)), np.zeros(60)])
+    line[:, 2] = 0.05 * np.sin(line[:, 0])
+    rows = [
+        ("p", "bedding", "beds", ""),
+        ("lost", "joint", "joints", ""),
+        ("unknown", "joint", "joints", ""),
+    ]
+    made = picks([line + ORIGIN, line + ORIGIN + [0, 0, 4.0], line + ORIGIN], rows)
+    truth = SampleTruth({"p": Plane(0, 0), "lost": Plane(0, 0)}, Line(0, 0), Line(0, 0), 1.0)
+    checks = check_photos(over(0.007), over(), cloud, mesh, made, truth, 0.02)
+    by_name = {check.name: check for check in checks}
+    assert by_name["camera centres, median"].error == pytest.approx(0.007)
+    assert by_name["model off the outcrop, median"].error == pytest.approx(0.012, abs=5e-4)
+    assert by_name["model off the outcrop, 90 %"].error == pytest.approx(0.0125, abs=2e-3)
+    # As far as the next point of the cloud, of 940 a square metre.
+    assert 0.012 < by_name["outcrop off the model, median"].error < 0.03
+    assert list(by_name)[4:] == ["bedding p on the photos' model"]
+    plane = by_name["bedding p on the photos' model"]
+    fitted = Plane(*plane.measured.values())  # type: ignore[union-attr]
+    assert plane.error == pytest.approx(angle_between_planes(fitted, Plane(0, 0)), abs=1e-6)
+    words = in_words(checks)
+    assert "lies 12 mm off the outcrop (median), its cameras 7 mm" in words
+    held = int(bool(plane.within))
+    assert f"for {held} of 1 planes on it, the worst is {plane.error:.1f} degrees off" in words
+    # Only cameras with a name in common are compared.
+    moved = over(0.007)
+    renamed = replace(moved, views=(replace(moved.views[0], name="other.jpg"), *moved.views[1:]))
+    again = check_photos(renamed, over(), cloud, mesh, made, truth, 0.02)
+    assert again[0].error == pytest.approx(0.007)

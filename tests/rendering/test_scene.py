@@ -151,6 +151,19 @@ def test_a_line_behind_the_surface_is_faint_and_one_on_it_is_full(scene: Scene) 
     assert 15 < strength[1] < 0.6 * strength[0]
 
 
+def test_features_without_a_model_stay_where_they_are_while_the_driver_warms_up(
+    scene: Scene,
+) -> None:
+    line = UTM + np.array([[1.0, 0.0, 1.0], [9.0, 0.0, 7.0]])
+    scene.set_features({"f": FeatureDrawing("f", line, None, (1.0, 0.5, 0.0), "f", line[0])})
+    scene.camera.fit(line, SIZE)
+    before = rest(scene)
+    assert (np.abs(before - before[2, 2]).max(axis=2) > 40).sum() > 500
+    for _ in scene.warm_up():
+        pass
+    assert np.array_equal(rest(scene), before)
+
+
 def test_a_feature_outside_the_drawn_depth_is_not_cut_off(scene: Scene) -> None:
     show(scene, "w", wall(relief=0.0))
     scene.camera.orthographic = True

@@ -10,7 +10,8 @@ from PySide6.QtWidgets import QApplication
 from tests import driver
 from tests.samples import ZIGZAG
 from vomstudio.document import edits
-from vomstudio.document.records import Frame, Model, Trace
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Frame, Model
 from vomstudio.io.settings import read_settings
 from vomstudio.ui.shell.main_window import MainWindow
 

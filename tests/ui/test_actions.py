@@ -9,7 +9,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit, QToolButton
 
 from tests.ui.conftest import add_bed, add_cliff
-from vomstudio.document.records import Frame, Trace
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Frame
 from vomstudio.geology.orientation import Plane
 from vomstudio.ui.shell.menus import MENUS
 from vomstudio.ui.shell.palette import CommandPalette
@@ -309,7 +310,7 @@ def test_labels_are_not_cut_off_by_their_panels(window, studio):
     beds(studio)
     studio.selection.set(["t1"])
     QApplication.processEvents()
-    for name, value in window.properties._fit._values.items():
+    for name, value in enumerate(window.properties._fit._values):
         if value.isVisible():
             assert value.width() >= value.sizeHint().width(), name
 

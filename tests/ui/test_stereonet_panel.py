@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QApplication
 from tests import driver
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
-from vomstudio.document.records import Reading
+from vomstudio.document.kinds.reading import Reading
 from vomstudio.ui.analyse.net_commands import export_net
 
 LEFT, NONE, CTRL = driver.LEFT, driver.NONE, driver.CTRL

@@ -13,7 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from vomstudio.document.records import Model, Trace
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Model
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.project.sample import read_picks, read_truth, sample_model
 from vomstudio.io.settings import Settings

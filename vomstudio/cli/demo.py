@@ -221,7 +221,8 @@ def _add_traces(project: Project, model: object, vertices: object, picks: Sample
 
     from vomstudio.document.edit import change
     from vomstudio.document.edits import new_id
-    from vomstudio.document.records import Model, Trace
+    from vomstudio.document.kinds.trace import Trace
+    from vomstudio.document.records import Model
     from vomstudio.geometry.surface import VertexSurface
 
     assert isinstance(model, Model)

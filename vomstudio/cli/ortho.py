@@ -14,6 +14,7 @@ from vomstudio.cli.arguments import (
     progress_of,
 )
 from vomstudio.cli.output import Output
+from vomstudio.cli.words import azimuth
 from vomstudio.errors import InputError, UsageError
 
 if TYPE_CHECKING:
@@ -193,7 +194,7 @@ def _in_words(result: dict[str, Any]) -> str:
         [
             f"{result['width']} x {result['height']} pixels of {result['gsd_m']:g} m, "
             f"{result['coverage']:.0%} covered",
-            f"view toward {result['trend_deg']:05.1f}/{result['plunge_deg']:.1f} trend/plunge, "
+            f"view toward {azimuth(result['trend_deg'])}/{result['plunge_deg']:.1f} trend/plunge, "
             f"{result['sense']}: {result['sense_reason']}",
             *(str(file) for file in files if file is not None),
         ]

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from vomstudio.document.codec import encode_edit
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.journal import Draft, Journal, RowKind, replay
-from vomstudio.document.records import DEFAULT_TYPES, FEATURES, Feature, FeatureType, Record
+from vomstudio.document.records import DEFAULT_TYPES, Feature, FeatureType, Record
 from vomstudio.signals import Signal
 
 T = TypeVar("T")
@@ -56,7 +56,7 @@ class Session:
 
     def features(self) -> list[Feature]:
         """Everything measured, in the order in which it came."""
-        return [record for record in self._records.values() if isinstance(record, FEATURES)]
+        return [record for record in self._records.values() if isinstance(record, Feature)]
 
     def of(self, cls: type[T]) -> list[T]:
         """The records of one class, in the order in which they came."""

@@ -3,24 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import partial
 
 from vomstudio.document.comparison import NearestPick, nearest_picks
 from vomstudio.document.edit import Edit
-from vomstudio.document.measurements import Measurement, Measurements, sources_of
-from vomstudio.document.records import (
-    FEATURES,
-    ON_A_MODEL,
-    TYPED,
-    Dimension,
-    Feature,
-    Intersection,
-    Lineation,
-    Model,
-)
+from vomstudio.document.figures import Subject
+from vomstudio.document.kinds.reading import compared
+from vomstudio.document.measurement import Measurement
+from vomstudio.document.measurements import Measurements, rests_on
+from vomstudio.document.records import Feature, Model
 from vomstudio.geology.quality import Thresholds
-from vomstudio.geometry.units import length_text
 from vomstudio.workspace.projects import Projects
-from vomstudio.workspace.wording import degrees
 
 
 class Derived:
@@ -57,12 +50,12 @@ class Derived:
 
     def nearest_text(self, reading_id: str) -> str:
         """How far a reading is from the nearest pick, and from which, in words."""
-        found = self.nearest_pick(reading_id)
-        if found is None:
-            return "No pick of the same type to compare with"
-        alike = found.distance_m is None
-        how = "the most alike" if alike else f"{length_text(found.distance_m)} away"
-        return f"{degrees(found.angle_deg)} from {found.name}, {how}"
+        return compared(self.nearest_pick(reading_id))
+
+    def subject(self, feature: Feature, measured: Measurement) -> Subject:
+        """A feature of the project with what its figures are read from."""
+        nearest = partial(self.nearest_pick, feature.id)
+        return Subject(feature, measured, self._projects.records, nearest)
 
     # --- the models' frames ------------------------------------------------------------------
     def north_known(self) -> bool:
@@ -83,19 +76,6 @@ class Derived:
         """The features that look different after an edit: its own, those of its models and feature
         types, and what rests on them. Deleted ones are among them."""
         ids = set(edit.ids)
-        own = [i for i in edit.ids if isinstance(edit.before[i] or edit.after[i], FEATURES)]
-        features = self._projects.session.features()
-        return own + [f.id for f in features if f.id not in ids and self._rests(f, ids)]
-
-    def _rests(self, feature: Feature, ids: set[str]) -> bool:
-        if isinstance(feature, ON_A_MODEL) and feature.model_id in ids:
-            return True
-        if isinstance(feature, TYPED) and feature.type_id in ids:
-            return True
-        if isinstance(feature, Lineation | Dimension) and feature.plane_id in ids:
-            return True
-        if isinstance(feature, Lineation | Dimension) and feature.plane_id:
-            sources = sources_of(self._projects.records, feature)
-            return any(r.id in ids for r in sources if r is not None)
-        # Members of its groups may have come or gone: they are few, and looked at again.
-        return isinstance(feature, Intersection)
+        own = [i for i in edit.ids if isinstance(edit.before[i] or edit.after[i], Feature)]
+        others = [f for f in self._projects.session.features() if f.id not in ids]
+        return own + [f.id for f in others if rests_on(self._projects.records, f, ids)]

@@ -16,7 +16,8 @@ import numpy.typing as npt
 
 from vomstudio.document import edits
 from vomstudio.document.edit import change
-from vomstudio.document.records import FeatureType, Model, Point, Record, Trace
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import FeatureType, Model, Point, Record
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError, GeometryError, UsageError, VomError
 from vomstudio.geometry import transform

@@ -6,9 +6,9 @@ import contextlib
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from vomstudio.document.field_style import ELEVATION, FieldStyle, field_names
 from vomstudio.geometry.boxes import ClipBox
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.field_style import ELEVATION, FieldStyle, field_names
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.signals import Signal
 from vomstudio.workspace.owner import Later

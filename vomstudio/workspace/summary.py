@@ -8,8 +8,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from vomstudio.document.kinds import kind_of
 from vomstudio.document.measurements import Measurements
-from vomstudio.document.records import FEATURES, TYPED, FeatureType, Model, Record
+from vomstudio.document.records import Feature, FeatureType, Model, Typed
 from vomstudio.errors import InputError
 from vomstudio.io.project.export import thresholds_of
 from vomstudio.io.project.journal import read_replay, read_schema_and_replay
@@ -67,8 +68,8 @@ def summarise(folder: Path) -> ProjectSummary:
     """Raises InputError where it is no project, or a newer one."""
     schema, played = read_schema_and_replay(folder)
     records = played.records
-    features = [r for r in records.values() if isinstance(r, FEATURES)]
-    typed = [f for f in features if isinstance(f, TYPED)]
+    features = [r for r in records.values() if isinstance(r, Feature)]
+    typed = [f for f in features if isinstance(f, Typed)]
     names = {r.id: r.name for r in records.values() if isinstance(r, FeatureType)}
     on = Counter(getattr(f, "model_id", None) for f in features)
     return ProjectSummary(
@@ -82,7 +83,7 @@ def summarise(folder: Path) -> ProjectSummary:
             if isinstance(m, Model)
         ),
         features=len(features),
-        kinds=dict(Counter(type(f).__name__.casefold() for f in features)),
+        kinds=dict(Counter(kind_of(f).name for f in features)),
         types=dict(Counter(names.get(f.type_id, f.type_id) for f in typed)),
         sets=dict(Counter(f.set_name for f in typed if f.set_name)),
         history=History(
@@ -120,7 +121,7 @@ def fitted(folder: Path, wanted: Sequence[str] = ()) -> Fitted:
 
 
 def _chosen(records: Any, wanted: Sequence[str], folder: Path) -> set[str]:
-    features: list[Record] = [r for r in records if isinstance(r, TYPED)]
+    features = [r for r in records if isinstance(r, Typed)]
     chosen: set[str] = set()
     for word in wanted:
         found = {f.id for f in features if word in (f.id, getattr(f, "name", None))}

@@ -4,18 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from vomstudio.document.records import Dimension, Feature
+from vomstudio.document.kinds import group_of
 from vomstudio.signals import Signal
 from vomstudio.workspace.projects import Projects
 
-DIMENSIONS = "dimensions"
-"""Stands for all dimensions where types stand for the other features."""
 _KEPT = "hidden"
-
-
-def group_of(feature: Feature) -> str:
-    """The id that hides a feature together with its like."""
-    return DIMENSIONS if isinstance(feature, Dimension) else feature.type_id
 
 
 class Visibility:

@@ -1,4 +1,4 @@
-"""Planes and angles in words, as messages say them."""
+"""Planes in words, as messages say them."""
 
 from __future__ import annotations
 
@@ -19,11 +19,3 @@ def plane_text(
         decimals = 1 if error is not None and error < 1.0 else 0
     text = format_plane(Plane.from_normal(fit.normal), notation, decimals)
     return f"{text} (local frame)" if local else text
-
-
-def degrees(value: float | None) -> str:
-    """An error: two digits that mean something."""
-    if value is None:
-        return "–"
-    decimals = 2 if value < 0.995 else 1 if value < 9.95 else 0
-    return f"{value:.{decimals}f}°"

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
-from vomstudio.document.records import FEATURES, Model
+from vomstudio.document.records import Model, get_feature
 from vomstudio.document.selection import Selection
 from vomstudio.io.settings import Settings
 from vomstudio.signals import Signal
@@ -151,6 +151,6 @@ class Workspace:
 
     def delete_selected(self) -> None:
         records = self.projects.records
-        ids = [i for i in self.selection.ids if isinstance(records.get(i), FEATURES)]
+        ids = [i for i in self.selection.ids if get_feature(records, i) is not None]
         if ids:
             self.editing.attempt(edits.delete, ids)

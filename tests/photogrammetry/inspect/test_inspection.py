@@ -12,7 +12,6 @@ from tests.photogrammetry.made_reconstruction import DISTANCE, MISS, NAMES
 from vomstudio.errors import InputError
 from vomstudio.photogrammetry.base.stage_folders import is_aligned, stage_folder
 from vomstudio.photogrammetry.inspect import inspection
-from vomstudio.registration.residual_scale import exaggeration
 
 
 @pytest.fixture(scope="module")
@@ -61,14 +60,6 @@ def test_residual_vectors_are_observed_less_projected(made) -> None:
     truth = made.scene.views[1].project(made.scene.points)
     assert np.allclose(pixels - vectors, truth, atol=1e-3)
     assert len(inspection.residual_vectors(made.out, "nowhere.jpg")[0]) == 0
-
-
-def test_the_usual_residual_is_drawn_at_a_fiftieth_of_the_photo_or_less() -> None:
-    for usual in (0.01, 0.17, 0.5, 3.0, 200.0):
-        factor = exaggeration([usual / 2, usual, 9 * usual], 4000.0)
-        assert factor == 1 or 80 / 2.5 <= factor * usual <= 80.0
-        assert str(factor).rstrip("0") in ("1", "2", "5")
-    assert exaggeration([], 4000.0) == exaggeration([0.0, 0.0], 4000.0) == 1
 
 
 def test_a_depth_map_is_coloured_where_it_has_depths(made) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.document.measurements import Measurements
-from vomstudio.document.records import FEATURES, Record
+from vomstudio.document.records import Feature, Record
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.atomic import check_target
 from vomstudio.geology.quality import Thresholds
@@ -30,7 +30,7 @@ def export_project(folder: Path, format_: str, out: Path, *, force: bool = False
     check_target(out, force=force, inputs=own_files(folder))
     kept = read_replay(folder)
     records = kept.records
-    if not any(isinstance(r, FEATURES) for r in records.values()):
+    if not any(isinstance(r, Feature) for r in records.values()):
         raise InputError(
             "has no features yet, so there is nothing to export; measure some first.", file=folder
         )

@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from vomstudio.document.records import FEATURES, Model
+from vomstudio.document.records import Feature, Model
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError, InputError, TargetError, VomError
 from vomstudio.files.lock import ProjectLock
@@ -190,7 +190,7 @@ class Project:
         nothing behind; another one keeps its history, from which discarded work can be
         brought back."""
         session = self.session
-        empty = not session.ever_held(*FEATURES) and not session.draft
+        empty = not session.ever_held(Feature) and not session.draft
         empty = empty and not self.has_reconstructions and not self.has_photo_tables
         worthless = self.untitled and empty
         self.session.close()

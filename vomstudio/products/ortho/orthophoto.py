@@ -23,6 +23,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import UsageError
 from vomstudio.files.atomic import atomic_write, check_target
+from vomstudio.geology.orientation import wrap360
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.raster import (
@@ -164,9 +165,10 @@ def _transform(plan: Plan) -> Affine:
 
 def _tags(plan: Plan) -> dict[str, str]:
     view = plan.view
+    trend = wrap360(round(view.trend_deg, 4))
     return {
         "VOMSTUDIO_VERSION": __version__,
-        "VOMSTUDIO_VIEW": f"trend {view.trend_deg:.4f} plunge {view.plunge_deg:.4f} deg",
+        "VOMSTUDIO_VIEW": f"trend {trend:.4f} plunge {view.plunge_deg:.4f} deg",
         "VOMSTUDIO_SENSE": f"{view.sense}. {view.reason}",
         "VOMSTUDIO_PIXEL_TO_WORLD": json.dumps(plan.pixel_to_world.tolist()),
     }

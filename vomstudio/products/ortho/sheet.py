@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import UsageError
+from vomstudio.geology.notation import format_azimuth
 from vomstudio.geometry.view_frame import STEEP_DEG
 from vomstudio.products.ortho.views import View
 
@@ -53,6 +54,12 @@ def end_labels(view: View) -> tuple[str, str, str]:
     return _wind(azimuth + 180.0), _wind(azimuth), "N" if steep else "up"
 
 
+def direction_in_words(view: View) -> str:
+    """Which way the viewer looks, and in which sense."""
+    trend = format_azimuth(view.trend_deg, 1)
+    return f"View toward {trend}/{view.plunge_deg:.1f} (trend/plunge, deg), {view.sense}"
+
+
 def draw_sheet(
     path: Path, rgba: npt.NDArray[np.uint8], metres_per_pixel: float, view: View
 ) -> None:
@@ -80,8 +87,7 @@ def draw_sheet(
         *([] if view.metric else ["scale"]),
     ]
     text = [
-        f"View toward {view.trend_deg % 360:05.1f}/{view.plunge_deg:.1f} (trend/plunge, deg), "
-        f"{view.sense}",
+        direction_in_words(view),
         *_wrapped(view.reason, max(30, round((picture.width - pad) / (0.52 * size)))),
         *([f"Not registered: {' and '.join(unknown)} not known"] if unknown else []),
     ]

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError, UsageError
-from vomstudio.geology.orientation import Plane, lines_to_vectors, vectors_to_lines
+from vomstudio.geology.orientation import Plane, lines_to_vectors, vectors_to_lines, wrap360
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.view_frame import ViewFrame
@@ -52,7 +52,7 @@ class View:
             "against the given direction": "as given",
         }
         return View(
-            (self.trend_deg + 180.0) % 360.0,
+            wrap360(self.trend_deg + 180.0),
             0.0 - self.plunge_deg,
             other[self.sense],
             f"Flipped by request; {_lower(self.reason)}",
@@ -67,7 +67,7 @@ def view_along_line(trend_deg: float, plunge_deg: float) -> View:
             field="--plunge",
         )
     return View(
-        trend_deg % 360.0, plunge_deg, "as given", "The viewer looks along the direction given."
+        wrap360(trend_deg), plunge_deg, "as given", "The viewer looks along the direction given."
     )
 
 

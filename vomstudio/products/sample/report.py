@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
+from vomstudio.geology.notation import format_azimuth
 from vomstudio.products.sample.check import Check
 from vomstudio.version import __version__
 
@@ -86,5 +87,5 @@ def _cells(check: Check) -> tuple[str, ...]:
 def _value(value: Mapping[str, float] | float | Any) -> str:
     if isinstance(value, Mapping):
         azimuth, angle = value.values()
-        return f"{azimuth:05.1f}/{angle:04.1f}"
+        return f"{format_azimuth(azimuth, 1)}/{angle:04.1f}"
     return f"{value:.3f} m"

@@ -149,6 +149,8 @@ class ScenePicture(QObject):
     def stop(self) -> None:
         self._rest.stop()
         self._refine.stop()
+        # What is left of it holds on to the scene.
+        self._warming = iter(())
 
     def _rest_soon(self) -> None:
         if not self._rest.isActive():

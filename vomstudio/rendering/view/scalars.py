@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.document.field_style import (
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.field_style import (
     ELEVATION,
     PALETTES,
     PERCENTILES,
@@ -25,7 +26,6 @@ from vomstudio.document.field_style import (
     Kind,
     field_names,
 )
-from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 
 __all__ = [

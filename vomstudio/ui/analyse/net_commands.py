@@ -61,7 +61,7 @@ def choose_readings(parent: QWidget, studio: Studio) -> None:
 
 def import_readings(parent: QWidget, studio: Studio, path: Path) -> None:
     """Ask what the columns are and add the readings."""
-    from vomstudio.io.project.readings import read_field_table
+    from vomstudio.io.project.field_table import read_field_table
     from vomstudio.ui.analyse.readings_dialog import ReadingsDialog
 
     try:

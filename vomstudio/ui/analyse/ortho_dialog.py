@@ -27,6 +27,7 @@ from vomstudio.errors import VomError
 from vomstudio.geology.notation import format_line
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry import transform
+from vomstudio.geometry.units import length_text as length
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.product_tasks import ORTHOPHOTO, OrthophotoOrder, WrittenOrthophoto
 from vomstudio.products.ortho import orthophoto, planning, views
@@ -35,7 +36,6 @@ from vomstudio.ui.common.chosen import current_model, start_folder
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import ComboBox, file_field
-from vomstudio.ui.common.wording import length
 from vomstudio.ui.scene.view_panel import ViewPanel
 
 

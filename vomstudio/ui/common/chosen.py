@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from vomstudio.document.records import FEATURES, ON_A_MODEL, Model
+from vomstudio.document.records import Model, OnAModel, get_feature
 from vomstudio.ui.common.studio import Studio
 
 
 def chosen_features(studio: Studio) -> list[str]:
-    return [i for i in studio.selection.ids if isinstance(studio.records.get(i), FEATURES)]
+    return [i for i in studio.selection.ids if get_feature(studio.records, i) is not None]
 
 
 def why_none_chosen(studio: Studio) -> str | None:
@@ -26,7 +26,7 @@ def current_model(studio: Studio) -> Model | None:
     records, models = studio.records, studio.session.of(Model)
     for id_ in reversed(studio.selection.ids):
         record = records.get(id_)
-        if isinstance(record, ON_A_MODEL):
+        if isinstance(record, OnAModel):
             record = records.get(record.model_id)
         if isinstance(record, Model):
             return record

@@ -14,10 +14,9 @@ from vomstudio.io.settings import Settings
 from vomstudio.tools.context import Tool
 from vomstudio.ui.common.qt_owner import QtOwner
 from vomstudio.workspace.notices import Notice
-from vomstudio.workspace.visibility import DIMENSIONS, group_of
 from vomstudio.workspace.workspace import Workspace
 
-__all__ = ["DIMENSIONS", "Notice", "Studio", "group_of"]
+__all__ = ["Notice", "Studio"]
 
 
 class Studio(QObject):
@@ -74,7 +73,7 @@ class Studio(QObject):
         self.show_only, self.show_all = w.visibility.show_only, w.visibility.show_all
 
         self.measured, self.measure = w.derived.measured, w.derived.measure
-        self.affected = w.derived.affected
+        self.affected, self.subject = w.derived.affected, w.derived.subject
         self.nearest_pick, self.nearest_text = w.derived.nearest_pick, w.derived.nearest_text
         self.north_known, self.metres_known = w.derived.north_known, w.derived.metres_known
         self.frame_name, self.write_layers = w.derived.frame_name, w.layers.write

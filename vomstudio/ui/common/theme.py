@@ -19,16 +19,6 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QApplication
 
-# One icon for each class of feature, in tree and toolbar.
-FEATURE_ICONS = {
-    "Trace": "vector-polyline",
-    "Patch": "texture-box",
-    "Lineation": "arrow-top-right",
-    "Reading": "compass-outline",
-    "Dimension": "ruler",
-    "Intersection": "vector-intersection",
-}
-
 
 def icon(name: str) -> QIcon:
     """A Material Design icon in the palette's text colour."""

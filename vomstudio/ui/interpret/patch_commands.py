@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from vomstudio.document.records import Patch
+from vomstudio.document.kinds.patch import Patch
+from vomstudio.document.records import get
 from vomstudio.errors import VomError
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.chosen import why_no_model
@@ -19,7 +20,9 @@ def commands(studio: Studio) -> list[Command]:
         return None if studio.tool_name == "patch" else "choose Patch first"
 
     def chosen() -> Patch | None:
-        found = [r for i in studio.selection.ids if isinstance(r := studio.records.get(i), Patch)]
+        found = [
+            r for i in studio.selection.ids if (r := get(studio.records, i, Patch)) is not None
+        ]
         return found[-1] if found else None
 
     def cannot_continue() -> str | None:

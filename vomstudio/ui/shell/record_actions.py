@@ -4,15 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtGui import QAction
 
-from vomstudio.document.records import (
-    FEATURES,
-    Dimension,
-    Lineation,
-    Model,
-    Patch,
-    Record,
-    Trace,
-)
+from vomstudio.document.records import Feature, Model, Painted, Picked, Record
 from vomstudio.ui.common.actions import Actions
 
 _COMMON = ("show_chosen", "hide_chosen", "show_only", "rename", "delete")
@@ -23,10 +15,10 @@ def record_actions(table: Actions, record: Record) -> list[QAction]:
     names: tuple[str, ...] = ()
     if isinstance(record, Model):
         names = ("declare_frame", "locate", "copy_model", "remove_model")
-    elif isinstance(record, Trace | Lineation | Dimension):
+    elif isinstance(record, Picked):
         names = ("frame_selection", "continue_trace", "face_plane", *_COMMON)
-    elif isinstance(record, Patch):
+    elif isinstance(record, Painted):
         names = ("frame_selection", "continue_patch", "face_plane", *_COMMON)
-    elif isinstance(record, FEATURES):
+    elif isinstance(record, Feature):
         names = ("frame_selection", "along_line", "face_plane", *_COMMON)
     return [table.all[name] for name in names]

@@ -16,7 +16,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.document.records import FEATURES, Model
+from vomstudio.document.records import Feature, Model
 from vomstudio.geometry import transform
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent
@@ -217,7 +217,7 @@ class InPhotosPanel(QWidget):
             if isinstance(model, Model):
                 return _some(transform.apply(model.to_world, vertices)), self.tr("what is picked")
         chosen = [r for i in self._studio.selection.ids
-                  if isinstance(r := self._studio.records.get(i), FEATURES)]  # fmt: skip
+                  if isinstance(r := self._studio.records.get(i), Feature)]  # fmt: skip
         if chosen:
             measured = self._studio.measured(r.id for r in chosen).values()
             points = [p for m in measured if len(p := drawn_points(m))]

@@ -1,0 +1,375 @@
+"""What edits do to the records, what they refuse, and what they call themselves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from tests.samples import ZIGZAG, bed, placed
+from vomstudio.document import edits
+from vomstudio.document.edit import Edit, change
+from vomstudio.document.records import (
+    DEFAULT_TYPES,
+    UNDECLARED,
+    Dimension,
+    FeatureType,
+    Frame,
+    Group,
+    Intersection,
+    Lineation,
+    Model,
+    Patch,
+    Reading,
+    Record,
+)
+from vomstudio.errors import DocumentError, GeometryError
+
+HASH = "0" * 64
+MODEL = Model("m1", "cliff", "cliff.obj", "mesh", HASH, Frame("local"))
+TRACE = replace(bed("t1"), name="B01")
+PATCH = Patch(
+    "p1", "B02", "bedding", "m1", HASH, "face", ((0, 9),), 9, (0.0, 0.0, 0.0),
+    ((4.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, 0.01)), 9.0,
+)  # fmt: skip
+LINE = Lineation("l1", "L01", "lineation", "m1", HASH, ((0.0, 0.0, 0.0), (1.0, 0.0, -1.0)))
+READING = Reading("r1", "B03", "bedding", "plane", 120.0, 40.0)
+LENGTH = Dimension("d1", "D01", "distance", "m1", HASH, ((0.0, 0.0, 0.0), (3.0, 0.0, 0.0)))
+MEETING = Intersection("i1", "F01", "fault", Group("t1"), Group("p1"))
+FEATURES = (TRACE, PATCH, LINE, READING, LENGTH, MEETING)
+
+
+def records(*some: Record) -> dict[str, Record]:
+    return {r.id: r for r in (*DEFAULT_TYPES, MODEL, *(some or FEATURES))}
+
+
+def done(before: dict[str, Record], edit: Edit) -> dict[str, Record]:
+    after = dict(before)
+    edit.swap(after)
+    return after
+
+
+# Nothing is replaced unasked
+
+
+@pytest.mark.parametrize("feature", [PATCH, LINE, READING, LENGTH, MEETING, TRACE])
+def test_no_feature_is_added_under_an_id_that_exists(feature: Record) -> None:
+    there = records()
+    for id_ in (feature.id, "t1", "m1", "bedding"):
+        again = replace(feature, id=id_, notes="another")
+        with pytest.raises(DocumentError, match="is there already"):
+            edits.add_features(there, [again])
+        if isinstance(again, Reading):
+            with pytest.raises(DocumentError, match="is there already"):
+                edits.add_readings(there, [again])
+    trace = replace(bed("x"), id=feature.id, name="another")
+    with pytest.raises(DocumentError, match="another is there already"):
+        edits.add_trace(there, trace)
+    fresh = replace(feature, id="new")
+    with pytest.raises(DocumentError, match="is there already"):
+        edits.add_features(there, [fresh, fresh])
+
+
+def test_no_reading_type_or_model_comes_under_an_id_that_exists() -> None:
+    there = records()
+    reading = replace(READING, id="new")
+    with pytest.raises(DocumentError, match="is there already"):
+        edits.add_readings(there, [reading, reading])
+    kind = FeatureType("bedding", "Dyke", "#123456")
+    with pytest.raises(DocumentError, match="Dyke is there already"):
+        edits.add_type(there, kind)
+    with pytest.raises(DocumentError, match="Dyke is there already"):
+        edits.add_readings(there, [reading], [kind])
+    with pytest.raises(DocumentError, match="in the project already"):
+        edits.add_model(there, MODEL)
+
+
+def test_an_edit_that_replaces_a_record_brings_it_back_when_undone() -> None:
+    there = records()
+    edit = change(there, "Change", {"t1": replace(TRACE, notes="x"), "new": READING, "p1": None})
+    after = done(there, edit)
+    assert "p1" not in after
+    assert done(after, edit.inverse()) == there
+    with pytest.raises(DocumentError, match="has changed in the meantime"):
+        edit.swap(after)
+    assert "p1" not in after
+    loose = dict(after)
+    edit.swap(loose, strict=False)
+    assert loose == after
+    with pytest.raises(ValueError, match="same records"):
+        Edit("x", {"a": None}, {})
+
+
+# Adding
+
+
+def test_added_features_follow_on_with_their_labels() -> None:
+    there = records()
+    edit = edits.add_features(there, [replace(PATCH, id="n1", name=""), replace(LINE, id="n2")])
+    assert edit.label == "Add 2 features"
+    assert list(edit.after) == ["n1", "n2"]
+    assert edit.after["n1"].name == "B04"  # type: ignore[union-attr]
+    assert edit.after["n2"].name == "L01"  # type: ignore[union-attr]
+    pair = edits.add_features(
+        there, [replace(PATCH, id="n1", name=""), replace(PATCH, id="n2", name="")]
+    )
+    assert [r.name for r in pair.after.values()] == ["B04", "B05"]  # type: ignore[union-attr]
+    assert edits.add_features(there, [replace(LENGTH, id="n", name="")]).label == "Add D02"
+    assert edits.add_trace(there, bed("n")).label == "Add bedding trace B04"
+    named = edits.add_trace(there, replace(bed("n"), name="Limb"))
+    assert (named.after["n"].name, named.label) == (  # type: ignore[union-attr]
+        "Limb", "Add bedding trace Limb",
+    )  # fmt: skip
+    with pytest.raises(DocumentError, match="nothing to add"):
+        edits.add_features(there, [])
+
+
+def test_what_rests_on_nothing_is_not_added() -> None:
+    there = records()
+    nowhere, unknown = {"model_id": "m9"}, {"type_id": "dyke"}
+    for feature in (PATCH, LINE, LENGTH):
+        with pytest.raises(DocumentError, match="no model 'm9'"):
+            edits.add_features(there, [replace(feature, id="n", **nowhere)])
+    for feature in (PATCH, LINE, READING, MEETING):
+        with pytest.raises(DocumentError, match="no featuretype 'dyke'"):
+            edits.add_features(there, [replace(feature, id="n", **unknown)])
+    with pytest.raises(DocumentError, match="m9"):
+        edits.add_trace(there, replace(bed("n"), **nowhere))
+    with pytest.raises(DocumentError, match="dyke"):
+        edits.add_trace(there, replace(bed("n"), **unknown))
+    # A type is no model, and a model no type.
+    with pytest.raises(DocumentError, match="no model 'bedding'"):
+        edits.add_trace(there, replace(bed("n"), model_id="bedding"))
+    with pytest.raises(GeometryError):
+        edits.add_trace(there, replace(bed("n"), vertices=ZIGZAG[:2]))
+
+
+def test_readings_are_numbered_on_within_their_type_and_come_with_new_types() -> None:
+    there = records()
+    dyke = FeatureType("dyke", "Dyke", "#123456")
+    many = [replace(READING, id=f"n{k}", name="") for k in range(3)]
+    many += [replace(READING, id="n3", name="", type_id="dyke"), replace(READING, id="n4")]
+    edit = edits.add_readings(there, many, [dyke])
+    assert edit.label == "Import 5 field measurements"
+    names = [edit.after[f"n{k}"].name for k in range(5)]  # type: ignore[union-attr]
+    assert names == ["B04", "B05", "B06", "D02", "B03"]
+    assert edit.after["dyke"] == dyke
+    assert edits.add_readings(there, many[:1]).label == "Import 1 field measurement"
+    with pytest.raises(DocumentError, match="nothing to add"):
+        edits.add_readings(there, [], [dyke])
+    with pytest.raises(DocumentError, match="dyke"):
+        edits.add_readings(there, many)
+    with pytest.raises(DocumentError, match="feature type Dyke already"):
+        edits.add_readings(there, many, [dyke, replace(dyke, id="other")])
+
+
+# Changing
+
+
+def test_other_vertices_leave_all_else_as_it_was() -> None:
+    there = records()
+    moved = tuple((x, y, z + 1.0) for x, y, z in ZIGZAG)
+    edit = edits.set_vertices(
+        there, "t1", list(moved), resolution=0.05, outcrop_normal=(0.0, 0.0, 1.0)
+    )
+    assert edit.label == "Change trace B01"
+    assert edit.after["t1"] == replace(
+        TRACE, vertices=moved, resolution=0.05, outcrop_normal=(0.0, 0.0, 1.0)
+    )
+    with pytest.raises(GeometryError):
+        edits.set_vertices(there, "t1", moved[:2], resolution=None, outcrop_normal=None)
+    with pytest.raises(DocumentError, match="no trace 'p1'"):
+        edits.set_vertices(there, "p1", moved, resolution=None, outcrop_normal=None)
+    line = edits.set_line(there, "l1", moved[:2], resolution=0.1)
+    assert line.after["l1"] == replace(LINE, vertices=moved[:2], resolution=0.1)
+    assert line.label == "Change L01"
+    length = edits.set_line(there, "d1", moved[:2], resolution=0.1)
+    assert length.after["d1"] == replace(LENGTH, vertices=moved[:2])
+    with pytest.raises(DocumentError, match="no feature 't1'"):
+        edits.set_line(there, "t1", moved)
+
+
+def test_a_feature_takes_the_place_of_one_of_its_own_kind_only() -> None:
+    there = records()
+    grown = replace(PATCH, n=12)
+    edit = edits.change_feature(there, grown, "Grow")
+    assert (edit.label, edit.after["p1"]) == ("Grow B02", grown)
+    assert edits.change_feature(there, grown).label == "Change B02"
+    with pytest.raises(DocumentError, match="no trace 'p1'"):
+        edits.change_feature(there, replace(TRACE, id="p1"))
+    with pytest.raises(DocumentError, match="no patch 'new'"):
+        edits.change_feature(there, replace(PATCH, id="new"))
+
+
+def test_attributes_are_changed_where_all_have_them() -> None:
+    there = records()
+    edit = edits.set_attributes(there, ["t1", "p1"], set_name="S1", type_id="fault")
+    assert edit.label == "Change set and type of 2 features"
+    assert edit.after == {
+        "t1": replace(TRACE, set_name="S1", type_id="fault"),
+        "p1": replace(PATCH, set_name="S1", type_id="fault"),
+    }
+    assert edits.set_attributes(there, ["t1"], notes="wet").label == "Change notes of B01"
+    for values, why in (
+        ({"type_id": "dyke"}, "no featuretype 'dyke'"),
+        ({"name": "  "}, "needs a name"),
+        ({"slip": "normal"}, "B01 has no slip"),
+        ({"plane_id": "p1"}, "B01 has no plane id"),
+    ):
+        with pytest.raises(DocumentError, match=why):
+            edits.set_attributes(there, ["t1"], **values)
+    with pytest.raises(DocumentError, match="nothing is selected"):
+        edits.set_attributes(there, [], notes="x")
+    with pytest.raises(DocumentError, match="no feature 'm1'"):
+        edits.set_attributes(there, ["m1"], name="x")
+
+
+def test_deleting_takes_what_is_named_and_says_how_many() -> None:
+    there = records()
+    edit = edits.delete(there, ["t1", "l1"])
+    assert edit.label == "Delete 2 features"
+    assert set(there) - set(done(there, edit)) == {"t1", "l1"}
+    assert edits.delete(there, ["t1"]).label == "Delete B01"
+    with pytest.raises(DocumentError, match="nothing is selected"):
+        edits.delete(there, [])
+    with pytest.raises(DocumentError, match="no feature 'bedding'"):
+        edits.delete(there, ["bedding"])
+
+
+def test_names_count_on_from_the_highest_of_their_letter() -> None:
+    there = records(replace(TRACE, name="B07"), replace(PATCH, name="B0012"), replace(READING))
+    kind = there["bedding"]
+    assert isinstance(kind, FeatureType)
+    assert edits.next_name(there, kind) == "B13"
+    assert edits.next_name(there, "thickness") == "T01"
+    odd = records(replace(TRACE, name="B7x"), replace(PATCH, name="xB9"), replace(READING, name=""))
+    assert edits.next_name(odd, kind) == "B01"
+    many = records(replace(TRACE, name="B99"))
+    assert edits.next_name(many, kind) == "B100"
+    # Other records have names too, which are no features'.
+    assert edits.next_name({**many, "m2": replace(MODEL, id="m2", name="B500")}, kind) == "B100"
+
+
+# Types
+
+
+def test_a_type_needs_a_name_of_its_own_and_a_colour() -> None:
+    there = records()
+    for kind, why in (
+        (FeatureType("n", " ", "#123456"), "needs a name"),
+        (FeatureType("n", "Dyke", "#12345"), "#rrggbb"),
+        (FeatureType("n", "Dyke", "#12345g"), "#rrggbb"),
+        (FeatureType("n", "Dyke", "x#123456"), "#rrggbb"),
+        (FeatureType("n", "Dyke", "#1234567"), "#rrggbb"),
+        (FeatureType("n", " bEDDing ", "#123456"), "feature type Bedding already"),
+    ):
+        with pytest.raises(DocumentError, match=why):
+            edits.add_type(there, kind)
+        with pytest.raises(DocumentError, match=why):
+            edits.change_type(there, replace(kind, id="fault"))
+    edit = edits.add_type(there, FeatureType("n", "Dyke", "#aBcDeF"))
+    assert edit.label == "Add feature type Dyke"
+    same = edits.change_type(there, replace(DEFAULT_TYPES[0], color="#123456"))
+    assert same.label == "Change feature type Bedding"
+    assert same.after["bedding"].color == "#123456"  # type: ignore[union-attr]
+    with pytest.raises(DocumentError, match="no featuretype 'n'"):
+        edits.change_type(there, FeatureType("n", "Dyke", "#123456"))
+
+
+def test_a_type_is_removed_where_nothing_is_of_it_and_another_is_left() -> None:
+    there = records()
+    edit = edits.remove_type(there, "vein")
+    assert edit.label == "Remove feature type Vein"
+    assert set(there) - set(done(there, edit)) == {"vein"}
+    with pytest.raises(DocumentError, match=r"^3 features are of the type Bedding"):
+        edits.remove_type(there, "bedding")
+    with pytest.raises(DocumentError, match=r"^1 feature is of the type Fault"):
+        edits.remove_type(there, "fault")
+    alone = {"vein": there["vein"]}
+    with pytest.raises(DocumentError, match="last feature type"):
+        edits.remove_type(alone, "vein")
+
+
+def test_suggested_types_differ_as_long_as_there_are_colours() -> None:
+    there = records()
+    seen = set()
+    for number in range(7):
+        kind = edits.suggest_type(there, f"  New {number} ")
+        assert kind.name == f"New {number}"
+        assert kind.color not in seen
+        counts = [r.symbol for r in there.values() if isinstance(r, FeatureType)]
+        assert counts.count(kind.symbol) == min(
+            counts.count(s) for s in ("circle", "square", "triangle", "diamond", "pentagon", "star")
+        )
+        seen.add(kind.color)
+        there = done(there, edits.add_type(there, kind))
+    more = edits.suggest_type(there, "More", "line")
+    assert more.color in seen
+    assert (more.geometry, edits.suggest_type(there, "x").geometry) == ("line", "plane")
+    ids = {edits.new_id("a") for _ in range(200)}
+    assert len(ids) == 200
+    assert all(id_.startswith("a-") for id_ in ids)
+
+
+# Models
+
+
+def test_a_model_is_declared_located_and_removed_in_words() -> None:
+    there = records(TRACE)
+    frame = Frame("crs", "EPSG:32633", 0.001, "y")
+    edit = edits.declare_frame(there, "m1", frame)
+    assert edit.label == "Declare the frame of cliff"
+    assert edit.after == {"m1": replace(MODEL, placement=frame)}
+    for wrong, why in (
+        (Frame("local", unit_m=0.0), "positive number"),
+        (Frame("local", unit_m=-1.0), "positive number"),
+        (Frame("local", unit_m=float("nan")), "positive number"),
+        (Frame("crs", None), "needs the CRS"),
+        (Frame("crs", ""), "needs the CRS"),
+    ):
+        with pytest.raises(DocumentError, match=why):
+            edits.declare_frame(there, "m1", wrong)
+    edits.declare_frame(there, "m1", UNDECLARED)
+    place = edits.relocate_model(there, "m1", "there/cliff.obj", HASH)
+    assert place.after == {"m1": replace(MODEL, path="there/cliff.obj")}
+    assert place.label == "Locate cliff"
+    with pytest.raises(DocumentError, match="not the file on which cliff was measured"):
+        edits.relocate_model(there, "m1", "there/cliff.obj", "1" * 64)
+    with pytest.raises(DocumentError, match=r"^cliff carries 1 feature;"):
+        edits.remove_model(there, "m1")
+    with pytest.raises(DocumentError, match=r"^cliff carries 4 features;"):
+        edits.remove_model(records(), "m1")
+    bare = records(READING)
+    removed = edits.remove_model(bare, "m1")
+    assert removed.label == "Remove model cliff"
+    assert set(bare) - set(done(bare, removed)) == {"m1"}
+
+
+def test_a_registered_model_is_declared_only_when_the_registration_is_given_up() -> None:
+    there = records(TRACE)
+    there["m1"] = placed(MODEL, [[2, 0, 0, 1], [0, 2, 0, 2], [0, 0, 2, 3], [0, 0, 0, 1]])
+    with pytest.raises(DocumentError, match=r"registration \(turned\)"):
+        edits.declare_frame(there, "m1", Frame("local"))
+    edit = edits.declare_frame(there, "m1", Frame("local"), instead_of_registration=True)
+    assert edit.label == "Declare the frame of cliff, in place of its registration"
+    assert edit.after["m1"] == replace(MODEL, placement=Frame("local"))
+
+
+def test_a_registration_moves_the_models_it_is_given_and_those_it_had() -> None:
+    there = records(TRACE)
+    rows = [[2, 0, 0, 1], [0, 2, 0, 2], [0, 0, 2, 3], [0, 0, 0, 1]]
+    first = placed(MODEL, rows)
+    assert first.registration is not None
+    other = replace(MODEL, id="m2", name="wall")
+    there |= {"m1": first, "m2": other, "m3": replace(MODEL, id="m3")}
+    better = placed(MODEL, [[3, 0, 0, 1], [0, 3, 0, 2], [0, 0, 3, 3], [0, 0, 0, 1]]).registration
+    assert better is not None
+    edit = edits.set_registration(there, better, ["m2"])
+    assert edit.label == "Register by turned"
+    assert edit.after == {
+        better.id: better,
+        "m1": replace(MODEL, placement=better),
+        "m2": replace(other, placement=better),
+    }
+    with pytest.raises(DocumentError, match="no model 't1'"):
+        edits.set_registration(there, better, ["t1"])

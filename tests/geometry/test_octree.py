@@ -1,0 +1,325 @@
+"""Nodes of large clouds: which a view needs, and that what is there answers like the whole."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vomstudio.geometry.arrangement import arrange
+from vomstudio.geometry.brush import CloudSurface
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.streaming.octree import (
+    FINE_PIXELS,
+    ArrangedNodes,
+    CloudNodes,
+    NodeStore,
+    StreamedCloud,
+    StreamedSurface,
+    View,
+    parents_of,
+    parts_of,
+)
+
+UTM = np.array([576_704.0, 5_188_102.0, 184.0])
+EAST, NORTH, UP = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+
+
+def cubes(levels: int = 5) -> tuple[np.ndarray, np.ndarray]:
+    """Keys (level, x, y, z) and boxes of a full octree's nodes over a unit cube's diagonal."""
+    keys = []
+    for level in range(levels):
+        n = 2**level
+        keys += [(level, x, y, z) for x in range(n) for y in range(n) for z in range(n)
+                 if abs(x - y) <= 1 and abs(y - z) <= 1]  # fmt: skip
+    key = np.array(keys)
+    side = 0.5 ** key[:, :1]
+    return key, np.stack([key[:, 1:] * side, (key[:, 1:] + 1) * side], axis=1)
+
+
+def tree(budget: int = 10**9) -> CloudNodes:
+    key, boxes = cubes()
+    spacing = 0.05 * 0.5 ** key[:, 0]
+    counts = np.arange(100, 100 + len(key))
+    return CloudNodes(10.0 * boxes, 10.0 * spacing, counts, parents_of(key), budget, (0,))
+
+
+def test_the_node_above_is_the_cube_around() -> None:
+    key, boxes = cubes()
+    above = parents_of(key)
+    assert above[0] == -1
+    assert (above[1:] >= 0).all()
+    middle = boxes.mean(axis=1)[1:]
+    around = boxes[above[1:]]
+    assert ((middle > around[:, 0]) & (middle < around[:, 1])).all()
+    assert np.array_equal(key[above[1:], 0], key[1:, 0] - 1)
+    # A node whose parent is missing has none.
+    assert parents_of(np.array([[3, 5, 2, 7], [1, 1, 0, 1]])).tolist() == [-1, -1]
+
+
+def view(position: np.ndarray, *, orthographic: bool = False, **more: object) -> View:
+    """A look to the north."""
+    given = View(tuple(position), (EAST, UP, NORTH), 0.4, 1.6, orthographic, 0.1, 900)
+    return replace(given, **more)
+
+
+def needed(nodes: CloudNodes, seen: View) -> np.ndarray:
+    """By the definition, a node at a time: points of its box in the picture, and neighbours of the
+    node above too far apart on the screen at the box's nearest point."""
+    position, axes = np.array(seen.position), np.array(seen.axes)
+    rows = []
+    steps = np.stack(np.meshgrid(*[np.linspace(0, 1, 9)] * 3), axis=-1).reshape(-1, 3)
+    for row, (low, high) in enumerate(nodes.bounds):
+        q = (low + steps * (high - low) - position) @ axes.T
+        tall = seen.half_height * (1.0 if seen.orthographic else q[:, 2])
+        inside = (q[:, 2] > 0) & (np.abs(q[:, 1]) <= tall)
+        inside &= np.abs(q[:, 0]) <= tall * seen.aspect
+        off = np.maximum(np.maximum(low - position, position - high), 0.0)
+        reach = 1.0 if seen.orthographic else max(float(np.linalg.norm(off)), seen.near)
+        apart = nodes.spacing[row] * 2.0 / (2.0 * seen.half_height * reach / seen.pixels)
+        if inside.any() and (apart > FINE_PIXELS or nodes.parents[row] < 0):
+            rows.append(row)
+    return np.array(rows)
+
+
+VIEWS = [
+    view(np.array([5.0, -4.0, 5.0])),
+    view(np.array([3.0, 2.0, 4.0]), half_height=0.2),
+    view(np.array([5.0, -300.0, 5.0])),
+    view(np.array([4.0, -2.0, 6.0]), orthographic=True, half_height=1.5),
+    view(np.array([5.0, 2.0, 5.0]), axes=(NORTH, UP, (-1.0, 0.0, 0.0)), aspect=0.5),
+]
+
+
+@pytest.mark.parametrize("seen", VIEWS)
+def test_every_node_that_a_picture_needs_is_chosen_and_few_others(seen: View) -> None:
+    nodes = tree()
+    chosen = nodes.choose(seen, 10**9)
+    wanted = needed(nodes, seen)
+    assert set(wanted) <= set(chosen.tolist())
+    # A ball is held for its cube: it reaches out by a part of the node's size.
+    grown = replace(
+        seen,
+        position=tuple(np.array(seen.position) - 3.0 * np.array(seen.axes[2])),
+        half_height=2.0 * seen.half_height + (3.0 if seen.orthographic else 0.0),
+    )
+    position, axes = np.array(grown.position), np.array(grown.axes)
+    for row in set(chosen.tolist()) - set(wanted):
+        low, high = nodes.bounds[row]
+        radius = np.linalg.norm(high - low) / 2
+        q = ((low + high) / 2 - position) @ axes.T
+        assert q[2] > -radius
+        tall = grown.half_height * (1.0 if seen.orthographic else q[2])
+        assert abs(q[1]) <= tall + 2 * radius
+        assert abs(q[0]) <= tall * seen.aspect + 3 * radius
+
+
+def test_nodes_behind_or_beside_the_viewer_are_not_chosen_but_the_first() -> None:
+    nodes = tree()
+    assert nodes.choose(view(np.array([5.0, 40.0, 5.0])), 10**9).tolist() == []
+    assert nodes.choose(view(np.array([90.0, -4.0, 5.0])), 10**9).tolist() == []
+    assert nodes.choose(view(np.array([5.0, -4.0, 60.0])), 10**9).tolist() == []
+    far = nodes.choose(view(np.array([5.0, -9000.0, 5.0])), 10**9)
+    assert far.tolist() == [0]
+
+
+def test_the_most_needed_come_first_and_no_more_than_the_budget() -> None:
+    nodes, seen = tree(), VIEWS[0]
+    everything = nodes.choose(seen, 10**9)
+    off = np.maximum(nodes.bounds[:, 0] - seen.position, seen.position - nodes.bounds[:, 1])
+    distance = np.linalg.norm(np.maximum(off, 0.0), axis=1)
+    need = (nodes.spacing / np.maximum(distance, seen.near))[everything]
+    assert (np.diff(need) <= 1e-12).all()
+    most = int(nodes.counts[everything[:7]].sum())
+    assert nodes.choose(seen, most).tolist() == everything[:7].tolist()
+    assert nodes.choose(seen, most - 1).tolist() == everything[:6].tolist()
+    assert nodes.total == nodes.counts.sum()
+    assert len(nodes) == len(nodes.counts)
+
+
+def test_a_node_is_closed_by_the_finest_shown_below_it() -> None:
+    nodes = tree()
+    deep = int(np.argmin(nodes.spacing))
+    line = [deep]
+    while nodes.parents[line[-1]] >= 0:
+        line.append(int(nodes.parents[line[-1]]))
+    other = next(k for k in range(len(nodes)) if nodes.parents[k] == 0 and k not in line)
+    closing = nodes.closing(np.array([*line[::-1], other]))
+    assert {closing[row] for row in line} == {float(nodes.spacing[deep])}
+    assert closing[other] == float(nodes.spacing[other])
+    # A gap in the line ends what is passed on.
+    closing = nodes.closing(np.array([line[-1], line[0]]))
+    assert closing[line[-1]] == float(nodes.spacing[line[-1]])
+
+
+def face(n: int = 130_000, seed: int = 0) -> PointCloud:
+    rng = np.random.default_rng(seed)
+    x, z = rng.random(n) * 10.0, rng.random(n) * 6.0
+    points = np.column_stack([x, 0.3 * np.sin(x) + 0.01 * rng.random(n), z]) + UTM
+    return PointCloud(
+        points,
+        colors=rng.integers(0, 255, (n, 3), np.uint8),
+        normals=rng.normal(size=(n, 3)).astype(np.float32),
+        fields={"intensity": rng.integers(0, 99, n)},
+    )
+
+
+def test_pieces_of_a_cloud_that_is_there_are_rows_of_it() -> None:
+    cloud = face()
+    arrangement = arrange(cloud.points)
+    nodes = ArrangedNodes(cloud, arrangement, 10**6)
+    pieces = nodes.fetch(range(len(nodes)))
+    assert np.array_equal(np.sort(np.concatenate([p.ids for p in pieces])), np.arange(130_000))
+    for row, piece in enumerate(pieces):
+        assert piece.cloud is cloud
+        assert np.array_equal(piece.rows, piece.ids)
+        own = cloud.points[piece.rows]
+        assert np.array_equal([own.min(axis=0), own.max(axis=0)], nodes.bounds[row])
+        assert len(piece.ids) == nodes.counts[row]
+    assert nodes.first == tuple(np.flatnonzero(nodes.parents < 0))
+
+
+class File:
+    """Nodes of a cloud as they stand in a file, in another order than that of the tree."""
+
+    def __init__(self, budget: int = 10**6) -> None:
+        whole = face(60_000)
+        corner = whole.points.min(axis=0)
+        size = float(np.ptp(whole.points, axis=0).max())
+        cell = np.minimum((whole.points - corner) / size * 4, 3).astype(int)
+        level = np.random.default_rng(1).integers(0, 3, len(whole.points))
+        keys = np.column_stack([level, cell >> (2 - level)[:, None]])
+        self.keys, which = np.unique(keys, axis=0, return_inverse=True)
+        which = which.ravel()
+        in_file = np.random.default_rng(2).permutation(len(self.keys))
+        rank = np.argsort(in_file)
+        order = np.lexsort((np.arange(len(which)), rank[which]))
+        self.whole = parts_of(_rows(whole, order), [len(order)])[0]
+        self.counts = np.bincount(which)
+        self.starts = np.zeros(len(self.keys), np.int64)
+        self.starts[in_file] = np.cumsum(self.counts[in_file]) - self.counts[in_file]
+        side = size * 0.5 ** self.keys[:, :1]
+        low = corner + self.keys[:, 1:] * side
+        self.boxes = np.stack([low, low + side], axis=1)
+        self.asked: list[int] = []
+        first = tuple(np.flatnonzero(self.keys[:, 0] == 0).tolist())
+        self.store = NodeStore(
+            self.boxes, 0.01 * side[:, 0], self.counts, self.starts, parents_of(self.keys),
+            self.read, budget, first,
+        )  # fmt: skip
+        start = self.read(first)
+        self.asked.clear()
+        for row, cloud in zip(first, parts_of(start, self.counts[list(first)]), strict=True):
+            self.store.put(row, cloud)
+        box = np.stack([whole.points.min(axis=0), whole.points.max(axis=0)])
+        self.cloud = StreamedCloud(
+            start.points, start.colors, start.normals, start.fields, store=self.store, box=box
+        )
+
+    def read(self, rows: Sequence[int]) -> PointCloud:
+        self.asked += rows
+        spans = [np.arange(self.starts[r], self.starts[r] + self.counts[r]) for r in rows]
+        return _rows(self.whole, np.concatenate(spans))
+
+
+def _rows(cloud: PointCloud, rows: np.ndarray) -> PointCloud:
+    assert cloud.colors is not None
+    assert cloud.normals is not None
+    fields = {name: values[rows] for name, values in cloud.fields.items()}
+    return PointCloud(cloud.points[rows], cloud.colors[rows], cloud.normals[rows], fields)
+
+
+def test_ids_are_the_rows_of_the_file_read_whole_whatever_is_loaded() -> None:
+    file = File()
+    ids = np.random.default_rng(3).integers(0, len(file.whole.points), 500)
+    for _ in range(2):
+        assert np.array_equal(file.store.points_of(ids), file.whole.points[ids])
+        holders = file.store.nodes_of(ids)
+        assert (file.starts[holders] <= ids).all()
+        assert (ids < file.starts[holders] + file.counts[holders]).all()
+        file.store.fetch([2, 5])
+    assert np.array_equal(file.cloud.position(int(ids[0])), file.whole.points[ids[0]])
+    assert file.store.points_of(np.zeros(0, np.int64)).shape == (0, 3)
+
+
+def test_fetched_nodes_are_kept_until_they_are_let_go() -> None:
+    file = File()
+    rows = [row for row in range(len(file.keys)) if row not in file.store.loaded()][:4]
+    pieces = file.store.fetch([*rows, *file.store.first])
+    assert file.asked == rows
+    for row, piece in zip([*rows, *file.store.first], pieces, strict=True):
+        assert np.array_equal(piece.cloud.points[piece.rows], file.whole.points[piece.ids])
+        assert np.array_equal(piece.cloud.colors[piece.rows], file.whole.colors[piece.ids])
+        assert len(piece.ids) == file.counts[row]
+    file.store.fetch(rows)
+    assert file.asked == rows
+    file.store.tree(rows[0], pieces[0].cloud)
+    again = replace(pieces[0], cloud=replace(pieces[0].cloud))
+    file.store.let_go(rows[0], again)  # one that has been read anew since stays
+    assert rows[0] in file.store.loaded()
+    file.store.let_go(rows[0], pieces[0])
+    assert rows[0] not in file.store.loaded()
+    assert file.store.tree(rows[1], pieces[1].cloud) is file.store.tree(rows[1], pieces[1].cloud)
+
+
+def test_runs_of_a_cloud_hold_all_that_its_points_have() -> None:
+    cloud = face(100)
+    a, b, c = parts_of(cloud, [30, 0, 70])
+    assert [len(part.points) for part in (a, b, c)] == [30, 0, 70]
+    assert np.array_equal(c.points, cloud.points[30:])
+    assert np.array_equal(c.colors, cloud.colors[30:])  # type: ignore[index]
+    assert np.array_equal(c.normals, cloud.normals[30:])  # type: ignore[index]
+    assert np.array_equal(c.fields["intensity"], cloud.fields["intensity"][30:])
+    bare = parts_of(PointCloud(cloud.points), [100])[0]
+    assert bare.colors is bare.normals is None
+
+
+def test_the_streamed_cloud_speaks_for_the_whole() -> None:
+    file = File()
+    assert file.cloud.count == len(file.whole.points) == file.store.total
+    assert np.array_equal(file.cloud.bounds, file.whole.bounds)
+    overview = file.cloud.overview()
+    assert type(overview) is PointCloud
+    assert len(overview.points) == file.counts[list(file.store.first)].sum()
+    half = file.store.total / 2
+    finer = file.counts[file.store.spacing < file.store.usual_spacing].sum()
+    coarser = file.counts[file.store.spacing > file.store.usual_spacing].sum()
+    assert finer <= half
+    assert coarser <= half
+
+
+@pytest.mark.parametrize("loaded", ["all", "some"])
+def test_the_surface_of_what_is_there_answers_like_the_cloud_of_it(loaded: str) -> None:
+    file = File()
+    rows = range(len(file.keys)) if loaded == "all" else range(0, len(file.keys), 2)
+    file.store.fetch(rows)
+    there = sorted(file.store.loaded())
+    ids = np.concatenate([file.starts[row] + np.arange(file.counts[row]) for row in there])
+    known = PointCloud(file.whole.points[ids])
+    plain, streamed = CloudSurface(known), StreamedSurface(file.cloud)
+    plain.build()
+    streamed.build()
+    assert streamed.count == len(file.whole.points)
+    assert streamed.extent == pytest.approx(np.linalg.norm(np.ptp(file.whole.points, axis=0)))
+    rng = np.random.default_rng(4)
+    for at in rng.integers(0, len(ids), 6):
+        centre = known.points[at] + rng.normal(0, 0.02, 3)
+        found = streamed.within(int(ids[at]), centre, 0.3)
+        assert np.array_equal(found, np.sort(ids[plain.within(int(at), centre, 0.3)]))
+        trace = known.points[at] + np.outer(np.linspace(-0.5, 0.5, 7), [1.0, 0.3, 0.2])
+        assert streamed.resolution_near(trace) == pytest.approx(plain.resolution_near(trace))
+        normal, theirs = streamed.outcrop_normal(trace), plain.outcrop_normal(trace)
+        assert abs(normal @ theirs) == pytest.approx(1.0, abs=1e-9)  # type: ignore[operator]
+        near, far = (s.normal_near(0, centre, 0.3) for s in (streamed, plain))
+        assert abs(near @ far) == pytest.approx(1.0, abs=1e-9)  # type: ignore[operator]
+        assert np.array_equal(streamed.corners(found), file.whole.points[found])
+
+
+def test_where_nothing_is_loaded_there_is_no_surface() -> None:
+    file = File()
+    surface = StreamedSurface(file.cloud)
+    away = UTM + [500.0, 500.0, 500.0]
+    assert surface.normal_near(0, away, 0.3) is None
+    assert surface.outcrop_normal(away + np.eye(3)) is None

@@ -1,0 +1,140 @@
+"""The field sheet says and draws the plan's own numbers."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.patches import Rectangle
+from matplotlib.quiver import Quiver
+
+from vomstudio.products.report.field_sheet import draw_field_sheet, figures, write_field_sheet
+from vomstudio.survey.plan_camera import PlanCamera
+from vomstudio.survey.planning import SurveyPlan, plan_survey
+
+APSC = PlanCamera("test <one>", 24.0, 16.0, 24.0, 6000, 4000)
+
+
+@pytest.fixture(scope="module")
+def plan() -> SurveyPlan:
+    return plan_survey(APSC, 30.0, 10.0, distance_m=20.0)
+
+
+def test_figures_stand_with_their_units(plan: SurveyPlan) -> None:
+    """24 mm on 24 mm of 6000 pixels see as much across as they are away: 3.33 mm a pixel."""
+    said = dict(figures(plan))
+    assert said["Camera"] == "test <one>, 6000 x 4000"
+    assert said["Lens"].startswith("24 mm")
+    assert said["Outcrop"] == "30 x 10 m"
+    assert said["Distance"] == "20 m"
+    assert said["Pixel on the rock"] == "3.33 mm"
+    assert said["Smallest plane"] == "3.3 m across"
+    assert said["One photo shows"] == "20 x 13.3 m"
+    assert said["Step between"] == "6 m along, 4 m up"
+    assert said["Overlap"] == "70%"
+    straight, oblique = len(plan.of_kind("perpendicular")), len(plan.of_kind("oblique"))
+    assert said["Photos"] == (f"{straight + oblique}: {straight} perpendicular, {oblique} oblique")
+    assert said["Views of a place"].startswith(f"{plan.views_least} or more, ")
+    near, far = plan.depth_of_field_m
+    assert said["Sharp at f/8"] == f"{near:.3g} m to " + (
+        "infinity" if far is None else f"{far:.3g} m"
+    )
+
+
+def cells(html: str, heading: str) -> list[list[str]]:
+    table = html.split(f"<h2>{heading}</h2>")[1].split("</table>")[0]
+    rows = re.findall(r"<tr>(.*?)</tr>", table)
+    return [re.findall(r"<t[hd]>(.*?)</t[hd]>", row) for row in rows]
+
+
+def test_the_page_lists_every_position_and_point(plan: SurveyPlan, tmp_path: Path) -> None:
+    write_field_sheet(tmp_path / "a.html", plan)
+    html = (tmp_path / "a.html").read_text("utf-8")
+    head, *rows = cells(html, "Positions")
+    assert head == ["photo", "kind", "along m", "up m", "away m", "turn deg", "tilt deg"]
+    assert len(rows) == len(plan.stations)
+    for row, s in zip(rows, plan.stations, strict=True):
+        places = [f"{v:.2f}" for v in (s.along_m, s.up_m, s.away_m)]
+        assert row == [str(s.number), s.kind, *places, f"{s.turn_deg:+.0f}", f"{s.tilt_deg:+.0f}"]
+    head, *rows = cells(html, "Control points")
+    assert rows == [
+        [p.label, p.use, f"{p.along_m:.2f}", f"{p.up_m:.2f}"] for p in plan.control_points
+    ]
+    assert "test &lt;one&gt;" in html
+    assert f"marks of {100 * plan.target_size_m:.2g} cm or more" in html
+    assert "<li>Date ____" in html
+
+
+@pytest.mark.parametrize("manner", ["handheld", "terrain"])
+def test_the_drawings_show_positions_where_they_are(manner: str) -> None:
+    plan = plan_survey(APSC, 30.0, 10.0, distance_m=20.0, manner=manner)  # type: ignore[arg-type]
+    front, above = draw_field_sheet(plan, pictures_only=True).axes
+    for axes, height in ((front, "up_m"), (above, "away_m")):
+        lines = {str(line.get_label()): line for line in axes.lines}
+        arrows = [c for c in axes.collections if isinstance(c, Quiver)]
+        for kind, arrow in zip(("perpendicular", "oblique"), arrows, strict=True):
+            some = plan.of_kind(kind)  # type: ignore[arg-type]
+            line = lines[f"{kind}: {len(some)}"]
+            assert np.array_equal(line.get_xdata(), [s.along_m for s in some])
+            assert np.array_equal(line.get_ydata(), [getattr(s, height) for s in some])
+            # Arrows point to what is aimed at.
+            across = np.array([s.target_along_m - s.along_m for s in some])
+            toward = [s.target_up_m - s.up_m if height == "up_m" else -s.away_m for s in some]
+            assert np.asarray(arrow.U) == pytest.approx(0.12 * across)
+            assert np.asarray(arrow.V) == pytest.approx(0.12 * np.array(toward))
+    boxes = [p for p in front.patches if isinstance(p, Rectangle)]
+    assert (boxes[0].get_xy(), boxes[0].get_width(), boxes[0].get_height()) == ((0, 0), 30, 10)
+    first, (w, h) = plan.of_kind("perpendicular")[0], plan.footprint_m
+    assert boxes[1].get_width() == w
+    assert boxes[1].get_height() == h
+    assert boxes[1].get_center() == pytest.approx((first.along_m, first.up_m))
+    marked = {
+        (line.get_xdata()[0], line.get_ydata()[0]): line.get_fillstyle()
+        for line in front.lines
+        if len(line.get_xdata()) == 1 and line.get_marker() == "s"
+    }
+    for point in plan.control_points:
+        filled = "full" if point.use == "control" else "none"
+        assert marked[point.along_m, point.up_m] == filled
+    assert [t.get_text() for t in front.texts] == [p.label for p in plan.control_points]
+    (ground,) = above.patches
+    assert ground.get_height() == pytest.approx(0.4)
+    assert ground.get_y() == pytest.approx(-0.4)
+    flat = manner == "terrain"
+    assert front.get_ylabel() == ("across, m\n(from above)" if flat else "up, m\n(as you face it)")
+    assert above.get_ylabel() == (
+        "above the ground, m\n(from the side)" if flat else "away from the rock, m\n(from above)"
+    )
+
+
+@pytest.mark.parametrize("ending", ["pdf", "svg", "html"])
+def test_a_sheet_is_written_without_its_date_and_only_over_what_may_go(
+    plan: SurveyPlan, tmp_path: Path, ending: str
+) -> None:
+    from vomstudio.errors import TargetError
+
+    path = tmp_path / f"sheet.{ending}"
+    write_field_sheet(path, plan)
+    with pytest.raises(TargetError):
+        write_field_sheet(path, plan)
+    write_field_sheet(path, plan, force=True)
+    assert b"CreationDate" not in path.read_bytes()
+    assert b"<dc:date>" not in path.read_bytes()
+
+
+def test_the_words_of_a_sheet_stand_in_their_columns(plan: SurveyPlan) -> None:
+    figure = draw_field_sheet(plan)
+    figure.draw_without_rendering()
+    boxes = {t.get_text(): t.get_window_extent() for t in figure.texts}
+    for name, value in figures(plan):
+        assert boxes[name].x1 < boxes[value].x0
+        assert boxes[name].y1 == pytest.approx(boxes[value].y1, abs=2.0)
+    order = list(boxes.values())
+    for i, one in enumerate(order):
+        for other in order[i + 1 :]:
+            assert not one.overlaps(other)
+    front, above = (axes.get_position() for axes in figure.axes)
+    assert above.y1 < front.y0
+    assert boxes["Photo survey: field sheet"].y0 > front.y1 * figure.bbox.height
