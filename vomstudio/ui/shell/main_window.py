@@ -407,7 +407,7 @@ class MainWindow(QMainWindow):
         if not self.photo_opening.may_close() or not self.files.ask_to_keep():
             event.ignore()
             return
-        self._settings.window = kept_window.to_keep(self, self.docks.state())
+        self.studio.settings.window = kept_window.to_keep(self, self.docks.state())
         self.studio.keep_settings()
         self.view.keep_camera()
         self._late_timer.stop()
