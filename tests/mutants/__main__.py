@@ -79,7 +79,7 @@ def _texts(package: str) -> list[tuple[str, str]]:
 
 def equivalent() -> dict[Key, str]:
     """Reasons of mutants that change no result."""
-    known = tomllib.loads(EQUIVALENT.read_text())["mutant"]
+    known = tomllib.loads(EQUIVALENT.read_text()).get("mutant", [])
     return {(m["file"], m["before"], m["after"]): m["reason"] for m in known}
 
 
