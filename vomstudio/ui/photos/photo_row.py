@@ -39,11 +39,12 @@ def tell_rows(rows: Sequence[PhotoRow], report: SurveyReport) -> None:
     for row in rows:
         row.findings = []
     for facts in report.photos:
-        if row := by_name.get(facts.name):
-            row.gsd_m, row.views = facts.gsd_m, facts.views
+        seen = by_name.get(facts.name)
+        if seen is not None:
+            seen.gsd_m, seen.views = facts.gsd_m, facts.views
             if facts.blur is not None:
-                row.blur = facts.blur
+                seen.blur = facts.blur
     for finding in report.findings:
         for name in finding.photos:
-            if row := by_name.get(name):
-                row.findings.append(finding.text)
+            if name in by_name:
+                by_name[name].findings.append(finding.text)
