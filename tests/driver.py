@@ -13,7 +13,8 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMessageBox, QPushButton, QWidget
 
-from vomstudio.document.records import Model, Trace
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Model
 from vomstudio.io.settings import read_settings
 from vomstudio.ui.shell.main_window import MainWindow
 
@@ -107,8 +108,8 @@ def settled(window: MainWindow) -> str:
     viewport = window.viewport
     wait(lambda: window.studio.models, "the model's data")
     model_id = next(iter(window.studio.models))
-    wait(lambda: "complete" in viewport._stages.get(model_id, ()), "the drawn model")
-    wait(lambda: not viewport._moving and not viewport._rest.isActive(), "the camera's rest")
+    wait(lambda: "complete" in viewport.models.reached(model_id), "the drawn model")
+    wait(lambda: viewport.still, "the camera's rest")
     return model_id
 
 
@@ -175,11 +176,10 @@ def pick(window: MainWindow, points: np.ndarray, modifier: Qt.KeyboardModifier =
 
 def look_at(window: MainWindow, points: np.ndarray, trend: float, plunge: float = 0.0) -> None:
     """Stand before some points and wait for the picture."""
-    window.viewport.look_along(trend, plunge)
-    window.viewport.frame(points)
+    window.viewport.moves.look_along(trend, plunge)
+    window.viewport.moves.frame(points)
     viewport = window.viewport
-    wait(lambda: not viewport._moving and not viewport._rest.isActive()
-         and viewport._scene.complete, "the camera's rest")  # fmt: skip
+    wait(lambda: viewport.still, "the camera's rest")
 
 
 # --- boxes -----------------------------------------------------------------------------------

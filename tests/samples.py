@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from vomstudio.document.records import Model, Registration, Trace
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Model, Registration
 
 # A zigzag on a plane that dips, with a little roughness.
 ZIGZAG = (

@@ -14,6 +14,7 @@ UNDER_THE_WINDOW = (
     "errors",
     "paths",
     "progress",
+    "signals",
     "geometry",
     "geology",
     "document",
@@ -27,6 +28,7 @@ UNDER_THE_WINDOW = (
     "products",
     "jobs",
     "tools",
+    "workspace",
     "cli",
 )
 QT_AND_VTK = ("PySide6", "shiboken6", "qtpy", "qtawesome", "vtk", "vtkmodules", "pyvista")

@@ -173,11 +173,11 @@ def run(app: QApplication, path: Path) -> None:
     pump(app, 120.0, lambda: {"complete", "pickable"} <= marks.keys())
     print("stages        " + ", ".join(f"{k} {v:.2f} s" for k, v in marks.items()))
     print(f"gaps          {heart.report()}")
-    scene = view._scene
+    scene = view.scene
     (model,) = (m for m in scene.models.values() if not m.model_id.startswith("preview:"))
 
     def settled() -> bool:
-        return bool(scene.complete) and scene.settled and not view._rest.isActive()
+        return bool(view.still) and scene.nodes.settled
 
     def say(what: str, seconds: float) -> None:
         held = sum(p.elements for p in model.parts)
@@ -187,21 +187,21 @@ def run(app: QApplication, path: Path) -> None:
               f"{own_memory():.0f} MB, {heart.report()}")  # fmt: skip
 
     say("whole view", pump(app, 60.0, settled))
-    before = view.camera_state()
+    before = view.moves.camera_state()
     for k in range(3):
         heart.restart()
         hit = view.pick(view.width() * (0.3 + 0.2 * k), view.height() * 0.5)
         if hit is not None:
             for _ in range(6):
                 view.camera.zoom(0.7, view.world_of(hit))
-                view.moved()
+                view.moves.moved()
                 pump(app, 0.05)
         pump(app, 0.3)
         say("closer", pump(app, 60.0, settled) + 0.6)
         if shot := os.environ.get("SHOTS"):
             view.grab().save(f"{shot}/closer{k}.png")
         heart.restart()
-        view.set_camera_state(before)
+        view.moves.set_camera_state(before)
         pump(app, 0.3)
         say("back", pump(app, 60.0, settled) + 0.3)
     if shot := os.environ.get("SHOTS"):

@@ -27,7 +27,7 @@ began = float(os.environ["BEGAN"])
 def lap(name):
     print(name, time.time() - began, flush=True)
 from PySide6.QtCore import QTimer
-from vomstudio.ui import main_window, start
+from vomstudio.ui.shell import main_window, start
 class Window(main_window.MainWindow):
     def paintEvent(self, event):
         super().paintEvent(event)

@@ -156,28 +156,28 @@ def drag(app: QApplication, widget: QWidget, steps: int) -> list[float]:
 
 def zoom(app: QApplication, view, heart: Heartbeat) -> None:  # type: ignore[no-untyped-def]
     """Ten notches closer at a time with a rest after each, then back in one go."""
-    scene = view._scene
+    scene = view.scene
     hit = view.pick(SIZE[0] / 2, SIZE[1] / 2)
     if hit is None:
         print("zoom                            nothing in the middle of the view")
         return
-    about, before = view.world_of(hit), view.camera_state()
+    about, before = view.world_of(hit), view.moves.camera_state()
     rests = []
     heart.restart()
     for _ in range(8):
         view.camera.zoom(0.72, about)
-        view.moved()
+        view.moves.moved()
         pump(app, 0.02)
-        rests.append(pump(app, 30.0, lambda: bool(scene.complete)))
+        rests.append(pump(app, 30.0, lambda: bool(scene.picture.complete)))
     levels = [s.level for m in scene.models.values() for s in m.skins.values()]
     print(
         f"zooming in, 8 rests             {max(rests):6.2f} s at most, texture levels {levels}, "
         f"{heart.report()}"
     )
     heart.restart()
-    view.set_camera_state(before)
+    view.moves.set_camera_state(before)
     pump(app, 0.02)
-    rest = pump(app, 30.0, lambda: bool(scene.complete))
+    rest = pump(app, 30.0, lambda: bool(scene.picture.complete))
     pump(app, 0.2)
     print(f"zooming out in one go           {rest:6.2f} s, {heart.report()}")
 
@@ -219,7 +219,7 @@ def run_cloud(app: QApplication, source: str, steps: int) -> None:
         lambda _, stage: stages.setdefault(stage, time.perf_counter() - started)
     )
     heart.restart()
-    view.add_model("m", data, np.eye(4), frame_camera=True)
+    view.models.add("m", data, np.eye(4), frame_camera=True)
     pump(app, 60.0, lambda: {"complete", "pickable"} <= stages.keys())
     print(
         "stages                          " + ", ".join(f"{k} {v:.2f} s" for k, v in stages.items())
@@ -233,7 +233,7 @@ def run_cloud(app: QApplication, source: str, steps: int) -> None:
     print(f"pick                            {milliseconds(picks)}")
     print(f"drag step                       {milliseconds(drag(app, view, steps))}")
     heart.restart()
-    rest = pump(app, 30.0, lambda: bool(view._scene.complete))  # type: ignore[union-attr]
+    rest = pump(app, 30.0, lambda: bool(view.scene.picture.complete))  # type: ignore[union-attr]
     pump(app, 0.3)
     print(f"coming to rest                  {rest:6.2f} s, {heart.report()}")
     display(app, view, heart, steps)
@@ -248,18 +248,18 @@ def display(app: QApplication, view, heart: Heartbeat, steps: int) -> None:  # t
     from vomstudio.rendering.view.clipping import ClipBox
     from vomstudio.rendering.view.scalars import ELEVATION, FieldStyle
 
-    scene = view._scene
+    scene = view.scene
 
     def whole() -> bool:
-        return bool(scene.complete) and not view._rest.isActive()
+        return bool(view.still)
 
     pump(app, 30.0, whole)
     before = memory_mb()
     heart.restart()
     started = time.perf_counter()
-    view.set_display("field")
-    view.set_field("m", FieldStyle(ELEVATION))
-    pump(app, 60.0, lambda: view.scale_of("m") is not None)
+    view.display.set_mode("field")
+    view.display.set_field("m", FieldStyle(ELEVATION))
+    pump(app, 60.0, lambda: view.display.scale_of("m") is not None)
     there = time.perf_counter() - started
     pump(app, 60.0, whole)
     spent = time.perf_counter() - started
@@ -267,19 +267,19 @@ def display(app: QApplication, view, heart: Heartbeat, steps: int) -> None:  # t
           f"{heart.report()}, {memory_mb() - before:+.0f} MB")  # fmt: skip
     heart.restart()
     started = time.perf_counter()
-    view.set_display("textured")
+    view.display.set_mode("textured")
     pump(app, 0.1)
     pump(app, 60.0, whole)
     print(f"and back                        {time.perf_counter() - started:6.2f} s, "
           f"{heart.report()}, {memory_mb() - before:+.0f} MB")  # fmt: skip
     box = ClipBox.around(scene.models["m"].corners_world())
-    view.set_clip_box(box)
+    view.clip.set_box(box)
     pump(app, 0.1)
     pump(app, 60.0, whole)
-    at = view.clip.places(view.extent())[1][1]
+    at = view.clip.places()[1][1]
     heart.restart()
     times = clip_drag(app, view, float(at[0]), float(at[1]), steps)
-    assert view.clip_box.high[0] < box.high[0]
+    assert view.clip.box.high[0] < box.high[0]
     print(f"drag step of a clipping face    {milliseconds(times)}")
     heart.restart()
     spent = pump(app, 60.0, whole)
@@ -292,12 +292,12 @@ def display(app: QApplication, view, heart: Heartbeat, steps: int) -> None:  # t
         view.pick(SIZE[0] * (0.3 + 0.002 * k), SIZE[1] * 0.5)
         picks.append(time.perf_counter() - t)
     print(f"pick, clipped                   {milliseconds(picks)}")
-    view.set_clip_box(None)
+    view.clip.set_box(None)
     pump(app, 0.1)
     pump(app, 60.0, whole)
     if isinstance(scene.models["m"].data, PointCloud):
         bare = [redraw(app, view, whole) for _ in range(3)]
-        view.set_eye_dome(True)
+        view.display.set_eye_dome(True)
         pump(app, 0.1)
         pump(app, 60.0, whole)
         heart.restart()
@@ -307,10 +307,10 @@ def display(app: QApplication, view, heart: Heartbeat, steps: int) -> None:  # t
 
 
 def redraw(app: QApplication, view, whole) -> float:  # type: ignore[no-untyped-def]
-    view._scene.abandon()
-    view._frame_dirty = False
+    view.scene.picture.abandon()
+    view._picture._dirty = False
     started = time.perf_counter()
-    view._come_to_rest()
+    view._picture._come_to_rest()
     pump(app, 60.0, whole)
     return time.perf_counter() - started
 
@@ -355,13 +355,13 @@ def memory(app: QApplication, millions: float, folder: Path) -> None:
     window.show()
     # Also the proxy's decimation and the texture reader, whose libraries are no part of a triangle.
     small = outcrop(200_000, folder)
-    view.add_model("s", small, np.eye(4), frame_camera=True)
+    view.models.add("s", small, np.eye(4), frame_camera=True)
     pump(app, 60.0, lambda: {"complete", "pickable"} <= stages)
-    view.remove_model("s")
+    view.models.remove("s")
     stages.clear()
     pump(app, 1.0)
     before = memory_mb()
-    view.add_model("m", mesh, np.eye(4), frame_camera=True)
+    view.models.add("m", mesh, np.eye(4), frame_camera=True)
     pump(app, 120.0, lambda: {"complete", "pickable"} <= stages)
     pump(app, 1.0)
     grown = (memory_mb() - before) * 1e6
@@ -384,7 +384,7 @@ def plain_frames(count: int) -> tuple[list[float], list[float]]:
         vtkRenderWindow,
     )
 
-    from vomstudio.rendering.scene import vtk_data
+    from vomstudio.rendering.prepare import vtk_data
 
     n = 173
     x, z = np.meshgrid(np.linspace(0, 100, n + 1), np.linspace(0, 60, n + 1))
@@ -432,7 +432,7 @@ def stock_drag(app: QApplication, mesh, steps: int) -> list[float]:  # type: ign
     import pyvistaqt
     from vtkmodules.vtkRenderingCore import vtkTexture
 
-    from vomstudio.rendering.scene import textures, vtk_data
+    from vomstudio.rendering.prepare import textures, vtk_data
 
     window = QMainWindow()
     window.resize(*SIZE)
@@ -484,7 +484,7 @@ def run(app: QApplication, millions: float, steps: int, folder: Path) -> None:
     )
     heart.restart()
     called = time.perf_counter()
-    view.add_model("m", mesh, np.eye(4), frame_camera=True)
+    view.models.add("m", mesh, np.eye(4), frame_camera=True)
     called = time.perf_counter() - called
     early: list[float] = []
 
@@ -501,7 +501,7 @@ def run(app: QApplication, millions: float, steps: int, folder: Path) -> None:
         "stages                          " + ", ".join(f"{k} {v:.2f} s" for k, v in stages.items())
     )
     print(f"while loading                   {heart.report()}")
-    model = view._scene.models["m"]  # type: ignore[union-attr]
+    model = view.scene.models["m"]  # type: ignore[union-attr]
     locators, model.locators = model.locators, []
     stages.pop("pickable")
     probe()
@@ -514,20 +514,20 @@ def run(app: QApplication, millions: float, steps: int, folder: Path) -> None:
         late.append(time.perf_counter() - t)
     print(f"pick with the locator           {milliseconds(late)}")
     pump(app, 0.5)
-    frames = view._scene.frames  # type: ignore[union-attr]
+    frames = view.scene.canvas.frames  # type: ignore[union-attr]
     pump(app, 1.0)
-    print(f"frames drawn in an idle second  {view._scene.frames - frames}")  # type: ignore[union-attr]
+    print(f"frames drawn in an idle second  {view.scene.canvas.frames - frames}")  # type: ignore[union-attr]
     bare, read = plain_frames(steps)
     print(f"plain 60,000-triangle frame     {milliseconds(bare)}")
     print(f"  the same, picture read        {milliseconds(read)}")
-    frames = view._scene.frames  # type: ignore[union-attr]
+    frames = view.scene.canvas.frames  # type: ignore[union-attr]
     times = drag(app, view, steps)
-    drawn = view._scene.frames - frames  # type: ignore[union-attr]
+    drawn = view.scene.canvas.frames - frames  # type: ignore[union-attr]
     print(f"drag step                       {milliseconds(times)}, {drawn} frames for {steps + 2}")
     ratio = np.percentile(times, 95) / np.percentile(bare, 95)
     print(f"  p95 over the plain frame's    {ratio:.2f}")
     heart.restart()
-    rest = pump(app, 30.0, lambda: bool(view._scene.complete))  # type: ignore[union-attr]
+    rest = pump(app, 30.0, lambda: bool(view.scene.picture.complete))  # type: ignore[union-attr]
     pump(app, 0.3)
     print(f"coming to rest                  {rest:6.2f} s, {heart.report()}")
     line = np.array(
@@ -571,12 +571,12 @@ def feature_changes(app: QApplication, view, line) -> list[float]:  # type: igno
         at = line[k % len(line)] + rng.uniform(-15, 15, 3) * [1.0, 0.2, 1.0]
         trace = at + np.cumsum(rng.normal(0, 0.15, (30, 3)), axis=0)
         made[f"f{k}"] = FeatureDrawing(f"f{k}", trace, None, (0.9, 0.6, 0.0), f"B{k} 132/41", at)
-    view.set_features(made)
+    view.features.change(made)
     app.processEvents()
     times = []
     for k in range(20):
         t = time.perf_counter()
-        view.set_selected([f"f{k}"])
+        view.features.select([f"f{k}"])
         app.processEvents()
         times.append(time.perf_counter() - t)
     return times

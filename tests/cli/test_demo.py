@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from vomstudio.cli import main
-from vomstudio.document.records import Trace
+from vomstudio.document.kinds.trace import Trace
 from vomstudio.io.project.folder import Project
 
 

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from vomstudio.document import edits
-from vomstudio.document.records import Frame, Model, Trace
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Frame, Model
 from vomstudio.io.project.folder import Project
 from vomstudio.io.text.orientation_reading import read_orientations
 

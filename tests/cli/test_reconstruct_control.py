@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from vomstudio import cli
-from vomstudio.io.control.tables import ControlPoint, Mark, write_control, write_marks
+from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.io.control.writing import write_control, write_marks
+from vomstudio.jobs.reconstruction_tasks import Reconstruction, ReconstructionOrder
+from vomstudio.survey.check_results import SurveyReport
 
 PHOTOS = ("a.jpg", "b.jpg")
-RESULT = {
-    "photos": 2, "registered": 2, "unregistered": [], "reprojection_error_px": 0.5,
-    "dense_points": 1, "faces": 1, "frame": "local", "mesh": "model.obj", "seconds": {},
-    "peak_memory_mb": 1, "report": "report.html", "work_mb": 1.0,
-}  # fmt: skip
+RESULT = Reconstruction(
+    photos=2, registered=2, unregistered=(), survey=SurveyReport("after", (), (), ""),
+    alignment_notes=(), reprojection_error_px=0.5, cameras="", sparse="", dense="",
+    mesh="model.obj", dense_points=1, faces=1, frame="local", scaled=True, seconds={},
+    peak_memory_mb=1, report="report.html", poses="", folder="", warnings=(), tie_points=1,
+    tie_points_of_3=1, photo_rows=(), dense_gsd_m=None, calibration=(), registration={},
+    model={}, settings={}, versions={}, drawing={}, work_mb=1.0,
+)  # fmt: skip
 
 
 @pytest.fixture
@@ -27,13 +32,13 @@ def folder(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def asked(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[ReconstructionOrder]:
     """What the worker would have been asked for."""
-    seen: list[dict[str, Any]] = []
+    seen: list[ReconstructionOrder] = []
 
-    def run_job(task: str, args: dict[str, Any], progress: object) -> dict[str, Any]:
-        seen.append(args)
-        return {**RESULT, "warnings": []}
+    def run_job(job: object, order: ReconstructionOrder, progress: object) -> Reconstruction:
+        seen.append(order)
+        return RESULT
 
     monkeypatch.setattr("vomstudio.jobs.running.run_job", run_job)
     return seen
@@ -57,15 +62,15 @@ def run(folder: Path, *words: str) -> int:
 def test_control_beside_the_photos_is_taken(folder, asked) -> None:
     points(folder, marked=3)
     assert run(folder) == 0
-    assert asked[0]["control"] == str(folder / "control.csv")
-    assert asked[0]["marks"] == str(folder / "marks.csv")
+    assert asked[0].control == folder / "control.csv"
+    assert asked[0].marks == folder / "marks.csv"
 
 
 def test_control_that_does_not_suffice_is_left_out_with_the_reason(folder, asked, capsys) -> None:
     points(folder, marked=2)
     assert run(folder) == 0
-    assert asked[0]["control"] is None
-    assert asked[0]["marks"] == str(folder / "marks.csv"), "they tie photos together"
+    assert asked[0].control is None
+    assert asked[0].marks == folder / "marks.csv", "they tie photos together"
     assert "C has no marks" in capsys.readouterr().err
 
 
@@ -73,13 +78,13 @@ def test_control_of_other_photos_or_in_one_line_is_left_out(folder, asked, capsy
     points(folder.parent, marked=3)
     (folder / "b.jpg").rename(folder / "c.jpg")
     assert run(folder) == 0
-    assert asked[0]["control"] is None
+    assert asked[0].control is None
     assert "A has 1 mark" in capsys.readouterr().err
     (folder / "c.jpg").rename(folder / "b.jpg")
     control = [ControlPoint(n, (i, 2.0 * i, 0.0)) for i, n in enumerate("ABC")]
     write_control(folder.parent / "control.csv", control)
     assert run(folder) == 0
-    assert asked[1]["control"] is None
+    assert asked[1].control is None
     assert "one line" in capsys.readouterr().err
 
 
@@ -89,30 +94,30 @@ def test_marks_in_the_folder_of_the_photos_belong_to_control_from_elsewhere(fold
     control.parent.mkdir()
     (folder / "control.csv").rename(control)
     assert run(folder, "--gcp", str(control)) == 0
-    assert (asked[0]["control"], asked[0]["marks"]) == (str(control), str(folder / "marks.csv"))
+    assert (asked[0].control, asked[0].marks) == (control, folder / "marks.csv")
 
 
 def test_control_can_be_declined(folder, asked) -> None:
     points(folder, marked=3)
     assert run(folder, "--gcp", "none") == 0
-    assert asked[0]["control"] is None
-    assert asked[0]["marks"] == str(folder / "marks.csv"), "they tie photos together"
+    assert asked[0].control is None
+    assert asked[0].marks == folder / "marks.csv", "they tie photos together"
 
 
 def test_marks_alone_are_tie_points(folder, asked) -> None:
     marks = folder.parent / "ties.csv"
     write_marks(marks, [Mark("A", "a.jpg", 1, 2)])
     assert run(folder, "--marks", str(marks)) == 0
-    assert (asked[0]["control"], asked[0]["marks"]) == (None, str(marks))
+    assert (asked[0].control, asked[0].marks) == (None, marks)
     assert run(folder, "--marks", str(folder / "gone.csv")) == 2
 
 
 def test_marks_alone_beside_the_photos_are_taken(folder, asked) -> None:
     write_marks(folder / "marks.csv", [Mark("A", "a.jpg", 1, 2)])
     assert run(folder) == 0
-    assert (asked[0]["control"], asked[0]["marks"]) == (None, str(folder / "marks.csv"))
+    assert (asked[0].control, asked[0].marks) == (None, folder / "marks.csv")
 
 
 def test_without_tables_there_is_no_control(folder, asked) -> None:
     assert run(folder) == 0
-    assert (asked[0]["control"], asked[0]["marks"]) == (None, None)
+    assert (asked[0].control, asked[0].marks) == (None, None)

@@ -9,17 +9,12 @@ import pytest
 
 from vomstudio.document import edits
 from vomstudio.document.comparison import nearest_picks, summary
+from vomstudio.document.kinds.lineation import Lineation
+from vomstudio.document.kinds.patch import Patch
+from vomstudio.document.kinds.reading import Reading
+from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurements import Measurements
-from vomstudio.document.records import (
-    DEFAULT_TYPES,
-    FeatureType,
-    Frame,
-    Lineation,
-    Model,
-    Patch,
-    Reading,
-    Trace,
-)
+from vomstudio.document.records import DEFAULT_TYPES, FeatureType, Frame, Model
 from vomstudio.errors import DocumentError
 
 LOCAL = Frame("local")

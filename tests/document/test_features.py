@@ -10,20 +10,14 @@ from scipy.spatial.transform import Rotation
 
 from tests.samples import placed
 from vomstudio.document import codec, edits
-from vomstudio.document.measurements import Measurements, measure_all, slip_rake
-from vomstudio.document.records import (
-    DEFAULT_TYPES,
-    Dimension,
-    FeatureType,
-    Frame,
-    Group,
-    Intersection,
-    Lineation,
-    Model,
-    Patch,
-    Reading,
-    Trace,
-)
+from vomstudio.document.kinds.dimension import Dimension
+from vomstudio.document.kinds.intersection import Intersection
+from vomstudio.document.kinds.lineation import Lineation, slip_rake
+from vomstudio.document.kinds.patch import Patch
+from vomstudio.document.kinds.reading import Reading
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.measurements import Measurements, measure_all
+from vomstudio.document.records import DEFAULT_TYPES, FeatureType, Frame, Group, Model
 from vomstudio.errors import DocumentError
 from vomstudio.geology.orientation import Line, Plane, slip_from_rake
 from vomstudio.geometry.patches import moments, outline, runs_of

@@ -13,16 +13,13 @@ import pytest
 from tests.document.conftest import MODEL
 from tests.samples import placed
 from vomstudio.document import edits
-from vomstudio.document.measurements import Measurements, measure_all, slip_rake
-from vomstudio.document.records import (
-    Dimension,
-    Frame,
-    Group,
-    Intersection,
-    Lineation,
-    Reading,
-    Trace,
-)
+from vomstudio.document.kinds.dimension import Dimension
+from vomstudio.document.kinds.intersection import Intersection
+from vomstudio.document.kinds.lineation import Lineation, slip_rake
+from vomstudio.document.kinds.reading import Reading
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.measurements import Measurements, measure_all
+from vomstudio.document.records import Frame, Group
 from vomstudio.errors import DocumentError
 from vomstudio.geology.orientation import (
     Plane,

@@ -11,7 +11,8 @@ import pytest
 from tests.samples import bed
 from vomstudio.document import edits
 from vomstudio.document.journal import replay
-from vomstudio.document.records import Frame, Trace
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Frame
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError, GeometryError
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vomstudio.geometry.brush import CloudSurface, MeshSurface, surface_of
+from vomstudio.geometry.brush import CloudSurface, MeshSurface
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.streaming.surfaces import surface_of
 
 UTM = np.array([465_123.0, 4_612_345.0, 820.0])
 

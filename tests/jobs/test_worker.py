@@ -12,58 +12,25 @@ import time
 
 import pytest
 
+from tests.jobs.odd_jobs import (
+    CHATTER,
+    COUNT,
+    DEAF,
+    DIE,
+    FAULT,
+    LEVITATE,
+    NAN,
+    NO_MEMORY,
+    OTHER_ANSWER,
+    To,
+    Word,
+)
 from vomstudio.errors import WorkerError
 from vomstudio.jobs.events import Done, Failed, Stage, Step, from_line, to_line
+from vomstudio.jobs.job import Nothing
+from vomstudio.jobs.model_tasks import LOAD_MODEL, ModelFile
 from vomstudio.jobs.supervisor import Worker
 from vomstudio.paths import resource
-
-# A task that a test puts into the child: sitecustomize-free, by a module on PYTHONPATH.
-TASKS = """
-import os, sys, time
-from vomstudio.jobs import tasks
-
-def chatter(args, progress):
-    print("a library speaks on stdout")
-    os.write(1, b"and a native one too\\n")
-    return {"said": args["word"]}
-
-def count(args, progress):
-    progress.stage("counting", args["to"])
-    for i in range(args["to"]):
-        progress.step(i)
-        time.sleep(0.005)
-    return {}
-
-def deaf(args, progress):
-    progress.stage("deaf")
-    time.sleep(60)
-    return {}
-
-def deafest(args, progress):
-    # Python's lock is held all the while: no thread of the child hears anything.
-    import ctypes
-    progress.stage("deafest")
-    ctypes.PyDLL(None).sleep(60)
-    return {}
-
-def die(args, progress):
-    progress.stage("dying")
-    os.abort()
-
-def nan(args, progress):
-    return {"value": float("nan")}
-
-def fault(args, progress):
-    raise RuntimeError("our own fault")
-
-def no_memory(args, progress):
-    raise MemoryError
-
-tasks.TASKS.update(chatter=chatter, count=count, deaf=deaf, deafest=deafest, die=die, nan=nan,
-                   fault=fault, no_memory=no_memory)
-from vomstudio.jobs import worker
-sys.exit(worker.main())
-"""
 
 
 class Listener:
@@ -88,15 +55,13 @@ class Listener:
 
 
 @pytest.fixture
-def worker(tmp_path, monkeypatch):
-    """A supervisor whose child also knows the tasks above."""
-    script = tmp_path / "child.py"
-    script.write_text(TASKS)
+def worker(monkeypatch):
+    """A supervisor whose child also knows the odd jobs."""
     real = subprocess.Popen
 
     def start(words, **more):
         assert words[1:] == ["-m", "vomstudio", "--worker"]
-        return real([sys.executable, str(script)], **more)
+        return real([sys.executable, "-m", "tests.jobs.odd_jobs"], **more)
 
     monkeypatch.setattr("vomstudio.jobs.supervisor.subprocess.Popen", start)
     made = Worker()
@@ -121,20 +86,24 @@ def test_what_is_no_event_is_refused(line):
 
 def test_a_library_that_prints_does_not_break_the_protocol(worker):
     heard = Listener()
-    worker.submit("chatter", {"word": "hello"}, heard)
-    assert heard.end() == Done(1, {"said": "hello"})
+    worker.submit(CHATTER, Word("hello"), heard)
+    assert heard.end() == Done(1, Word("hello"))
 
 
 def test_progress_comes_in_order_and_before_the_result(worker):
     heard = Listener()
-    worker.submit("count", {"to": 5}, heard)
+    worker.submit(COUNT, To(5), heard)
     heard.end()
-    assert heard.events == [Stage(1, "counting", 5), *(Step(1, i) for i in range(5)), Done(1, {})]
+    assert heard.events == [
+        Stage(1, "counting", 5),
+        *(Step(1, i) for i in range(5)),
+        Done(1, Nothing()),
+    ]
 
 
 def test_a_cancelled_job_ends_as_cancelled_and_the_process_lives_on(worker):
     heard = Listener()
-    job = worker.submit("count", {"to": 5000}, heard)
+    job = worker.submit(COUNT, To(5000), heard)
     heard.until(lambda e: isinstance(e, Step))
     process = worker._process
     worker.cancel(job)
@@ -142,46 +111,57 @@ def test_a_cancelled_job_ends_as_cancelled_and_the_process_lives_on(worker):
     end = heard.end()
     assert end.cancelled
     after = Listener()
-    worker.submit("count", {"to": 1}, after)
+    worker.submit(COUNT, To(1), after)
     assert isinstance(after.end(), Done)
     assert worker._process is process
 
 
 def test_a_waiting_job_can_be_cancelled(worker):
     first, second = Listener(), Listener()
-    worker.submit("count", {"to": 100}, first)
-    job = worker.submit("count", {"to": 100}, second)
+    worker.submit(COUNT, To(100), first)
+    job = worker.submit(COUNT, To(100), second)
     worker.cancel(job)
     assert isinstance(first.end(), Done)
     assert second.end().cancelled
     assert len(second.events) == 1
 
 
+def test_cancelling_a_waiting_job_never_ends_the_one_before_it(worker, monkeypatch):
+    monkeypatch.setattr("vomstudio.jobs.supervisor._GRACE_S", 0.1)
+    first, second = Listener(), Listener()
+    worker.submit(COUNT, To(200), first)
+    first.until(lambda e: isinstance(e, Step))
+    job = worker.submit(COUNT, To(200), second)
+    worker.cancel(job)
+    assert isinstance(first.end(), Done)
+    assert second.end().cancelled
+
+
 def test_a_job_that_does_not_listen_is_ended_with_its_process(worker, monkeypatch):
     monkeypatch.setattr("vomstudio.jobs.supervisor._GRACE_S", 0.2)
     heard = Listener()
-    job = worker.submit("deaf", {}, heard)
+    job = worker.submit(DEAF, Nothing(), heard)
     heard.until(lambda e: isinstance(e, Stage))
     begun = time.monotonic()
     worker.cancel(job)
     assert heard.end().cancelled
     assert time.monotonic() - begun < 5.0
     after = Listener()
-    worker.submit("count", {"to": 1}, after)
+    worker.submit(COUNT, To(1), after)
     assert isinstance(after.end(), Done)
 
 
 def test_a_worker_that_dies_fails_every_job_it_had_and_is_replaced(worker):
     first, second = Listener(), Listener()
-    worker.submit("die", {}, first)
-    worker.submit("count", {"to": 1}, second)
+    worker.submit(DIE, Nothing(), first)
+    worker.submit(COUNT, To(1), second)
     for heard in (first, second):
         end = heard.end()
         assert isinstance(end, Failed)
         assert end.exit_code == 1
         assert "try again" in end.message
     after = Listener()
-    worker.submit("count", {"to": 1}, after)
+    worker.submit(COUNT, To(1), after)
     assert isinstance(after.end(), Done)
 
 
@@ -189,12 +169,12 @@ def test_a_worker_that_dies_fails_every_job_it_had_and_is_replaced(worker):
 def test_jobs_are_answered_even_if_the_next_one_comes_right_after_a_death(worker, pause_s):
     """The supervisor may notice the death by the next command, before the reader does."""
     heard, after = Listener(), Listener()
-    worker.submit("deaf", {}, heard)
+    worker.submit(DEAF, Nothing(), heard)
     heard.until(lambda e: isinstance(e, Stage))
     os.kill(worker._process.pid, signal.SIGKILL)
     time.sleep(pause_s)
     try:
-        worker.submit("count", {"to": 1}, after)
+        worker.submit(COUNT, To(1), after)
     except WorkerError:
         after = None
     assert isinstance(heard.end(), Failed)
@@ -204,19 +184,24 @@ def test_jobs_are_answered_even_if_the_next_one_comes_right_after_a_death(worker
 
 @pytest.mark.parametrize(
     ("task", "words"),
-    [("nan", "nan failed"), ("fault", "our own fault"), ("no_memory", "not enough memory")],
+    [
+        (NAN, "value is nan, which cannot cross"),
+        (FAULT, "our own fault"),
+        (NO_MEMORY, "not enough memory"),
+        (OTHER_ANSWER, "Value has no field word"),
+    ],
 )
 def test_a_task_that_fails_says_so_and_the_worker_lives(worker, task, words):
     heard, after = Listener(), Listener()
-    worker.submit(task, {}, heard)
+    worker.submit(task, Nothing(), heard)
     assert words in heard.end().message
-    worker.submit("count", {"to": 1}, after)
+    worker.submit(COUNT, To(1), after)
     assert isinstance(after.end(), Done)
 
 
 def test_an_unknown_task_fails_politely(worker):
     heard = Listener()
-    worker.submit("levitate", {}, heard)
+    worker.submit(LEVITATE, Nothing(), heard)
     end = heard.end()
     assert isinstance(end, Failed)
     assert "levitate" in end.message
@@ -226,13 +211,13 @@ def test_an_unknown_task_fails_politely(worker):
 def test_a_closed_supervisor_takes_no_more_jobs_and_starts_no_process(worker):
     worker.close()
     with pytest.raises(WorkerError):
-        worker.submit("count", {"to": 1}, Listener())
+        worker.submit(COUNT, To(1), Listener())
     assert worker._process is None
 
 
 def test_closing_ends_the_process_and_says_nothing_more(worker):
     heard = Listener()
-    worker.submit("deaf", {}, heard)
+    worker.submit(DEAF, Nothing(), heard)
     heard.until(lambda e: isinstance(e, Stage))
     process = worker._process
     begun = time.monotonic()
@@ -243,21 +228,23 @@ def test_closing_ends_the_process_and_says_nothing_more(worker):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere such a child ends a little later")
-def test_native_code_that_hears_nothing_ends_with_a_killed_supervisor(tmp_path):
-    (tmp_path / "child.py").write_text(TASKS)
+def test_native_code_that_hears_nothing_ends_with_a_killed_supervisor():
     supervisor = (
         "import subprocess, sys, time\n"
         "real = subprocess.Popen\n"
-        "def start(words, **more): return real([sys.executable, sys.argv[1]], **more)\n"
+        "def start(words, **more): return real("
+        "[sys.executable, '-m', 'tests.jobs.odd_jobs'], **more)\n"
         "subprocess.Popen = start\n"
+        "from tests.jobs.odd_jobs import DEAFEST\n"
+        "from vomstudio.jobs.job import Nothing\n"
         "from vomstudio.jobs.supervisor import Worker\n"
         "worker = Worker()\n"
         "say = lambda event: print(worker._process.pid, flush=True)\n"
-        "worker.submit('deafest', {}, say)\n"
+        "worker.submit(DEAFEST, Nothing(), say)\n"
         "time.sleep(60)\n"
     )
     with subprocess.Popen(
-        [sys.executable, "-c", supervisor, str(tmp_path / "child.py")],
+        [sys.executable, "-c", supervisor],
         stdout=subprocess.PIPE, text=True,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)},
     ) as process:  # fmt: skip
@@ -318,25 +305,21 @@ def test_a_model_crosses_by_the_cache(tmp_path):
 
     worker, heard = Worker(), Listener()
     try:
-        args = {"path": str(resource("outcrop", "outcrop.obj")), "cache": str(tmp_path)}
-        worker.submit("load_model", args, heard)
+        worker.submit(LOAD_MODEL, ModelFile(resource("outcrop", "outcrop.obj"), tmp_path), heard)
         end = heard.end(60.0)
     finally:
         worker.close()
     assert isinstance(end, Done)
-    assert end.result["kind"] == "mesh"
+    assert end.result.kind == "mesh"
     assert any(isinstance(e, Stage) for e in heard.events)
-    from pathlib import Path
-
-    data = model_cache.open_cached(Path(end.result["folder"])).data
+    data = model_cache.open_cached(end.result.folder).data
     assert len(data.faces) > 0
 
 
 def test_a_missing_file_is_one_sentence(tmp_path):
     worker, heard = Worker(), Listener()
     try:
-        args = {"path": str(tmp_path / "gone.obj"), "cache": str(tmp_path)}
-        worker.submit("load_model", args, heard)
+        worker.submit(LOAD_MODEL, ModelFile(tmp_path / "gone.obj", tmp_path), heard)
         end = heard.end(60.0)
     finally:
         worker.close()

@@ -11,6 +11,7 @@ import argparse
 import json
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -19,9 +20,26 @@ import numpy as np
 
 from tests.samples import ZIGZAG
 from vomstudio.document import edits
-from vomstudio.document.records import Dimension, Frame, Lineation, Model, Patch, Trace
-from vomstudio.geometry.brush import surface_of
+from vomstudio.document.kinds.dimension import Dimension
+from vomstudio.document.kinds.lineation import Lineation
+from vomstudio.document.kinds.patch import Patch
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.photo_edits import add_photo_set, add_reconstruction
+from vomstudio.document.records import (
+    IDENTITY,
+    Frame,
+    ImageMark,
+    MarkedPoint,
+    Mask,
+    Model,
+    PhotoSet,
+    Reconstruction,
+    Registration,
+)
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.streaming.surfaces import surface_of
+from vomstudio.io.control.points import ControlPoint
+from vomstudio.io.project.assets import asset_path, keep_asset
 from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent
 
 Event = tuple[str, Callable[[], object]]
@@ -44,7 +62,29 @@ def on_screen(studio: Any) -> dict[str, Any]:
             for p in studio.session.of(Patch)
         ],
         "models": [
-            [m.name, m.frame.kind, m.frame.crs, m.content_hash] for m in studio.session.of(Model)
+            [m.name, m.frame.kind, m.frame.crs, m.content_hash,
+             m.registration.name if m.registration else "", [list(row) for row in m.to_world]]
+            for m in studio.session.of(Model)
+        ],
+        "photos": [[s.name, s.path, s.crs] for s in studio.session.of(PhotoSet)],
+        "points": sorted(
+            [p.label, list(p.position or ()), p.sigma_m, p.check]
+            for p in studio.session.of(MarkedPoint)
+        ),
+        "marks": sorted(
+            [studio.records[m.point_id].label, m.photo, m.x, m.y]
+            for m in studio.session.of(ImageMark)
+        ),
+        "masks": sorted(
+            [m.photo, asset_path(studio.project.folder, m.file).read_bytes().decode()]
+            for m in studio.session.of(Mask)
+        ),
+        "reconstructions": [
+            [r.name, r.folder, r.registered] for r in studio.session.of(Reconstruction)
+        ],
+        "registrations": [
+            [r.name, r.method, [list(row) for row in r.matrix]]
+            for r in studio.session.of(Registration)
         ],
         "lines": [
             [f.name, f.type_id, f.slip, studio.records[f.plane_id].name if f.plane_id else "",
@@ -67,13 +107,6 @@ def announce(name: str, studio: Any) -> None:
     print(json.dumps({"event": name, "screen": on_screen(studio)}), flush=True)
 
 
-class NoJobs:
-    """Stands where the worker processes are; nothing is ever loaded or written."""
-
-    def __getattr__(self, name: str) -> Any:
-        return lambda *args, **values: []
-
-
 # --- without a viewport --------------------------------------------------------------------------
 def make_studio() -> Any:
     from vomstudio.io.settings import Settings
@@ -81,7 +114,6 @@ def make_studio() -> Any:
 
     studio = Studio(Settings())
     studio.jobs.close()
-    studio.jobs = NoJobs()
     return studio
 
 
@@ -195,7 +227,60 @@ def studio_events(studio: Any, outcrop: Path) -> list[Event]:
         ("finish", studio.finish_tool),
         ("undo", studio.undo),
         click(bed(3.0)[3]),
+        *photo_events(studio),
         (LAST, save),
+    ]  # fmt: skip
+
+
+def photo_events(studio: Any) -> list[Event]:
+    """What a model rests on, as the windows of photos change it."""
+    from vomstudio.ui.photos.photo_document import PhotoDocument
+
+    document = PhotoDocument(studio)
+    wall = PhotoSet("photos-1", "wall", "/home/geologist/wall", "EPSG:32633")
+    run = Reconstruction("run-1", wall.id, "wall", "wall-low", "low", "0" * 64, (), 9, 8, 0.4)
+    found = Registration("r-1", "control points, wall", "control", Frame("crs", "EPSG:32633"))
+    east = ((1.0, 0.0, 0.0, 250.0), *IDENTITY[1:])
+
+    def add() -> None:
+        studio.attempt(add_photo_set, wall)
+        document.look_at(Path(wall.path))
+
+    def mark(label: str, x: float, join: str | None = None) -> None:
+        made = document.marking().marked(label, "a.jpg", (x, 7.0))
+        document.set_marking(f"Mark {label}", made, join)
+
+    def place(label: str, height: float) -> None:
+        point = ControlPoint(label, (4e5, 5e6, height), 0.02)
+        document.set_marking(f"Coordinates of {label}", document.marking().placed(point))
+
+    def mask(*photos: str) -> None:
+        file = keep_asset(studio.project.folder, f"mask of {photos}".encode(), ".png")
+        document.set_masks("Leave out", dict.fromkeys(photos, file))
+
+    return [
+        ("photos", add),
+        ("control point", lambda: place("P1", 120.0)),
+        ("mark", lambda: mark("P1", 10.0)),
+        ("nudge", lambda: mark("P1", 10.1, "nudged")),
+        ("nudge", lambda: mark("P1", 10.2, "nudged")),
+        ("undo", studio.undo),
+        ("redo", studio.redo),
+        ("tie point", lambda: mark("tie1", 33.0)),
+        ("rename", lambda: document.set_marking(
+            "Rename tie1", document.marking().renamed("tie1", "corner"))),
+        ("mask", lambda: mask("a.jpg")),
+        ("mask", lambda: mask("a.jpg", "b.jpg")),
+        ("undo", studio.undo),
+        ("remove point", lambda: document.set_marking(
+            "Remove corner", document.marking().removed("corner"))),
+        ("undo", studio.undo),
+        ("make model", lambda: studio.attempt(add_reconstruction, run, found)),
+        ("register", lambda: studio.attempt(edits.set_registration, found, ["m1"])),
+        ("register anew", lambda: studio.attempt(
+            edits.set_registration, replace(found, matrix=east))),
+        ("undo", studio.undo),
+        ("redo", studio.redo),
     ]  # fmt: skip
 
 

@@ -19,6 +19,7 @@ from tests.photogrammetry.made_reconstruction import NAMES
 from vomstudio.document import edits
 from vomstudio.document.records import Frame, Model
 from vomstudio.ui.alignment.alignment_dialog import AlignmentDialog
+from vomstudio.ui.common.chosen import current_model
 
 
 @pytest.fixture(scope="module")
@@ -79,19 +80,19 @@ def test_cameras_stand_where_the_photos_were_taken(window, made, opened) -> None
     before = picture(viewport)
     action.trigger()
     assert action.isChecked()
-    shown = viewport._frusta
+    shown = viewport.photos.frusta
     centres = made.scene.centres + made.scene.origin
     assert np.allclose([f.tip for f in shown], centres)
     # Home brings them into view, which stand outside the outcrop.
     driver.key(window, Qt.Key.Key_Home)
     driver.settled(window)
-    wait(lambda: viewport._scene.complete, "the picture")
+    wait(lambda: viewport.scene.picture.complete, "the picture")
     pixels, _ = viewport.project(centres)
     assert ((pixels > 0) & (pixels < [viewport.width(), viewport.height()])).all()
     assert np.abs(picture(viewport) - before).max() > 40
     # Under the cursor they say which photo they are.
     driver.move(viewport, QPoint(*(int(v) for v in pixels[1])))
-    wait(lambda: viewport._hot_camera == "b.jpg", "the name")
+    wait(lambda: viewport.photos.hot == "b.jpg", "the name")
     driver.keep_picture(window, "alignment-cameras")
     # They follow when the model is placed anew.
     record = window.studio.records[opened]
@@ -100,12 +101,12 @@ def test_cameras_stand_where_the_photos_were_taken(window, made, opened) -> None
     assert window.studio.attempt(edits.declare_frame, opened, moved)
     record = window.studio.records[opened]
     matrix = np.array(record.to_world)
-    assert np.allclose(viewport._frusta[2].tip, matrix[:3, :3] @ centres[2] + matrix[:3, 3])
+    assert np.allclose(viewport.photos.frusta[2].tip, matrix[:3, :3] @ centres[2] + matrix[:3, 3])
     window.studio.set_visible([opened], False)
-    assert not viewport._frusta
+    assert not viewport.photos.frusta
     window.studio.set_visible([opened], True)
     action.trigger()
-    assert not viewport._frusta
+    assert not viewport.photos.frusta
 
 
 def test_cameras_outlive_the_window(window, made, opened, tmp_path) -> None:
@@ -116,7 +117,7 @@ def test_cameras_outlive_the_window(window, made, opened, tmp_path) -> None:
     QApplication.processEvents()
     again = driver.make_window([folder])
     try:
-        wait(lambda: again.viewport._frusta, "the cameras")
+        wait(lambda: again.viewport.photos.frusta, "the cameras")
         assert again.actions_table.all["display_cameras"].isChecked()
     finally:
         driver.dismiss(again)
@@ -142,13 +143,13 @@ def test_tie_points_open_in_the_frame_of_the_model_with_their_error(window, made
     points = window.studio.session.of(Model)[-1]
     assert points.name == f"{window.studio.records[opened].name} tie points"
     assert points.frame == window.studio.records[opened].frame
-    wait(lambda: window.viewport.scale_of(points.id) is not None, "the colours")
-    scale = window.viewport.scale_of(points.id)
+    wait(lambda: window.viewport.display.scale_of(points.id) is not None, "the colours")
+    scale = window.viewport.display.scale_of(points.id)
     assert scale.title == "error"
     assert scale.unit == "px"
     assert np.isclose(scale.high, 0.5 / 3, atol=0.01)
     names = [window.display_panel.field.itemData(i) for i in range(3)]
-    assert {"error_px", "views"} <= set(names) or window.files.current_model().id != points.id
+    assert {"error_px", "views"} <= set(names) or current_model(window.studio).id != points.id
     # Asked for again, they are not opened twice.
     window.actions_table.run("show_tie_points")
     driver.pause(100)
@@ -161,7 +162,7 @@ def test_the_photos_panel_leads_to_the_alignment(window, made) -> None:
     shutil.copytree(made.out, folder)
     window.open_path(made.photos)
     wait(lambda: window.survey.rows and not window.survey.reading, "the check", 120.0)
-    window.show_dock("photos")
+    window.docks.bring_forward("photos")
     button = window.photos_panel.results
     shown: list[list[bool]] = []
 
@@ -187,10 +188,10 @@ def test_the_photos_panel_leads_to_the_alignment(window, made) -> None:
     window.actions_table.run("home")
     driver.settled(window)
     choose(window.photos_panel.table, 2)
-    assert window.viewport._chosen_cameras == {"c.jpg"}
+    assert window.viewport.photos.chosen == {"c.jpg"}
     (tip,), _ = window.viewport.project(made.scene.centres[:1] + made.scene.origin)
     driver.click(window.viewport, QPoint(*(round(float(v)) for v in tip)))
-    wait(lambda: window.viewport._chosen_cameras == {"a.jpg"}, "the other photo")
+    wait(lambda: window.viewport.photos.chosen == {"a.jpg"}, "the other photo")
     assert window.photos_panel.table.currentRow() == 0
     driver.keep_picture(window, "alignment-panel")
 

@@ -13,7 +13,7 @@ from vomstudio.ui.scene import display_commands
 
 def menu_of_fields(window, name: str):
     menu = QMenu(window)
-    display_commands.fill_fields(window, menu)
+    display_commands.fill_fields(menu, window.studio)
     (action,) = [a for a in menu.actions() if a.text().startswith(name)]
     return action
 
@@ -28,7 +28,7 @@ def test_a_field_and_a_clipping_box_outlive_the_window(window, outcrop, tmp_path
     model_id = driver.open_outcrop(window, outcrop)
     before = picture(window)
     menu_of_fields(window, "Elevation").trigger()
-    wait(lambda: window.viewport.scale_of(model_id) is not None, "the field")
+    wait(lambda: window.viewport.display.scale_of(model_id) is not None, "the field")
     wait(lambda: window.viewport.overlays.bars, "the colour bar")
     driver.settled(window)
     assert np.abs(picture(window) - before).max() > 80
@@ -37,7 +37,7 @@ def test_a_field_and_a_clipping_box_outlive_the_window(window, outcrop, tmp_path
     assert box is not None
     middle = (box.low[0] + box.high[0]) / 2
     window.display_panel.faces[1].setValue(middle)
-    assert abs(window.viewport.clip_box.high[0] - middle) < 0.01
+    assert abs(window.viewport.clip.box.high[0] - middle) < 0.01
     folder = tmp_path / "kept.vom"
     window.studio.save_as(folder)
     kept = window.studio.display.as_dict()
@@ -47,9 +47,9 @@ def test_a_field_and_a_clipping_box_outlive_the_window(window, outcrop, tmp_path
     again = driver.make_window([folder])
     try:
         wait(lambda: model_id in again.studio.models, "the model")
-        wait(lambda: again.viewport.scale_of(model_id) is not None, "the field")
+        wait(lambda: again.viewport.display.scale_of(model_id) is not None, "the field")
         assert again.studio.display.as_dict() == kept
-        assert again.viewport.clip_box == window.studio.display.box
+        assert again.viewport.clip.box == window.studio.display.box
         assert again.actions_table.all["clipping_box"].isChecked()
     finally:
         driver.dismiss(again)

@@ -12,7 +12,8 @@ from PySide6.QtWidgets import QApplication, QDialogButtonBox, QFileDialog
 from tests import driver
 from tests.driver import wait
 from vomstudio.document import edits
-from vomstudio.document.records import Reading, Trace
+from vomstudio.document.kinds.reading import Reading
+from vomstudio.document.kinds.trace import Trace
 from vomstudio.ui.analyse.readings_dialog import ReadingsDialog
 
 

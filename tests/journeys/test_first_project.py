@@ -16,7 +16,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QMessageBox
 
 from tests import driver
 from tests.driver import click, drag, focus, key, look_at, pick, pixel, traces, wait
-from vomstudio.document.records import Trace
+from vomstudio.document.kinds.trace import Trace
 
 BEDS = ("B01", "B04", "B07")
 
@@ -154,9 +154,9 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
     assert studio.selection.ids == (second.id,)
     assert window.tree._items[second.id].isSelected()
     assert chosen_rows(window) == [second.id]
-    assert window.viewport._selected == frozenset({second.id})
-    assert window.properties._name.text() == "B02"
-    wait(lambda: viewport._scene.complete, "the picture")
+    assert window.viewport.features.selected == frozenset({second.id})
+    assert window.properties.fields["name"].text() == "B02"
+    wait(lambda: viewport.scene.picture.complete, "the picture")
     driver.keep_picture(window, "journey-4-selected")
 
     # Rename in the table, by typing.
@@ -188,14 +188,14 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
     window.files.export_to("csv", tmp_path / "out.csv")
     window.files.export_to("gpkg", tmp_path / "out.gpkg")
     wait(lambda: (folder / "project.gpkg").is_file(), "the project's GIS layers")
-    camera = viewport.camera_state()
+    camera = viewport.moves.camera_state()
     assert window.close()
 
     # Reopen.
     window = driver.make_window([folder])
     driver.settled(window)
     driver.pause(600)
-    seen = window.viewport.camera_state()
+    seen = window.viewport.moves.camera_state()
     assert seen.keys() == camera.keys()
     for part, value in camera.items():
         assert np.allclose(seen[part], value, rtol=1e-12, atol=1e-12), f"not as it was left: {part}"

@@ -13,7 +13,8 @@ from PySide6.QtTest import QTest
 from tests import driver
 from tests.driver import click, drag, key, look_at, move, wait
 from vomstudio.document import edits
-from vomstudio.document.records import Patch, Trace
+from vomstudio.document.kinds.patch import Patch
+from vomstudio.document.kinds.trace import Trace
 from vomstudio.geometry.patches import ids_of
 from vomstudio.io.photos.cameras_file import write_cameras
 from vomstudio.io.project.sample import read_picks, read_true_cameras
@@ -55,8 +56,8 @@ def points_of(window, name: str) -> np.ndarray:
 
 def spot(canvas, panel, world: np.ndarray) -> QPoint:
     """Where a World point is on the canvas."""
-    photos = panel._photos.views
-    x, y = canvas.screen_of(photos.pixels(panel._view, world[None]))[0]
+    photos = panel.shown.photos.views
+    x, y = canvas.screen_of(photos.pixels(panel.shown.view, world[None]))[0]
     return QPoint(round(float(x)), round(float(y)))
 
 
@@ -76,13 +77,13 @@ def test_a_bed_is_seen_in_its_photos_and_another_is_picked_there(traced):
     wait(lambda: "B05: seen in" in panel.words.text(), "the photos that show it")
     wait(lambda: any(d.id == "B05" for d in canvas._drawn), "the bed on the photo")
     points = points_of(window, "B05")
-    views = panel._photos.views
+    views = panel.shown.photos.views
     # The list holds those photos that truly show it, and the panel one of the best of them.
     for name in panel.names:
         assert views.shows(views.row(name), points).any()
     best = max(views.shows(i, points).mean() for i in range(12))
-    assert views.shows(panel._view, points).mean() >= best - 0.2
-    assert canvas.sees(views.pixels(panel._view, points).mean(axis=0)[None]), "it is in sight"
+    assert views.shows(panel.shown.view, points).mean() >= best - 0.2
+    assert canvas.sees(views.pixels(panel.shown.view, points).mean(axis=0)[None]), "it is in sight"
     driver.pause(200)
     driver.keep_picture(window, "in-photos-1-selected")
 
@@ -104,7 +105,7 @@ def test_a_bed_is_seen_in_its_photos_and_another_is_picked_there(traced):
     studio.selection.set(["B14"])
     wait(lambda: "B14: seen in" in panel.words.text(), "the other bed")
     wait(lambda: canvas._picture is not None, "its photo")
-    name, inside = panel.photo, views.shows(panel._view, chosen, 0.02)
+    name, inside = panel.photo, views.shows(panel.shown.view, chosen, 0.02)
     places = chosen[inside][:: max(1, inside.sum() // 6)]
     on = [spot(canvas, panel, p) for p in places]
     on = [p for p in on if canvas.rect().adjusted(4, 4, -4, -4).contains(p)]
@@ -115,9 +116,9 @@ def test_a_bed_is_seen_in_its_photos_and_another_is_picked_there(traced):
     assert len(studio.trace_tool.vertices) == len(on)
     gsd = 0.014
     for place, vertex in zip(on, studio.trace_tool.vertices, strict=True):
-        seen = views.pick(panel._view, canvas.pixel_at(place))
+        seen = views.pick(panel.shown.view, canvas.pixel_at(place))
         assert np.abs(seen.position - vertex).max() < 1e-9
-        there = canvas.screen_of(views.pixels(panel._view, np.array(vertex)[None]))[0]
+        there = canvas.screen_of(views.pixels(panel.shown.view, np.array(vertex)[None]))[0]
         assert np.hypot(there[0] - place.x(), there[1] - place.y()) < 1e-3
     assert np.linalg.norm(chosen[:, None] - studio.trace_tool.vertices, axis=2).min(
         axis=0
@@ -153,12 +154,12 @@ def test_a_click_on_the_outcrop_finds_its_photos_and_a_click_in_a_photo_selects(
     free = next(
         at for at in (middle + QPoint(dx, dy) for dx in (150, -150, 90) for dy in (60, -60, 0))
         if window.viewport.pick(at.x(), at.y()) is not None
-        and window.viewport.pick_feature(at.x(), at.y()) is None
+        and window.viewport.features.at(at.x(), at.y()) is None
     )  # fmt: skip
     click(window.viewport, free)
     wait(lambda: "the place that was clicked" in panel.words.text(), "photos of the place")
     world = window.viewport.world_of(window.viewport.pick(free.x(), free.y()))
-    views = panel._photos.views
+    views = panel.shown.photos.views
     assert panel.names
     for name in panel.names:
         assert views.shows(views.row(name), world[None]).all()
@@ -166,7 +167,7 @@ def test_a_click_on_the_outcrop_finds_its_photos_and_a_click_in_a_photo_selects(
     move(window.viewport, free)
     wait(lambda: canvas._cross is not None, "the cursor in the photo")
     cross = canvas._cross
-    assert np.hypot(*(cross - views.pixels(panel._view, world[None])[0])) < 2.0
+    assert np.hypot(*(cross - views.pixels(panel.shown.view, world[None])[0])) < 2.0
     driver.keep_picture(window, "in-photos-5-place")
 
     # The fault is selected where the photo shows it.
@@ -207,7 +208,7 @@ def test_a_patch_is_painted_in_a_photo(traced):
     # All of it lies under the brush's way through the photo.
     mesh = studio.models[patch.model_id].data
     painted = mesh.vertices[mesh.faces[ids_of(patch.runs)]].mean(axis=1)
-    on = canvas.screen_of(panel._photos.views.pixels(panel._view, painted))
+    on = canvas.screen_of(panel.shown.photos.views.pixels(panel.shown.view, painted))
     assert np.abs(on - [middle.x() + 30, middle.y() + 12]).max() < 150
     wait(lambda: any(d.id == patch.id for d in canvas._drawn), "the patch's edge on the photo")
     driver.keep_picture(window, "in-photos-8-patch")
@@ -227,7 +228,7 @@ def test_photos_that_have_moved_are_found_again_by_their_folder(window, sample, 
     button = panel._offers["find_photos"]
     assert button.isVisible()
     driver.keep_picture(window, "in-photos-6-moved")
-    window.photo_links.find_photos(panel._photos.model_id, resource("sample", "photos"))
+    window.photo_links.find_photos(panel.shown.photos.model_id, resource("sample", "photos"))
     wait(lambda: panel.canvas._picture is not None, "the photo")
 
 

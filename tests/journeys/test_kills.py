@@ -96,12 +96,12 @@ def kill_after(number: int, named: Path | None) -> None:
     assert offered_back(named) == last["screen"], f"killed after {last['event']} ({number})"
 
 
-@pytest.mark.parametrize("number", [4, 13, 30, 46])
+@pytest.mark.parametrize("number", [4, 13, 30, 46, 67])
 def test_untitled_work_is_offered_back(own_folders, qapp, number):
     kill_after(number, None)
 
 
-@pytest.mark.parametrize("number", [7, 26, 57])
+@pytest.mark.parametrize("number", [7, 26, 57, 73, 79])
 def test_named_work_is_there_again(own_folders, qapp, tmp_path, number):
     kill_after(number, tmp_path / "cliff.vom")
 

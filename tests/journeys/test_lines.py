@@ -9,7 +9,10 @@ from PySide6.QtCore import QPoint, Qt
 from tests import driver
 from tests.driver import click, drag, key, look_at, move, pixel, wait
 from vomstudio.document import edits
-from vomstudio.document.records import Dimension, Intersection, Lineation, Trace
+from vomstudio.document.kinds.dimension import Dimension
+from vomstudio.document.kinds.intersection import Intersection
+from vomstudio.document.kinds.lineation import Lineation
+from vomstudio.document.kinds.trace import Trace
 from vomstudio.geology.orientation import lines_to_vectors
 from vomstudio.geometry import transform
 from vomstudio.ui.scene.first_view import first_view
@@ -97,9 +100,9 @@ def test_a_double_click_ends_a_line_and_a_drag_orbits_while_it_is_picked(picked,
     key(window, Qt.Key.Key_L)
     click(viewport, at[0])
     click(viewport, at[2])
-    camera = viewport.camera_state()
+    camera = viewport.moves.camera_state()
     drag(viewport, at[4], at[4] + QPoint(40, 30))
-    assert viewport.camera_state() != camera
+    assert viewport.moves.camera_state() != camera
     assert len(studio.line_tool.vertices) == 2
     QTest.qWait(20)
     QTest.mouseDClick(viewport, driver.LEFT, driver.NONE, at[3])
@@ -147,8 +150,8 @@ def test_the_view_goes_down_an_intersection(picked, picks):
     line = studio.measured([made.id])[made.id].line
     driver.focus(window)
     key(window, Qt.Key.Key_I)
-    wait(lambda: window.viewport.orthographic, "the orthographic view")
-    trend, plunge = window.viewport.view_direction()
+    wait(lambda: window.viewport.moves.orthographic, "the orthographic view")
+    trend, plunge = window.viewport.moves.view_direction()
     seen = lines_to_vectors(trend, plunge)
     assert abs(seen @ line.vector()) == pytest.approx(1.0, abs=1e-6)
     model = driver.model(window)

@@ -20,7 +20,8 @@ from tests.driver import key, wait
 from tests.journeys.recorded import on_screen
 from tests.samples import ZIGZAG
 from vomstudio.document import edits
-from vomstudio.document.records import Frame, Model, Trace
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Frame, Model
 from vomstudio.io.models.opening import file_hash, read_model
 from vomstudio.io.project.folder import Project
 from vomstudio.io.project.journal import read_replay
@@ -81,7 +82,7 @@ def test_loading_can_be_stopped(window, tmp_path):
 def test_a_closed_window_leaves_no_worker(own_folders, qtbot, outcrop):
     window = driver.make_window()
     driver.open_outcrop(window, outcrop)
-    processes = [w._process for w in window.studio.jobs._workers.values() if w._process]
+    processes = [w._process for w in window.studio.jobs.workers.values() if w._process]
     assert processes
     driver.dismiss(window)
     assert all(p.poll() is not None for p in processes)
@@ -96,7 +97,7 @@ def test_a_window_closed_right_after_its_birth_leaves_nothing_running(own_folder
     window.begin([])
     window.close()
     driver.pause(300)
-    assert all(w._process is None for w in window.studio.jobs._workers.values())
+    assert all(w._process is None for w in window.studio.jobs.workers.values())
 
 
 # --- the disk ---------------------------------------------------------------------------------
@@ -274,7 +275,7 @@ def project(own_folders, qtbot, outcrop, tmp_path) -> tuple[Path, Path]:
 
 
 def loaded(window) -> None:
-    wait(lambda: not window.studio.loader._running, "the model")
+    wait(lambda: not window.studio.loader.busy, "the model")
 
 
 def reopened(folder: Path):

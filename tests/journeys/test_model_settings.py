@@ -184,8 +184,8 @@ def test_a_model_is_placed_by_micmac_control_and_found_again_where_it_is_saved(
     driver.wait(lambda: window.survey.making is None, "the model", 300.0)
     result = window.survey.result
     assert result is not None
-    assert result["registration"]["rms_control_m"] < 0.2
-    assert result["settings"]["control"].endswith("Ground-Pts3D.xml")
+    assert result.registration["rms_control_m"] < 0.2
+    assert result.settings["control"].endswith("Ground-Pts3D.xml")
     driver.wait(lambda: window.studio.models, "the model in the window", 60.0)
     window.studio.save()
     window.studio.new_project()

@@ -36,7 +36,7 @@ def free_place(window) -> QPoint:
             if (
                 window.viewport.pick(x, y) is not None
                 and window.viewport.gestures.handle_at(x, y) is None
-                and window.viewport.pick_feature(x, y) is None
+                and window.viewport.features.at(x, y) is None
             ):
                 return QPoint(x, y)
     raise AssertionError("there is no free place")
@@ -49,11 +49,11 @@ def test_a_drag_moves_the_view_and_nothing_else(picking):
         Qt.MouseButton.MiddleButton,
         Qt.MouseButton.RightButton,
     ):
-        camera = picking.viewport.camera_state()
+        camera = picking.viewport.moves.camera_state()
         start = free_place(picking)
         drag(picking.viewport, start, start + QPoint(40, 25), button)
         assert on_screen(picking.studio) == before
-        assert picking.viewport.camera_state() != camera
+        assert picking.viewport.moves.camera_state() != camera
 
 
 def test_the_wheel_and_the_view_keys_move_the_view_and_nothing_else(picking):
@@ -74,9 +74,9 @@ def test_the_wheel_and_the_view_keys_move_the_view_and_nothing_else(picking):
         (Qt.Key.Key_3, (180.0, 0.0)), (Qt.Key.Key_4, (270.0, 0.0)), (Qt.Key.Key_8, (0.0, -90.0)),
     ):  # fmt: skip
         key(picking, code)
-        assert viewport.view_direction() == pytest.approx(looking, abs=1e-6)
+        assert viewport.moves.view_direction() == pytest.approx(looking, abs=1e-6)
     key(picking, Qt.Key.Key_O)
-    assert viewport.orthographic
+    assert viewport.moves.orthographic
     assert picking.actions_table.all["orthographic"].isChecked()
     assert "orthographic" in picking.view_panel.now.text()
     key(picking, Qt.Key.Key_O)
@@ -104,7 +104,7 @@ def test_a_plane_is_selected_by_a_click_on_its_line_and_let_go_beside_it(picking
     points = picking.studio.measured([trace.id])[trace.id].points
     click(picking.viewport, pixel(picking, points[3]))
     assert picking.studio.selection.ids == (trace.id,)
-    assert picking.properties._name.text() == "B01"
+    assert picking.properties.fields["name"].text() == "B01"
     click(picking.viewport, free_place(picking))
     assert picking.studio.selection.ids == ()
 
@@ -155,5 +155,5 @@ def test_a_file_dropped_on_the_window_is_opened(window, qtbot):
     assert str(resource("outcrop", "outcrop.obj")) in window.studio.settings.recent
     # The same file again is not a second model.
     window.open_path(resource("outcrop", "outcrop.obj"))
-    wait(lambda: not window.studio.loader._running, "the second reading")
+    wait(lambda: not window.studio.loader.busy, "the second reading")
     assert len(window.studio.models) == 1

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QApplication
 
 from tests import driver
 from tests.driver import CTRL, click, drag, key, look_at, move, open_outcrop, pixel, wait
-from vomstudio.document.records import Patch
+from vomstudio.document.kinds.patch import Patch
 from vomstudio.geometry.patches import ids_of
 
 RIGHT, MIDDLE = Qt.MouseButton.RightButton, Qt.MouseButton.MiddleButton
@@ -51,7 +51,7 @@ def ready(window, outcrop, picks) -> QPoint:
 
 def still(window) -> None:
     viewport = window.viewport
-    wait(lambda: not viewport._moving and not viewport._rest.isActive(), "the camera's rest")
+    wait(lambda: viewport.still, "the camera's rest")
 
 
 def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcrop, picks, tmp_path):
@@ -65,7 +65,7 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     assert tool.radius == 0.25
 
     # The view stands still while the left button paints.
-    camera = viewport.camera_state()
+    camera = viewport.moves.camera_state()
     drag(viewport, at, at + QPoint(60, 20), release=False)
     assert tool.open
     assert viewport.preview.area is not None
@@ -74,14 +74,14 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     driver.keep_picture(window, "patch-1-painting")
     drag(viewport, at, at + QPoint(60, 20))
     QTest.mouseRelease(viewport, driver.LEFT, driver.NONE, at + QPoint(60, 20))
-    assert viewport.camera_state() == camera
+    assert viewport.moves.camera_state() == camera
     (patch,) = patches(window)
     assert len(ids_of(patch.runs)) > 20
     measured = studio.measured([patch.id])[patch.id]
     assert abs(measured.fit.normal @ plane_of(window, patch)) == pytest.approx(1.0, abs=1e-9)
     assert measured.verdict is not None
     assert studio.selection.ids == (patch.id,)
-    assert viewport._features[patch.id].area is not None
+    assert viewport.features.drawings[patch.id].area is not None
 
     # Ctrl takes away, undo brings back; the other buttons move the view.
     drag(viewport, at, at + QPoint(20, 8), modifier=CTRL)
@@ -92,13 +92,13 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     key(window, Qt.Key.Key_Y, CTRL)
     assert patches(window) == [less]
     key(window, Qt.Key.Key_Z, CTRL)
-    assert viewport.camera_state() == camera
+    assert viewport.moves.camera_state() == camera
     drag(viewport, at, at + QPoint(40, 0), RIGHT)
-    turned = viewport.camera_state()
+    turned = viewport.moves.camera_state()
     assert turned != camera
     drag(viewport, at, at + QPoint(0, 30), driver.LEFT, Qt.KeyboardModifier.ShiftModifier)
-    assert viewport.camera_state() != turned
-    viewport.set_camera_state(camera)
+    assert viewport.moves.camera_state() != turned
+    viewport.moves.set_camera_state(camera)
     still(window)
     assert patches(window) == [patch]
 
@@ -163,12 +163,14 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     window = driver.make_window([tmp_path / "cliff.vom"])
     driver.settled(window)
     assert patches(window) == kept
-    wait(lambda: window.viewport._features[kept[0].id].area is not None, "the painted faces")
+    wait(
+        lambda: window.viewport.features.drawings[kept[0].id].area is not None, "the painted faces"
+    )
     driver.dismiss(window)
     outcrop.unlink()
     window = driver.make_window([tmp_path / "cliff.vom"])
-    wait(lambda: kept[0].id in window.viewport._features, "the outline")
-    drawing = window.viewport._features[kept[0].id]
+    wait(lambda: kept[0].id in window.viewport.features.drawings, "the outline")
+    drawing = window.viewport.features.drawings[kept[0].id]
     assert drawing.area is None
     assert drawing.disc is not None
     assert len(drawing.line) == len(kept[0].outline) + 1
@@ -204,10 +206,10 @@ def test_a_quick_drag_leaves_no_gaps(window, outcrop, picks):
 
 def test_two_quick_clicks_are_two_strokes(window, outcrop, picks):
     at = ready(window, outcrop, picks)
-    pivot = window.viewport.camera_state()
+    pivot = window.viewport.moves.camera_state()
     QTest.mouseClick(window.viewport, driver.LEFT, driver.NONE, at)
     QTest.mouseDClick(window.viewport, driver.LEFT, driver.NONE, at + QPoint(60, 0))
     QTest.mouseRelease(window.viewport, driver.LEFT, driver.NONE, at + QPoint(60, 0))
-    assert window.viewport.camera_state() == pivot
+    assert window.viewport.moves.camera_state() == pivot
     (patch,) = patches(window)
     assert window.studio.session.undo_label == f"Brush {patch.name}"

@@ -10,16 +10,15 @@ import pytest
 from PIL import Image
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QMessageBox
 
 from tests import driver
 from tests.driver import click, drag, move, wait
-from vomstudio.io.control.tables import read_control, read_marks
+from vomstudio.geometry.pixel_areas import stroke_area
+from vomstudio.io.control.control_files import read_control, read_marks
 from vomstudio.io.photos.cameras_file import Cameras, write_cameras
 from vomstudio.io.photos.reading import read_photos
 from vomstudio.io.project.sample import read_true_cameras
 from vomstudio.paths import resource
-from vomstudio.ui.photos import photo_commands
 
 TRUE = read_true_cameras()
 NAMES = ("HL_2041.jpg", "HL_2042.jpg", "HL_2043.jpg", "HL_2044.jpg")
@@ -39,7 +38,7 @@ def looked_at(window, photos):
     """The window with the photos in their panel, read and not yet judged."""
     window.resize(1400, 900)
     window.open_path(photos)
-    wait(lambda: window.survey.rows, "the photos", 120.0)
+    wait(lambda: window.survey.document.taken_in, "the photos", 120.0)
     return window
 
 
@@ -57,8 +56,8 @@ def open_by_double_click(window, row: int):
     at = table.visualItemRect(table.item(row, 0)).center()
     QTest.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=at)
     QTest.mouseDClick(table.viewport(), Qt.MouseButton.LeftButton, pos=at)
-    wait(lambda: photo_commands.opened(window) is not None, "the photo's window")
-    photo = photo_commands.opened(window)
+    wait(lambda: window.photo_opening.opened is not None, "the photo's window")
+    photo = window.photo_opening.opened
     ready(photo)
     return photo
 
@@ -81,7 +80,8 @@ def press(photo, code, modifier=Qt.KeyboardModifier.NoModifier) -> None:
 
 
 def saved(photo) -> None:
-    wait(lambda: not photo.masks.unsaved and not photo.masks.busy, "the masks on the disk")
+    wait(lambda: not photo.masks.busy, "the masks in the project")
+    wait(lambda: not photo.survey.exports.busy, "the masks beside the photos")
 
 
 def mask_of(photos: Path, name: str) -> np.ndarray:
@@ -148,7 +148,12 @@ def test_a_mask_of_the_user_is_shown_and_put_aside_before_it_is_changed(looked_a
     Image.fromarray(own).save(photos / "HL_2042_mask.png")
     before = (photos / "HL_2042_mask.png").read_bytes()
     looked_at.survey.open(photos)
-    wait(lambda: looked_at.survey.rows, "the photos")
+    wait(lambda: looked_at.survey.exports.foreign == ["HL_2042_mask.png"], "the photos")
+    wait(lambda: not looked_at.survey.reading, "the check")
+    assert "changed files beside the photos: HL_2042_mask.png" in looked_at.message_bar._text.text()
+    looked_at.actions_table.run("take_in_photos")
+    wait(lambda: looked_at.survey.rows[1].mask, "the mask")
+    assert not looked_at.survey.exports.foreign
     photo = open_by_double_click(looked_at, 1)
     assert not photo.masks.used(NAMES[1])[:200].any()
     driver.keep_picture(photo, "photo-window-3-own-mask")
@@ -161,32 +166,52 @@ def test_a_mask_of_the_user_is_shown_and_put_aside_before_it_is_changed(looked_a
     photo.close()
 
 
-def test_what_cannot_be_saved_stays_and_is_asked_for(looked_at, photos, tmp_path, monkeypatch):
+def test_what_cannot_be_written_beside_the_photos_is_kept_in_the_project(
+    looked_at, photos, monkeypatch
+):
     from vomstudio.errors import TargetError
-    from vomstudio.ui.photos import photo_masks
+    from vomstudio.ui.photos import photo_exports
 
-    keep = photo_masks.keep_mask
+    keep = photo_exports.keep_mask
 
     def refused(place, used, found):
         raise TargetError("no permission to write here; choose another folder.", file=place)
 
-    monkeypatch.setattr(photo_masks, "keep_mask", refused)
+    monkeypatch.setattr(photo_exports, "keep_mask", refused)
     photo = open_by_double_click(looked_at, 0)
     press(photo, Qt.Key.Key_B)
     click(photo.canvas, on(photo, 600, 600))
-    wait(lambda: photo.masks.problem, "the problem")
+    wait(lambda: photo.survey.exports.problem, "the problem")
+    assert "kept in the project" in photo.bar._text.text()
     assert "no permission" in photo.bar._text.text()
-    seen: list[str] = []
-    driver.answer(QMessageBox.StandardButton.Cancel, seen)
-    photo.close()
-    assert seen
-    assert photo.isVisible()
-    assert not photo.masks.used(NAMES[0])[600, 600], "it is still there"
-    (written,) = photo.masks.save_elsewhere(tmp_path)
-    assert not np.asarray(Image.open(written))[600, 600]
-    monkeypatch.setattr(photo_masks, "keep_mask", keep)
     assert photo.close()
+    assert not (photos / "HL_2041_mask.png").exists()
+    again = open_by_double_click(looked_at, 0)
+    assert not again.masks.used(NAMES[0])[600, 600], "it is still there"
+    monkeypatch.setattr(photo_exports, "keep_mask", keep)
+    press(again, Qt.Key.Key_B)
+    click(again.canvas, on(again, 300, 300))
+    saved(again)
+    assert not again.survey.exports.problem
+    assert again.close()
     assert mask_of(photos, NAMES[0])[600, 600] == 0
+
+
+def test_a_mask_that_cannot_be_kept_in_the_project_is_not_shown_as_if(looked_at, monkeypatch):
+    from vomstudio.errors import TargetError
+    from vomstudio.ui.photos import photo_masks
+
+    def refused(project, data, suffix):
+        raise TargetError("the disk is full; free some space.", file=project)
+
+    photo = open_by_double_click(looked_at, 0)
+    monkeypatch.setattr(photo_masks, "keep_asset", refused)
+    press(photo, Qt.Key.Key_B)
+    click(photo.canvas, on(photo, 600, 600))
+    assert "disk is full" in photo.bar._text.text()
+    wait(lambda: photo.masks.used(NAMES[0]) is not None, "the mask as it was")
+    assert photo.masks.used(NAMES[0]).all()
+    assert photo.close()
 
 
 def test_parts_are_joined_by_points_and_a_polygon_is_closed_by_a_double_click(looked_at, photos):
@@ -377,11 +402,13 @@ def test_nothing_is_taken_back_or_closed_while_masks_are_drawn_in_many_photos(lo
     assert not photo.close()
     assert photo.isVisible()
     assert photo.masks.busy in photo.bar._text.text()
-    # Another photo is opened, and drawn on, before the run has come to it.
+    # Another photo is opened, and drawn on, before the run is at its end.
     last = NAMES[-1]
-    height, width = photo.masks.used(NAMES[0]).shape
-    photo.masks._masks[last] = np.ones((height, width), np.bool_)
-    photo.masks._masks[last][900, 900] = False
+    photo.masks.open(last)
+    wait(lambda: photo.masks.used(last) is not None, "the mask of the last photo")
+    assert photo.masks.busy
+    height, width = photo.masks.used(last).shape
+    photo.masks.draw_once(last, stroke_area([(900.0, 900.0)], 5.0, width, height), hides=True)
     saved(photo)
     assert not photo.masks.used(last)[900, 900]
     assert not photo.masks.used(last)[300, 300]
@@ -396,9 +423,9 @@ def test_nothing_is_taken_back_or_closed_while_masks_are_drawn_in_many_photos(lo
 def test_an_older_copy_of_a_mask_never_replaces_the_newest(looked_at, photos, monkeypatch):
     import time
 
-    from vomstudio.ui.photos import photo_masks
+    from vomstudio.ui.photos import photo_exports
 
-    keep = photo_masks.keep_mask
+    keep = photo_exports.keep_mask
     begun: list[Path] = []
 
     def slow(place, used, found):
@@ -407,13 +434,13 @@ def test_an_older_copy_of_a_mask_never_replaces_the_newest(looked_at, photos, mo
             time.sleep(0.4)
         return keep(place, used, found)
 
-    monkeypatch.setattr(photo_masks, "keep_mask", slow)
+    monkeypatch.setattr(photo_exports, "keep_mask", slow)
     photo = open_by_double_click(looked_at, 0)
     press(photo, Qt.Key.Key_B)
     click(photo.canvas, on(photo, 300, 300))
-    wait(lambda: begun, "the first save")
+    wait(lambda: begun, "the first export")
     click(photo.canvas, on(photo, 600, 600))
-    assert photo.masks.unsaved == [NAMES[0]]
+    assert photo.survey.exports.busy
     assert photo.close()
     driver.pause(600)
     assert mask_of(photos, NAMES[0])[600, 600] == 0
@@ -429,7 +456,7 @@ def test_the_whole_picture_leaves_the_view_and_a_closed_window_is_let_go(looked_
     click(photo.canvas, on(photo, 500, 400))
     photo.canvas.fit()
     before = photo.canvas._scale
-    photo._pictured(photo._rows[photo.photo].path, photo.canvas._picture)
+    photo.shown._pictured(photo.shown.row.path, photo.canvas._picture)
     assert photo.canvas._scale == before
     tools = weakref.ref(photo.tools)
     assert photo.close()

@@ -26,7 +26,7 @@ def settled(dialog: PlannerDialog) -> None:
 
 @pytest.fixture
 def planner(window):
-    window.show_dock("photos")
+    window.docks.bring_forward("photos")
     button = next(
         b for b in window.photos_panel._pages.findChildren(QToolButton)
         if b.defaultAction() is window.actions_table.all["plan_survey"]

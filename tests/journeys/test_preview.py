@@ -9,7 +9,7 @@ import pytest
 from tests import driver
 from tests.driver import wait
 from vomstudio.rendering.view.drawing import PREVIEW
-from vomstudio.ui.shell import model_loader
+from vomstudio.workspace import model_loading
 
 
 def write_cloud(path, count: int) -> np.ndarray:
@@ -27,14 +27,14 @@ def write_cloud(path, count: int) -> np.ndarray:
 
 @pytest.fixture
 def cloud(tmp_path, monkeypatch):
-    monkeypatch.setattr(model_loader, "PREVIEW_BYTES", 0)
+    monkeypatch.setattr(model_loading, "PREVIEW_BYTES", 0)
     path = tmp_path / "cloud.laz"
     write_cloud(path, 400_000)
     return path
 
 
 def previews(window) -> list[str]:
-    return [i for i in window.viewport._scene.models if i.startswith(PREVIEW)]
+    return [i for i in window.viewport.scene.models if i.startswith(PREVIEW)]
 
 
 def test_points_of_a_cloud_stand_for_it_until_it_is_there(window, cloud):
@@ -64,7 +64,7 @@ def test_a_preview_is_never_picked_and_goes_with_a_job_that_is_stopped(window, c
     seen = []
     viewport.model_stage.connect(lambda key, stage: seen.append(key))
     driver.pause(50)
-    wait(lambda: not window.studio.loader._running, "the end of the job")
+    wait(lambda: not window.studio.loader.busy, "the end of the job")
     driver.pause(300)
     assert not previews(window)
     assert not window.studio.models
@@ -72,7 +72,7 @@ def test_a_preview_is_never_picked_and_goes_with_a_job_that_is_stopped(window, c
 
 
 def test_a_file_that_is_no_cloud_leaves_no_preview(window, tmp_path, monkeypatch):
-    monkeypatch.setattr(model_loader, "PREVIEW_BYTES", 0)
+    monkeypatch.setattr(model_loading, "PREVIEW_BYTES", 0)
     path = tmp_path / "broken.laz"
     path.write_bytes(b"LASF" + bytes(400))
     problems = []

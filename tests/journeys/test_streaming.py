@@ -23,11 +23,11 @@ def cliff(tmp_path, monkeypatch):
 
 
 def settle(window, model_id: str) -> None:
-    scene, viewport = window.viewport._scene, window.viewport
+    scene, viewport = window.viewport.scene, window.viewport
     wait(lambda: model_id in scene.models and scene.models[model_id].streamer, "a stream")
     pause(350)
-    wait(lambda: scene.complete and scene.settled and not viewport._rest.isActive(), "all nodes")
-    assert not viewport._work.waiting
+    wait(lambda: viewport.still and scene.nodes.settled, "all nodes")
+    assert not viewport.models.work.waiting
 
 
 def test_a_large_copc_file_is_streamed_and_its_points_are_those_of_the_file(window, cliff):
@@ -45,7 +45,7 @@ def test_a_large_copc_file_is_streamed_and_its_points_are_those_of_the_file(wind
     assert record.content_hash == file_hash(cliff)
     assert record.frame.crs == "EPSG:32615"
     settle(window, model_id)
-    wait(lambda: not any(i.startswith(PREVIEW) for i in viewport._scene.models), "one picture")
+    wait(lambda: not any(i.startswith(PREVIEW) for i in viewport.scene.models), "one picture")
     whole = read_model(cliff).data
     x, y = viewport.width() / 2, viewport.height() / 2
     hit = viewport.pick(x, y)
@@ -54,11 +54,11 @@ def test_a_large_copc_file_is_streamed_and_its_points_are_those_of_the_file(wind
     before = len(opened.data.store.loaded())
     for _ in range(5):
         viewport.camera.zoom(0.6, viewport.world_of(hit))
-        viewport.moved()
+        viewport.moves.moved()
         driver.pause(20)
     settle(window, model_id)
     assert len(opened.data.store.loaded()) > before
-    scene = viewport._scene.models[model_id]
+    scene = viewport.scene.models[model_id]
     assert {p.row for p in scene.parts} == set(opened.data.store.loaded())
     assert sum(p.elements for p in scene.parts) <= 30_000
     assert len(scene.parts) == len(scene.point_chunks)
@@ -72,8 +72,8 @@ def test_a_large_copc_file_is_streamed_and_its_points_are_those_of_the_file(wind
     assert np.linalg.norm(whole.points[ids] - hit.position, axis=1).max() <= 2.0
     # A field's colours follow the nodes that come.
     studio.display.show_field(model_id, FieldStyle("intensity"))
-    wait(lambda: viewport.scale_of(model_id) is not None, "the field")
-    viewport.home()
+    wait(lambda: viewport.display.scale_of(model_id) is not None, "the field")
+    viewport.moves.home()
     driver.pause(300)
     settle(window, model_id)
     shown = [p for p in scene.parts if p.row in scene.shown_rows]

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from vomstudio.document import edits
-from vomstudio.document.records import Frame, Model, Trace
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Frame, Model
 from vomstudio.io.project.folder import Project
 
 ROOT = Path(__file__).resolve().parents[2]

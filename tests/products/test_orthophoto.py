@@ -16,15 +16,11 @@ from vomstudio.errors import Cancelled, InputError, TargetError, UsageError
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
-from vomstudio.products.ortho import orthophoto, tiles
-from vomstudio.products.ortho.orthophoto import (
-    plan,
-    view_along_axis,
-    view_along_line,
-    view_of_plane,
-    write_orthophoto,
-)
+from vomstudio.products.ortho import orthophoto, planning, tiles, views
+from vomstudio.products.ortho.orthophoto import write_orthophoto
+from vomstudio.products.ortho.planning import plan
 from vomstudio.products.ortho.sheet import direction_in_words
+from vomstudio.products.ortho.views import view_along_axis, view_along_line, view_of_plane
 from vomstudio.products.sample.check import Check
 from vomstudio.products.sample.report import as_text
 from vomstudio.progress import CancelToken, Silent
@@ -33,7 +29,7 @@ SAME = np.eye(4)
 VIEWS = [(0, 90), (40, 35), (305, 62), (180, -90), (220, 50)]
 
 
-def make(data: Any, view: orthophoto.View, folder: Path, gsd: float | None, **more: Any) -> Any:
+def make(data: Any, view: views.View, folder: Path, gsd: float | None, **more: Any) -> Any:
     """Write an orthophoto and return (made, rgba, depth, facts)."""
     planned = plan(data, view, to_world=SAME, gsd=gsd)
     made = write_orthophoto(data, planned, folder / "o.tif", force=True, **more)
@@ -396,7 +392,7 @@ def test_a_picture_too_large_is_refused_with_a_pixel_that_would_do(tmp_path: Pat
         plan(mesh, view, to_world=SAME, gsd=1e-5)
     would_do = float(caught.value.message.split("--gsd ")[1].split()[0])
     grid = plan(mesh, view, to_world=SAME, gsd=would_do).grid
-    assert 0.8 * orthophoto.MAX_PIXELS < grid.width * grid.height <= orthophoto.MAX_PIXELS
+    assert 0.8 * planning.MAX_PIXELS < grid.width * grid.height <= planning.MAX_PIXELS
 
 
 def test_models_without_a_surface_are_refused() -> None:
@@ -463,8 +459,8 @@ def test_a_view_of_a_model_without_north_and_scale_names_no_winds_and_no_metres(
     unknown = replace(known, north_known=False, metric=False)
     assert end_labels(known) == ("N (000)", "S (180)", "up")
     assert end_labels(unknown) == ("000, local", "180, local", "up")
-    assert " m over" in orthophoto.cost_of_direction(2.0, 3.0)
-    assert " m over" not in orthophoto.cost_of_direction(2.0, 3.0, metric=False)
+    assert " m over" in views.cost_of_direction(2.0, 3.0)
+    assert " m over" not in views.cost_of_direction(2.0, 3.0, metric=False)
     mesh, _ = marked_mesh(tmp_path)
     made, *_ = make(mesh, unknown, tmp_path, 0.01, sheet=tmp_path / "s.png")
     facts = json.loads(made.sidecar.read_text())
@@ -509,7 +505,7 @@ def test_a_region_shows_what_the_whole_picture_shows_there(tmp_path, kind, trend
     data, places = marked_mesh(tmp_path) if kind == "mesh" else marked_cloud()
     view, gsd = view_along_line(trend, plunge), 0.0093
     middle = places[len(places) // 2]
-    region = orthophoto.Region(tuple(middle.tolist()), 1.2, 0.9)
+    region = planning.Region(tuple(middle.tolist()), 1.2, 0.9)
     planned = plan(data, view, to_world=SAME, gsd=gsd, region=region)
     assert planned.grid.width <= 1.2 / gsd + 2
     assert planned.grid.height <= 0.9 / gsd + 2
@@ -538,7 +534,7 @@ def test_a_region_shows_what_the_whole_picture_shows_there(tmp_path, kind, trend
 
 def test_a_region_beside_the_model_is_refused(tmp_path) -> None:  # type: ignore[no-untyped-def]
     mesh, places = marked_mesh(tmp_path)
-    region = orthophoto.Region(tuple((places[0] + 1000.0).tolist()), 1.0, 1.0)
+    region = planning.Region(tuple((places[0] + 1000.0).tolist()), 1.0, 1.0)
     with pytest.raises(InputError, match="nothing of this model"):
         plan(mesh, view_along_line(0, 90), to_world=SAME, gsd=0.01, region=region)
 

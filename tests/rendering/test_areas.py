@@ -49,8 +49,8 @@ def test_an_area_tints_its_faces_and_no_others(scene: Scene, orthographic: bool)
     before(scene)
     plain = rest(scene)
     scene.set_features({"p": drawing("p", area(mesh, upper(mesh, 0.6)))})
-    scene.draw_features()
-    painted = scene.pixels()[::-1, :, :3].astype(int)
+    scene.picture.draw_features()
+    painted = scene.canvas.pixels()[::-1, :, :3].astype(int)
     tinted = strength(painted) - strength(plain) > 15
     centres = mesh.vertices[mesh.faces].mean(axis=1)
     pixels, _ = scene.camera.project(centres, SIZE)
@@ -73,8 +73,8 @@ def test_what_lies_behind_the_surface_is_not_painted_over_it(scene: Scene) -> No
     plain = rest(scene)
     back = Mesh(mesh.vertices + [0.0, 1.0, 0.0], mesh.faces)
     scene.set_features({"p": drawing("p", area(back, np.arange(len(back.faces))))})
-    scene.draw_features()
-    painted = scene.pixels()[::-1, :, :3].astype(int)
+    scene.picture.draw_features()
+    painted = scene.canvas.pixels()[::-1, :, :3].astype(int)
     centres = mesh.vertices[mesh.faces].mean(axis=1)
     x, y = np.round(scene.camera.project(centres, SIZE)[0]).astype(int).T
     assert np.abs(painted[y, x] - plain[y, x]).max() < 3
@@ -89,18 +89,18 @@ def test_a_change_of_one_area_leaves_the_others_alone(scene: Scene) -> None:  # 
     scene.set_features(
         {f"p{k}": drawing(f"p{k}", area(mesh, np.arange(k, 3200, 40))) for k in range(40)}
     )
-    scene.draw_features()
+    scene.picture.draw_features()
     inputs = {n: p.fill.GetMapper().GetInput() for n, p in layer._bins.items()}
     assert len(inputs) > 10
     scene.set_features({"p3": drawing("p3", area(mesh, np.arange(50)), GREEN)})
-    scene.draw_features()
+    scene.picture.draw_features()
     changed = [n for n, p in layer._bins.items() if p.fill.GetMapper().GetInput() is not inputs[n]]
     assert len(changed) == 1
     # The same area once more, as after a change of its name, builds nothing.
     inputs = {n: p.fill.GetMapper().GetInput() for n, p in layer._bins.items()}
     scene.set_features({"p3": drawing("p3", scene.features.drawings["p3"].area, GREEN)})
     scene.set_selected(["p5"])
-    scene.draw_features()
+    scene.picture.draw_features()
     assert all(p.fill.GetMapper().GetInput() is inputs[n] for n, p in layer._bins.items())
     total = sum(p.fill.GetMapper().GetInput().GetNumberOfCells() for p in layer._bins.values())
     assert total == 39 * 80 + 50
@@ -115,11 +115,11 @@ def test_a_hidden_or_removed_area_is_gone(scene: Scene) -> None:  # noqa: F811
     one = area(mesh, np.arange(len(mesh.faces)))
     for gone in (drawing("p", one, visible=False), None):
         scene.set_features({"p": drawing("p", one)})
-        scene.draw_features()
-        assert (scene.pixels()[::-1, :, :3] != plain).any()
+        scene.picture.draw_features()
+        assert (scene.canvas.pixels()[::-1, :, :3] != plain).any()
         scene.set_features({"p": gone})
-        scene.draw_features()
-        assert (scene.pixels()[::-1, :, :3] == plain).all()
+        scene.picture.draw_features()
+        assert (scene.canvas.pixels()[::-1, :, :3] == plain).all()
 
 
 def test_the_live_area_comes_and_goes(scene: Scene) -> None:  # noqa: F811
@@ -128,11 +128,11 @@ def test_the_live_area_comes_and_goes(scene: Scene) -> None:  # noqa: F811
     before(scene)
     plain = rest(scene)
     scene.features.areas.set_live(area(mesh, np.arange(400)), GREEN)
-    scene.draw_features()
-    assert (scene.pixels()[::-1, :, :3] != plain).any()
+    scene.picture.draw_features()
+    assert (scene.canvas.pixels()[::-1, :, :3] != plain).any()
     scene.features.areas.set_live(None, GREEN)
-    scene.draw_features()
-    assert (scene.pixels()[::-1, :, :3] == plain).all()
+    scene.picture.draw_features()
+    assert (scene.canvas.pixels()[::-1, :, :3] == plain).all()
 
 
 @pytest.mark.parametrize("count", [2_000, 20_000])
@@ -148,8 +148,8 @@ def test_dots_tint_a_cloud_without_hiding_it_at_any_density(scene: Scene, count:
     chosen = points[:count]
     of = Area(UTM, (chosen - UTM).astype(np.float32), np.zeros((0, 2, 3), np.float32))
     scene.set_features({"p": drawing("p", of)})
-    scene.draw_features()
-    painted = scene.pixels()[::-1, :, :3].astype(int)
+    scene.picture.draw_features()
+    painted = scene.canvas.pixels()[::-1, :, :3].astype(int)
     surface = (np.abs(plain - 128).max(axis=2) < 40) & (np.abs(strength(plain)) < 5)
     middle = np.zeros_like(surface)
     middle[150:330, 200:440] = True

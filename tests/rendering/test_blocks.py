@@ -7,7 +7,7 @@ import threading
 import numpy as np
 
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.rendering.scene import preparation
+from vomstudio.rendering.prepare import preparation
 from vomstudio.rendering.view import blocks
 from vomstudio.rendering.view.blocks import POINTS_PER_BLOCK, PointChunk, block_boxes
 

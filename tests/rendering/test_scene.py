@@ -13,8 +13,9 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
-from vomstudio.rendering.scene import preparation
-from vomstudio.rendering.scene.scene import DISPLAY_MODES, Scene
+from vomstudio.rendering.prepare import events, preparation
+from vomstudio.rendering.scene.appearance import DISPLAY_MODES
+from vomstudio.rendering.scene.scene import Scene
 from vomstudio.rendering.view.drawing import FeatureDrawing
 
 SIZE = (640, 480)
@@ -38,25 +39,25 @@ def show(scene: Scene, model_id: str, data: Mesh | PointCloud, to_world=None) ->
     scene.add_model(model_id, data, np.eye(4) if to_world is None else to_world, bounds, origin)
     told: list[str] = []
 
-    def emit(event: preparation.Event) -> None:
-        if isinstance(event, preparation.Problem):
+    def emit(event: events.Event) -> None:
+        if isinstance(event, events.Problem):
             told.append(event.text)
         else:
             scene.take(model_id, event)
 
     if isinstance(data, Mesh):
         preparation.prepare_mesh(data, origin, stop, emit)
-        preparation.prepare_textures(data, scene.texture_limit, stop, emit)
+        preparation.prepare_textures(data, scene.canvas.texture_limit, stop, emit)
     else:
         preparation.prepare_cloud(data, origin, stop, emit, lambda job: job())
     return told
 
 
 def rest(scene: Scene) -> np.ndarray:
-    scene.begin_rest()
-    while not scene.refine():
+    scene.picture.begin_rest()
+    while not scene.picture.refine():
         pass
-    return scene.pixels()[::-1, :, :3].astype(int)
+    return scene.canvas.pixels()[::-1, :, :3].astype(int)
 
 
 def wall(n: int = 40, *, textures: list[Path] | None = None, relief: float = 0.3) -> Mesh:
@@ -107,10 +108,10 @@ def test_the_frame_in_pieces_is_the_frame_in_one(scene: Scene, tmp_path: Path) -
     assert len(scene.models["w"].parts) == 16
     scene.camera.fit(scene.corners(), SIZE)
     pieces = rest(scene)
-    assert not scene.slow
-    scene.draw(moving=False)
-    whole = scene.pixels()[::-1, :, :3].astype(int)
-    assert scene.complete
+    assert not scene.picture.slow
+    scene.picture.draw(moving=False)
+    whole = scene.canvas.pixels()[::-1, :, :3].astype(int)
+    assert scene.picture.complete
     assert np.abs(pieces - whole).max() <= 2
 
 
@@ -120,17 +121,17 @@ def test_features_over_a_kept_surface_are_those_of_a_full_redraw(scene: Scene) -
     line = UTM + np.array([[1.0, 0.0, 1.0], [9.0, 0.0, 7.0]])
     ring = UTM + np.array([[3.0, -1.0, 3.0], [6.0, -1.0, 3.0], [6.0, -1.0, 6.0]])
     bare = rest(scene)
-    frames = scene.frames
+    frames = scene.canvas.frames
     scene.set_features({"f": FeatureDrawing("f", line, ring, (1.0, 0.5, 0.0), "f", line[0])})
-    scene.draw_features()
-    assert scene.frames == frames + 1
-    over = scene.pixels()[::-1, :, :3].astype(int)
+    scene.picture.draw_features()
+    assert scene.canvas.frames == frames + 1
+    over = scene.canvas.pixels()[::-1, :, :3].astype(int)
     again = rest(scene)
     assert np.abs(over - again).max() <= 2
     assert (np.abs(over - bare).max(axis=2) > 40).sum() > 1000
     scene.set_features({"f": None})
-    scene.draw_features()
-    assert np.abs(scene.pixels()[::-1, :, :3].astype(int) - bare).max() <= 2
+    scene.picture.draw_features()
+    assert np.abs(scene.canvas.pixels()[::-1, :, :3].astype(int) - bare).max() <= 2
 
 
 def test_a_line_behind_the_surface_is_faint_and_one_on_it_is_full(scene: Scene) -> None:
@@ -142,12 +143,25 @@ def test_a_line_behind_the_surface_is_faint_and_one_on_it_is_full(scene: Scene) 
     for depth in (0.0, 2.0):
         line = UTM + np.array([[1.0, depth, 4.0], [9.0, depth, 4.0]])
         scene.set_features({"f": FeatureDrawing("f", line, None, (1.0, 0.0, 0.0), "", line[0])})
-        scene.draw_features()
-        picture = scene.pixels()[::-1, :, :3].astype(int)
+        scene.picture.draw_features()
+        picture = scene.canvas.pixels()[::-1, :, :3].astype(int)
         column = picture[:, 320] - bare[:, 320]
         strength.append(np.abs(column).max())
     assert strength[0] > 100
     assert 15 < strength[1] < 0.6 * strength[0]
+
+
+def test_features_without_a_model_stay_where_they_are_while_the_driver_warms_up(
+    scene: Scene,
+) -> None:
+    line = UTM + np.array([[1.0, 0.0, 1.0], [9.0, 0.0, 7.0]])
+    scene.set_features({"f": FeatureDrawing("f", line, None, (1.0, 0.5, 0.0), "f", line[0])})
+    scene.camera.fit(line, SIZE)
+    before = rest(scene)
+    assert (np.abs(before - before[2, 2]).max(axis=2) > 40).sum() > 500
+    for _ in scene.warm_up():
+        pass
+    assert np.array_equal(rest(scene), before)
 
 
 def test_a_feature_outside_the_drawn_depth_is_not_cut_off(scene: Scene) -> None:
@@ -157,8 +171,8 @@ def test_a_feature_outside_the_drawn_depth_is_not_cut_off(scene: Scene) -> None:
     bare = rest(scene)
     line = UTM + np.array([[1.0, -40.0, 4.0], [9.0, -40.0, 4.0]])
     scene.set_features({"f": FeatureDrawing("f", line, None, (1.0, 0.0, 0.0), "", line[0])})
-    scene.draw_features()
-    picture = scene.pixels()[::-1, :, :3].astype(int)
+    scene.picture.draw_features()
+    picture = scene.canvas.pixels()[::-1, :, :3].astype(int)
     assert np.abs(picture[:, 320] - bare[:, 320]).max() > 100
 
 
@@ -218,7 +232,7 @@ def test_a_texture_in_quarters_is_drawn_as_the_whole(
     (skin,) = scene.models["w"].skins.values()
     assert len(skin.texture.levels[0].tiles) == 4
     quarters = rest(scene)
-    assert scene.complete
+    assert scene.picture.complete
     assert whole.std() > 40
     assert np.abs(quarters - whole).max() <= 1
 
@@ -239,7 +253,7 @@ def test_a_texture_that_cannot_be_read_is_told_and_the_surface_is_still_there(
 
 
 def test_a_texture_too_large_for_the_card_is_reduced_and_told(tmp_path: Path) -> None:
-    from vomstudio.rendering.scene.textures import load_texture
+    from vomstudio.rendering.prepare.textures import load_texture
 
     path = tmp_path / "large.jpg"
     Image.new("RGB", (600, 300), (90, 120, 30)).save(path)
@@ -326,15 +340,15 @@ def test_a_cloud_is_seen_before_it_is_prepared(scene: Scene) -> None:
     scene.add_model("c", cloud, np.eye(4), bounds, origin)
     first = True
 
-    def emit(event: preparation.Event) -> None:
+    def emit(event: events.Event) -> None:
         nonlocal first
         if first:
-            assert isinstance(event, preparation.NodeReady)
+            assert isinstance(event, events.NodeReady)
             assert len(event.chunk.points) < 60_000
             scene.take("c", event)
             scene.camera.fit(scene.corners(), SIZE)
-            scene.draw(moving=False)
-            picture = scene.pixels()[::-1, :, :3].astype(int)
+            scene.picture.draw(moving=False)
+            picture = scene.canvas.pixels()[::-1, :, :3].astype(int)
             assert (np.abs(picture - picture[2, 2]).max(axis=2) > 10).mean() > 0.2
         first = False
 
@@ -359,13 +373,13 @@ def test_a_view_draws_as_many_points_of_a_cloud_as_it_has_pixels_for(scene: Scen
     assert 5_000 < far < 0.3 * count
     scene.camera.zoom(0.02, UTM + np.array([5.0, 0.25, 4.0]))
     rest(scene)
-    assert scene.complete
-    assert scene.settled
+    assert scene.picture.complete
+    assert scene.nodes.settled
     parts = scene.models["c"].parts
     shown = [p.spacing for p in parts if p.row in scene.models["c"].shown_rows]
     assert min(shown) < 0.05
     scene.camera.restore(state)
-    scene.draw(moving=True)
+    scene.picture.draw(moving=True)
     assert drawn() == far
 
 
@@ -380,23 +394,23 @@ def test_until_finer_nodes_are_there_the_coarse_ones_close_the_surface(scene: Sc
     scene.camera.fit(scene.corners(), SIZE)
     model = scene.models["c"]
     coarse = {part.row for part in model.parts}
-    scene.draw(moving=False)
-    assert not scene.settled
-    assert scene.waits
+    scene.picture.draw(moving=False)
+    assert not scene.nodes.settled
+    assert scene.nodes.waits
     before = {row: model.shown_rows[row] for row in coarse}
     sizes = [part.actor.GetProperty().GetPointSize() for part in model.parts]
     assert len(later) == 1
     later[0]()
-    assert scene.settled
-    assert not scene.complete
+    assert scene.nodes.settled
+    assert not scene.picture.complete
     rest(scene)
-    assert scene.complete
+    assert scene.picture.complete
     assert {part.row for part in model.parts} >= set(model.shown_rows)
     assert all(model.shown_rows[row] < spacing for row, spacing in before.items())
     assert [p.actor.GetProperty().GetPointSize() for p in model.parts if p.row in coarse] < sizes
     # A view at rest asks for nothing more.
     rest(scene)
-    scene.draw(moving=False)
+    scene.picture.draw(moving=False)
     assert len(later) == 1
 
 
@@ -443,7 +457,7 @@ def test_nine_textures_of_a_real_outcrop_are_drawn(scene: Scene, data_dir: Path)
     scene.camera.look_along(0.0, 90.0)
     scene.camera.fit(scene.corners(close=True), SIZE)
     picture = rest(scene)
-    assert scene.complete
+    assert scene.picture.complete
     assert all(s.level is not None for s in scene.models["b"].skins.values())
     drawn = np.abs(picture - picture[2, 2]).max(axis=2) > 8
     assert drawn.mean() > 0.3

@@ -12,8 +12,10 @@ from matplotlib import colormaps
 from tests.rendering.test_scene import SIZE, UTM, rest, show, wall
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.rendering.scene import preparation
-from vomstudio.rendering.scene.scene import BACKGROUND, Scene, bands
+from vomstudio.rendering.prepare import preparation
+from vomstudio.rendering.scene.canvas import BACKGROUND
+from vomstudio.rendering.scene.picture import bands
+from vomstudio.rendering.scene.scene import Scene
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.rendering.view.scalars import FieldStyle
@@ -124,9 +126,9 @@ def test_a_mesh_and_what_stands_for_it_show_elevation(scene: Scene) -> None:
     face(scene, mesh.vertices)
     scene.set_mode("field")
     give_field(scene, "w", FieldStyle("elevation", percentiles=(0.0, 100.0)))
-    scene.draw(moving=True)
-    assert scene.showing_proxy
-    moving = scene.pixels()[::-1, :, :3].astype(int)
+    scene.picture.draw(moving=True)
+    assert scene.picture.showing_proxy
+    moving = scene.canvas.pixels()[::-1, :, :3].astype(int)
     whole = rest(scene)
     for height in (1.0, 4.0, 7.0):
         point = UTM + [5.0, 0.0, height]
@@ -193,7 +195,7 @@ def test_eye_dome_lighting_darkens_the_far_side_of_an_edge_only(scene: Scene) ->
     plain = rest(scene)
     scene.set_eye_dome(True)
     shaded = rest(scene)
-    assert scene.complete
+    assert scene.picture.complete
     step, _ = scene.camera.project(UTM[None] + [5.0, 0.0, 4.0], SIZE)
     column, row = np.round(step[0]).astype(int)
     for level in (slice(column - 40, column - 5), slice(column + 10, column + 40)):
@@ -206,10 +208,10 @@ def test_eye_dome_lighting_waits_for_the_rest(scene: Scene) -> None:
     show(scene, "c", sheet())
     rest(scene)
     scene.set_eye_dome(True)
-    scene.draw(moving=True)
-    assert not scene.complete
+    scene.picture.draw(moving=True)
+    assert not scene.picture.complete
     rest(scene)
-    assert scene.complete
+    assert scene.picture.complete
 
 
 def test_features_over_a_shaded_cloud_keep_their_colour(scene: Scene) -> None:
@@ -222,9 +224,9 @@ def test_features_over_a_shaded_cloud_keep_their_colour(scene: Scene) -> None:
     picture = rest(scene)
     assert (np.abs(picture - [255, 0, 0]).max(axis=2) < 4).sum() > 300
     scene.set_features({"f": None})
-    scene.draw_features()
-    assert scene.complete
-    bare = scene.pixels()[::-1, :, :3].astype(int)
+    scene.picture.draw_features()
+    assert scene.picture.complete
+    bare = scene.canvas.pixels()[::-1, :, :3].astype(int)
     assert (np.abs(bare - [255, 0, 0]).max(axis=2) < 4).sum() == 0
 
 

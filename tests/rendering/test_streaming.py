@@ -9,21 +9,22 @@ import numpy as np
 import pytest
 
 from tests.io.models.test_copc import N, make
-from vomstudio.geometry.brush import CloudSurface, surface_of
+from vomstudio.geometry.brush import CloudSurface
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.streaming.octree import StreamedSurface, View
+from vomstudio.geometry.streaming.octree import View
+from vomstudio.geometry.streaming.surfaces import StreamedSurface, surface_of
 from vomstudio.io.models import copc
 from vomstudio.io.models.opening import read_model
-from vomstudio.rendering.scene.preparation import (
+from vomstudio.rendering.prepare.events import (
     NodeReady,
     NodesDropped,
+    NodeStream,
     Problem,
     Stopped,
     StreamStarted,
     ViewDone,
-    prepare_cloud,
 )
-from vomstudio.rendering.scene.streaming import Streamer
+from vomstudio.rendering.prepare.preparation import prepare_cloud
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +63,7 @@ class Sink:
         self.problems: list[str] = []
         self.most = 0
         self.done = -1
-        self.streamer: Streamer | None = None
+        self.streamer: NodeStream | None = None
         self.origin = np.round(cloud.bounds.mean(axis=0))
         prepare_cloud(cloud, self.origin, self.stop, self.emit, lambda job: job(), budget)
 

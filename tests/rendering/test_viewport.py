@@ -18,7 +18,7 @@ from PySide6.QtWidgets import QApplication, QMainWindow
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.discs import disc
 from vomstudio.geometry.mesh import Material, Mesh
-from vomstudio.rendering.qt import painting
+from vomstudio.rendering.qt import map_signs, painting
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.rendering.view.symbols import small_disc, symbol_of_plane
@@ -76,7 +76,7 @@ class Stage:
         self.wait(lambda: time.perf_counter() > end)
 
     def show(self, model_id: str, data: Mesh | PointCloud) -> None:
-        self.view.add_model(model_id, data, np.eye(4), frame_camera=True)
+        self.view.models.add(model_id, data, np.eye(4), frame_camera=True)
         self.wait(
             lambda: {(model_id, s) for s in ("shown", "complete", "pickable")} <= set(self.stages)
         )
@@ -111,8 +111,8 @@ class Stage:
 
     @property
     def frames(self) -> int:
-        assert self.view._scene is not None
-        return self.view._scene.frames
+        assert self.view.scene is not None
+        return self.view.scene.canvas.frames
 
     def picture(self) -> np.ndarray:
         image = self.window.grab().toImage().convertToFormat(QImage.Format.Format_RGB888)
@@ -174,7 +174,7 @@ def test_several_moves_before_a_paint_are_drawn_once(stage: Stage) -> None:
     stage.show("w", wall())
     before = stage.frames
     for i in range(8):
-        stage.view.look_along(10.0 * i, 20.0)
+        stage.view.moves.look_along(10.0 * i, 20.0)
     QApplication.processEvents()
     assert stage.frames - before == 1
 
@@ -195,25 +195,25 @@ def test_moving_the_preview_draws_no_outcrop(stage: Stage) -> None:
 
 def test_a_click_tells_where_it_hit_and_moves_nothing(stage: Stage) -> None:
     stage.show("w", wall())
-    state = stage.view.camera_state()
+    state = stage.view.moves.camera_state()
     QTest.mouseClick(stage.view, LEFT, NONE, QPoint(340, 240))
     clicks = [e for e in stage.events if e.kind is Pointer.CLICK]
     assert len(clicks) == 1
     assert (clicks[0].x, clicks[0].y, clicks[0].button) == (340.0, 240.0, Button.LEFT)
     assert clicks[0].hit is not None
-    assert stage.view.camera_state() == state
+    assert stage.view.moves.camera_state() == state
 
 
 def test_a_press_that_wanders_three_pixels_is_still_a_click_and_ten_is_a_drag(stage: Stage) -> None:
     stage.show("w", wall())
-    state = stage.view.camera_state()
+    state = stage.view.moves.camera_state()
     stage.drag([(340.0, 240.0), (342.0, 241.0), (343.0, 240.0)])
     assert [e.kind for e in stage.events if e.kind is not Pointer.MOVE] == [Pointer.CLICK]
-    assert stage.view.camera_state() == state
+    assert stage.view.moves.camera_state() == state
     stage.events.clear()
     stage.drag([(340.0, 240.0), (350.0, 240.0)])
     assert [e for e in stage.events if e.kind is not Pointer.MOVE] == []
-    assert stage.view.camera_state() != state
+    assert stage.view.moves.camera_state() != state
 
 
 def test_orbiting_turns_about_the_point_under_the_cursor(stage: Stage) -> None:
@@ -240,22 +240,22 @@ def test_panning_carries_the_point_with_the_cursor(
     stage.show("w", wall())
     hit = stage.view.pick(300.0, 200.0)
     assert hit is not None
-    direction = stage.view.view_direction()
+    direction = stage.view.moves.view_direction()
     stage.drag([(300.0, 200.0), (320.0, 215.0), (361.0, 233.0)], button, modifiers)
     pixels, _ = stage.view.project(stage.view.world_of(hit)[None])
     np.testing.assert_allclose(pixels[0], (361.0, 233.0), atol=1e-3)
-    assert stage.view.view_direction() == direction
+    assert stage.view.moves.view_direction() == direction
 
 
 @pytest.mark.parametrize("orthographic", [False, True])
 def test_the_wheel_zooms_to_the_cursor(stage: Stage, orthographic: bool) -> None:
     stage.show("w", wall())
-    stage.view.set_orthographic(orthographic)
+    stage.view.moves.set_orthographic(orthographic)
     QApplication.processEvents()
     at = QPointF(250.0, 180.0)
     hit = stage.view.pick(at.x(), at.y())
     assert hit is not None
-    scale = stage.view.metres_per_pixel()
+    scale = stage.view.moves.metres_per_pixel()
     wheel = QWheelEvent(
         at,
         stage.view.mapToGlobal(at),
@@ -269,7 +269,7 @@ def test_the_wheel_zooms_to_the_cursor(stage: Stage, orthographic: bool) -> None
     QApplication.sendEvent(stage.view, wheel)
     pixels, _ = stage.view.project(stage.view.world_of(hit)[None])
     np.testing.assert_allclose(pixels[0], (250.0, 180.0), atol=1e-3)
-    assert stage.view.metres_per_pixel() < 0.8 * scale
+    assert stage.view.moves.metres_per_pixel() < 0.8 * scale
 
 
 def test_a_double_click_is_told_once_and_sets_the_pivot(stage: Stage) -> None:
@@ -281,7 +281,7 @@ def test_a_double_click_is_told_once_and_sets_the_pivot(stage: Stage) -> None:
     hit = stage.view.pick(340.0, 240.0)
     assert hit is not None
     np.testing.assert_allclose(
-        stage.view.camera_state()["pivot"], stage.view.world_of(hit), atol=1e-6
+        stage.view.moves.camera_state()["pivot"], stage.view.world_of(hit), atol=1e-6
     )
 
 
@@ -305,14 +305,14 @@ def test_dragging_a_handle_is_left_to_the_tool(stage: Stage) -> None:
         assert hit is not None
         line.append(stage.view.world_of(hit))
     stage.view.set_preview(Preview(np.array(line)))
-    state = stage.view.camera_state()
+    state = stage.view.moves.camera_state()
     stage.drag([(351.0, 241.0), (360.0, 241.0), (380.0, 250.0)])
     kinds = [e.kind for e in stage.events if e.kind is not Pointer.MOVE]
     assert kinds == [Pointer.DRAG_START, Pointer.DRAG_MOVE, Pointer.DRAG_MOVE, Pointer.DRAG_END]
     dragged = [e for e in stage.events if e.kind is not Pointer.MOVE]
     assert {e.handle for e in dragged} == {1}
     assert dragged[-1].hit is not None
-    assert stage.view.camera_state() == state
+    assert stage.view.moves.camera_state() == state
 
 
 def test_the_feature_under_the_cursor_is_named(stage: Stage) -> None:
@@ -325,31 +325,31 @@ def test_the_feature_under_the_cursor_is_named(stage: Stage) -> None:
         "trace": FeatureDrawing("trace", line, None, (0.9, 0.6, 0.0), "B01", line[0]),
         "disc": FeatureDrawing("disc", line[:0], ring, (0.0, 0.6, 0.5), "", ring[0]),
     }
-    stage.view.set_features(drawings)
+    stage.view.features.change(drawings)
     QApplication.processEvents()
     pixels, _ = stage.view.project(np.concatenate([line, ring]))
     middle = pixels[:2].mean(axis=0)
-    assert stage.view.pick_feature(middle[0], middle[1] + 2.0) == "trace"
-    assert stage.view.pick_feature(*pixels[2:].mean(axis=0)) == "disc"
-    assert stage.view.pick_feature(5.0, 5.0) is None
+    assert stage.view.features.at(middle[0], middle[1] + 2.0) == "trace"
+    assert stage.view.features.at(*pixels[2:].mean(axis=0)) == "disc"
+    assert stage.view.features.at(5.0, 5.0) is None
     label = stage.view.overlays.annotations.label_boxes[0]
-    assert stage.view.pick_feature(label[1].center().x(), label[1].center().y()) == "trace"
-    stage.view.set_features({"trace": None})
+    assert stage.view.features.at(label[1].center().x(), label[1].center().y()) == "trace"
+    stage.view.features.change({"trace": None})
     QApplication.processEvents()
-    assert stage.view.pick_feature(middle[0], middle[1]) is None
+    assert stage.view.features.at(middle[0], middle[1]) is None
 
 
 def test_selecting_does_not_recolour(stage: Stage) -> None:
     stage.show("w", wall())
-    stage.view.look_along(0.0, 0.0)
+    stage.view.moves.look_along(0.0, 0.0)
     line = UTM + np.array([[1.0, -0.6, 4.0], [9.0, -0.6, 4.0]])
     color = np.array([230, 153, 0])
-    stage.view.set_features(
+    stage.view.features.change(
         {"f": FeatureDrawing("f", line, None, tuple(color / 255.0), "", line[0])}
     )
     stage.settle()
     plain = (np.abs(stage.picture() - color).max(axis=2) <= 6).sum()
-    stage.view.set_selected(["f"])
+    stage.view.features.select(["f"])
     stage.settle(0.1)
     picture = stage.picture()
     assert (np.abs(picture - color).max(axis=2) <= 6).sum() > 1.4 * plain > 0
@@ -382,40 +382,40 @@ def test_a_verdict_has_a_shape_of_its_own_beside_its_colour(qapp: QApplication, 
 
 def test_the_scale_bar_is_true_in_the_orthographic_view(stage: Stage) -> None:
     stage.show("w", wall())
-    stage.view.set_orthographic(True)
-    stage.view.look_along(37.0, 12.0)
+    stage.view.moves.set_orthographic(True)
+    stage.view.moves.look_along(37.0, 12.0)
     QApplication.processEvents()
-    length, pixels = painting.scale_bar(stage.view.metres_per_pixel(), stage.view.width())
+    length, pixels = map_signs.scale_bar(stage.view.moves.metres_per_pixel(), stage.view.width())
     assert length in {m * 10.0**e for m in (1.0, 2.0, 5.0) for e in range(-3, 3)}
     right = stage.view.camera.frame[0]
     for start in UTM + np.array([[0.0, 0.0, 0.0], [8.0, 5.0, 3.0]]):
         marks, _ = stage.view.project(np.stack([start, start + length * right]))
         assert np.hypot(*(marks[1] - marks[0])) == pytest.approx(pixels, abs=0.01)
     picture = stage.picture()
-    row = picture[stage.view.height() - round(painting.MARGIN) - 4]
+    row = picture[stage.view.height() - round(map_signs.MARGIN) - 4]
     white = np.flatnonzero(row.min(axis=1) > 200)
     assert np.ptp(white) + 1 == pytest.approx(pixels, abs=2.5)
 
 
 def test_looking_along_a_direction_is_read_back(stage: Stage) -> None:
-    stage.view.look_along(125.3, 26.1)
-    assert stage.view.view_direction() == pytest.approx((125.3, 26.1))
-    stage.view.standard_view("top")
-    assert stage.view.view_direction()[1] == pytest.approx(90.0)
-    stage.view.standard_view("west")
-    assert stage.view.view_direction() == pytest.approx((270.0, 0.0), abs=1e-9)
+    stage.view.moves.look_along(125.3, 26.1)
+    assert stage.view.moves.view_direction() == pytest.approx((125.3, 26.1))
+    stage.view.moves.standard_view("top")
+    assert stage.view.moves.view_direction()[1] == pytest.approx(90.0)
+    stage.view.moves.standard_view("west")
+    assert stage.view.moves.view_direction() == pytest.approx((270.0, 0.0), abs=1e-9)
 
 
 def test_models_added_and_removed_leave_nothing_behind(stage: Stage) -> None:
     for k in range(15):
-        stage.view.add_model(f"m{k}", wall(20), np.eye(4), frame_camera=True)
+        stage.view.models.add(f"m{k}", wall(20), np.eye(4), frame_camera=True)
         if k % 3:
             stage.settle(0.03)
-        stage.view.remove_model(f"m{k}")
+        stage.view.models.remove(f"m{k}")
     stage.settle(0.3)
-    assert stage.view._scene is not None
-    assert stage.view._scene.models == {}
-    assert stage.view._scene._surface.GetActors().GetNumberOfItems() == 0
+    assert stage.view.scene is not None
+    assert stage.view.scene.models == {}
+    assert stage.view.scene.canvas.surface.GetActors().GetNumberOfItems() == 0
     stage.show("last", wall())
     assert stage.view.pick(350.0, 250.0) is not None
 
@@ -424,12 +424,12 @@ def test_a_model_can_be_hidden_and_moved(stage: Stage) -> None:
     stage.show("w", wall())
     hit = stage.view.pick(350.0, 250.0)
     assert hit is not None
-    stage.view.set_model_visible("w", False)
+    stage.view.models.set_visible("w", False)
     assert stage.view.pick(350.0, 250.0) is None
-    stage.view.set_model_visible("w", True)
+    stage.view.models.set_visible("w", True)
     moved = np.eye(4)
     moved[:3, 3] = (0.0, 0.0, 1.0)
-    stage.view.set_model_to_world("w", moved)
+    stage.view.models.set_to_world("w", moved)
     again = stage.view.pick(350.0, 250.0)
     assert again is not None
     assert abs(again.position[2] - hit.position[2] + 1.0) < 0.05
@@ -445,7 +445,7 @@ def test_windows_opened_and_closed_many_times_leave_no_thread(qapp: QApplication
     before = set(threading.enumerate())
     for k in range(12):
         made = Stage((300, 200))
-        made.view.add_model("w", wall(30), np.eye(4), frame_camera=True)
+        made.view.models.add("w", wall(30), np.eye(4), frame_camera=True)
         if k % 2:
             made.settle(0.05)
         made.window.close()
@@ -461,11 +461,11 @@ def test_what_is_asked_before_the_window_is_shown_is_done_afterwards(qapp: QAppl
     assert view.pick(1.0, 1.0) is None
     stages: list[str] = []
     view.model_stage.connect(lambda _, s: stages.append(s))
-    view.add_model("w", wall(), np.eye(4), frame_camera=True)
-    view.set_display("plain shaded")
+    view.models.add("w", wall(), np.eye(4), frame_camera=True)
+    view.display.set_mode("plain shaded")
     line = UTM + np.array([[1.0, -0.6, 4.0], [9.0, -0.6, 4.0]])
-    view.set_features({"f": FeatureDrawing("f", line, None, (1.0, 0.0, 0.0), "F", line[0])})
-    view.set_selected(["f"])
+    view.features.change({"f": FeatureDrawing("f", line, None, (1.0, 0.0, 0.0), "F", line[0])})
+    view.features.select(["f"])
     window.setCentralWidget(view)
     window.resize(500, 400)
     window.show()
@@ -474,7 +474,7 @@ def test_what_is_asked_before_the_window_is_shown_is_done_afterwards(qapp: QAppl
         QApplication.processEvents()
         time.sleep(0.001)
     assert view.pick(250.0, 200.0) is not None
-    assert view.pick_feature(*view.project(line.mean(axis=0)[None])[0][0]) == "f"
+    assert view.features.at(*view.project(line.mean(axis=0)[None])[0][0]) == "f"
     window.close()
     view.shutdown()
     window.deleteLater()
@@ -499,46 +499,46 @@ def test_a_real_cloud_is_shown_and_picked(stage: Stage, data_dir: Path) -> None:
 
 def test_a_symbol_keeps_its_size_and_is_clicked(stage: Stage) -> None:
     stage.show("w", wall())
-    stage.view.look_along(0.0, 0.0)
+    stage.view.moves.look_along(0.0, 0.0)
     place = UTM + np.array([5.0, -0.4, 4.0])
     color = (0.9, 0.6, 0.0)
     symbol = symbol_of_plane(180.0, 45.0, place, 2.0)
     drawing = FeatureDrawing("s", np.zeros((0, 3)), None, color, "", place, symbol=symbol)
-    stage.view.set_features({"s": drawing})
+    stage.view.features.change({"s": drawing})
     widths = []
     for zoom in (1.0, 2.0):
         stage.view.camera.zoom(zoom, place)
-        stage.view.moved()
+        stage.view.moves.moved()
         stage.settle()
         shown = np.abs(stage.picture() - 255.0 * np.array(color)).max(axis=2) <= 12
         columns = np.flatnonzero(shown.any(axis=0))
         widths.append(columns.max() - columns.min())
         (x, y), *_ = stage.view.project(place[None])[0]
-        assert stage.view.pick_feature(x + 14.0, y) == "s"
-        assert stage.view.pick_feature(x, y + 8.0) == "s"
-        assert stage.view.pick_feature(x, y - 20.0) is None
+        assert stage.view.features.at(x + 14.0, y) == "s"
+        assert stage.view.features.at(x, y + 8.0) == "s"
+        assert stage.view.features.at(x, y - 20.0) is None
     assert widths[0] == pytest.approx(36.0, abs=4.0)
     assert widths[1] == pytest.approx(widths[0], abs=2.0)
 
 
 def test_a_disc_too_small_to_be_seen_is_a_dot_that_is_clicked(stage: Stage) -> None:
     stage.show("w", wall())
-    stage.view.look_along(0.0, 0.0)
+    stage.view.moves.look_along(0.0, 0.0)
     place = UTM + np.array([5.0, -0.4, 4.0])
     ring = disc(place, [0.0, 1.0, 0.0], 0.01)
     drawing = FeatureDrawing(
         "s", np.zeros((0, 3)), ring, (0.9, 0.6, 0.0), "", place,
         symbol=small_disc(place, 0.02), extent=0.02,
     )  # fmt: skip
-    stage.view.set_features({"s": drawing})
+    stage.view.features.change({"s": drawing})
     stage.settle()
     (x, y), *_ = stage.view.project(place[None])[0]
     shown = np.abs(stage.picture() - [229.5, 153.0, 0.0]).max(axis=2) <= 30
     assert 20 < shown.sum() < 120
-    assert stage.view.pick_feature(x + 4.0, y) == "s"
+    assert stage.view.features.at(x + 4.0, y) == "s"
     # Large on the screen it is a disc and nothing else.
     stage.view.camera.zoom(0.02, place)
-    stage.view.moved()
+    stage.view.moves.moved()
     stage.settle()
     assert not len(stage.view.overlays.annotations._strokes)
 
@@ -551,8 +551,8 @@ def test_a_line_on_the_surface_does_not_hide_its_own_points(stage: Stage) -> Non
     )
     assert stage.view.project(line)[1].all()
     drawing = FeatureDrawing("f", line, None, (0.9, 0.6, 0.0), "f", line[20])
-    stage.view.set_features({"f": drawing})
-    stage.view.set_selected(["f"])
+    stage.view.features.change({"f": drawing})
+    stage.view.features.select(["f"])
     stage.settle()
     assert stage.view.project(line)[1].all()
 
@@ -563,12 +563,14 @@ def test_a_trace_is_named_where_it_is_seen(stage: Stage) -> None:
     line = np.array(
         [stage.view.world_of(stage.view.pick(x, 240.0)) for x in np.linspace(150, 550, 41)]
     )
-    stage.view.set_features({"f": FeatureDrawing("f", line, None, (0.9, 0.6, 0.0), "f", line[20])})
+    stage.view.features.change(
+        {"f": FeatureDrawing("f", line, None, (0.9, 0.6, 0.0), "f", line[20])}
+    )
     stage.settle()
     assert stage.view.overlays.annotations.label_boxes
     stage.view.camera.set_pivot(line[10])
     stage.view.camera.zoom(0.2, line[10])
-    stage.view.moved()
+    stage.view.moves.moved()
     stage.settle()
     pixels, seen = stage.view.project(line[[10, 20]])
     assert seen.tolist() == [True, False]
@@ -578,7 +580,7 @@ def test_a_trace_is_named_where_it_is_seen(stage: Stage) -> None:
 
 def test_labels_do_not_come_and_go_while_the_view_turns(stage: Stage) -> None:
     stage.show("w", wall())
-    stage.view.look_along(0.0, 0.0)
+    stage.view.moves.look_along(0.0, 0.0)
     stage.settle()
     rng = np.random.default_rng(5)
     drawings = {}
@@ -588,7 +590,7 @@ def test_labels_do_not_come_and_go_while_the_view_turns(stage: Stage) -> None:
             str(i), np.zeros((0, 3)), None, (0.9, 0.6, 0.0), f"B{i:03d} 132/41", place,
             extent=float(rng.uniform(0.5, 5.0)),
         )  # fmt: skip
-    stage.view.set_features(drawings)
+    stage.view.features.change(drawings)
     stage.settle()
 
     def shown() -> set[str]:
@@ -598,7 +600,7 @@ def test_labels_do_not_come_and_go_while_the_view_turns(stage: Stage) -> None:
     changes = 0
     for _ in range(20):
         stage.view.camera.orbit(0.2, 0.05)
-        stage.view.moved()
+        stage.view.moves.moved()
         stage.view.repaint()
         changes += len(shown() ^ last)
         last = shown()

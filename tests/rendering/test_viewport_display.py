@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QApplication
 
 from tests.rendering.test_viewport import UTM, Stage, wall
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.rendering.qt import painting
+from vomstudio.rendering.qt import map_signs
 from vomstudio.rendering.qt.bar_painting import ColorBar, lay_out_bars
 from vomstudio.rendering.view.clipping import FACES, ClipBox
 from vomstudio.rendering.view.scalars import ELEVATION, FieldStyle, Scale, make_scale
@@ -32,21 +32,21 @@ def stage(qapp: QApplication) -> Iterator[Stage]:
 
 
 def at_rest(stage: Stage) -> None:
-    scene = stage.view._scene
+    scene = stage.view.scene
     assert scene is not None
     stage.settle(0.1)
-    stage.wait(lambda: scene.complete and not stage.view._rest.isActive())
+    stage.wait(lambda: stage.view.still)
     stage.settle(0.05)
 
 
 def show_field(stage: Stage, style: FieldStyle) -> Scale:
     told: list[str] = []
     stage.view.field_shown.connect(told.append)
-    stage.view.set_display("field")
-    stage.view.set_field("w", style)
+    stage.view.display.set_mode("field")
+    stage.view.display.set_field("w", style)
     stage.wait(lambda: bool(told))
     at_rest(stage)
-    scale = stage.view.scale_of("w")
+    scale = stage.view.display.scale_of("w")
     assert scale is not None
     return scale
 
@@ -72,11 +72,11 @@ def test_a_typed_range_and_another_field_take_the_place_of_the_first(stage: Stag
     low, high = UTM[2] + 1.0, UTM[2] + 2.0
     scale = show_field(stage, FieldStyle(ELEVATION, low, high))
     assert (scale.low, scale.high) == (low, high)
-    stage.view.set_display("textured")
+    stage.view.display.set_mode("textured")
     at_rest(stage)
-    assert stage.view.scale_of("w") is None
+    assert stage.view.display.scale_of("w") is None
     assert not stage.view.overlays.bars
-    scene = stage.view._scene
+    scene = stage.view.scene
     assert scene is not None
     assert scene.models["w"].field is None
 
@@ -84,9 +84,9 @@ def test_a_typed_range_and_another_field_take_the_place_of_the_first(stage: Stag
 def test_a_field_that_was_chosen_first_is_shown_when_the_model_comes(stage: Stage) -> None:
     told: list[str] = []
     stage.view.field_shown.connect(told.append)
-    stage.view.set_display("field")
-    stage.view.add_model("w", wall(), np.eye(4), frame_camera=True)
-    stage.view.set_field("w", FieldStyle(ELEVATION))
+    stage.view.display.set_mode("field")
+    stage.view.models.add("w", wall(), np.eye(4), frame_camera=True)
+    stage.view.display.set_field("w", FieldStyle(ELEVATION))
     stage.wait(lambda: bool(told))
     at_rest(stage)
     assert stage.view.overlays.bars
@@ -99,9 +99,9 @@ def test_elevation_follows_the_frame_of_the_model(stage: Stage) -> None:
     stage.view.field_shown.connect(told.append)
     raised = np.eye(4)
     raised[2, 3] = 50.0
-    stage.view.set_model_to_world("w", raised)
+    stage.view.models.set_to_world("w", raised)
     stage.wait(lambda: bool(told))
-    scale = stage.view.scale_of("w")
+    scale = stage.view.display.scale_of("w")
     assert scale is not None
     assert scale.low == pytest.approx(first.low + 50.0)
 
@@ -130,7 +130,7 @@ def test_bars_stay_clear_of_scale_bar_compass_and_each_other(
     width, height = size
     bars = bars_of(kinds, width, height)
     assert bars
-    taken = [painting.compass_box(height), painting.scale_bar_box(width, height)]
+    taken = [map_signs.compass_box(height), map_signs.scale_bar_box(width, height)]
     for bar in bars:
         assert bar.box.left() >= 0
         assert bar.box.right() <= width
@@ -151,10 +151,10 @@ def test_words_of_a_bar_do_not_pile_up(qapp: QApplication) -> None:
 
 
 def clip(stage: Stage, handles: bool = True) -> ClipBox:
-    scene = stage.view._scene
+    scene = stage.view.scene
     assert scene is not None
     box = ClipBox.around(scene.corners())
-    stage.view.set_clip_box(box, handles=handles)
+    stage.view.clip.set_box(box, handles=handles)
     at_rest(stage)
     return box
 
@@ -164,9 +164,9 @@ def test_a_face_is_dragged_by_its_handle_and_the_model_ends_there(stage: Stage) 
     box = clip(stage)
     told: list[ClipBox] = []
     stage.view.clip_changed.connect(told.append)
-    before = json.dumps(stage.view.camera_state())
+    before = json.dumps(stage.view.moves.camera_state())
     face = FACES.index((0, 1))
-    x, y = stage.view.clip.places(stage.view.extent())[1][face]
+    x, y = stage.view.clip.places()[1][face]
     goal = box.face_centre(0, 1)
     goal[0] = UTM[0] + 6.0
     (gx, gy), _ = (v[0] for v in stage.view.project(goal[None]))
@@ -174,11 +174,11 @@ def test_a_face_is_dragged_by_its_handle_and_the_model_ends_there(stage: Stage) 
     stage.drag(path)
     at_rest(stage)
     assert told
-    now = stage.view.clip_box
+    now = stage.view.clip.box
     assert now is not None
     assert now.high[0] == pytest.approx(goal[0], abs=0.1)
     assert (now.low, now.high[1:]) == (box.low, box.high[1:])
-    assert json.dumps(stage.view.camera_state()) == before, "the view has turned"
+    assert json.dumps(stage.view.moves.camera_state()) == before, "the view has turned"
     assert not stage.events, "a handle is no click on the model"
     pixels, _ = stage.view.project(UTM + np.array([[5.0, 0, 6.5], [7.0, 0, 6.5]]))
     assert stage.view.pick(*pixels[0]) is not None
@@ -188,36 +188,36 @@ def test_a_face_is_dragged_by_its_handle_and_the_model_ends_there(stage: Stage) 
 def test_without_handles_a_drag_turns_the_view(stage: Stage) -> None:
     stage.show("w", wall())
     box = clip(stage, handles=False)
-    before = stage.view.camera_state()
-    stage.view.set_clip_box(box, handles=True)
-    x, y = stage.view.clip.places(stage.view.extent())[1][0]
-    stage.view.set_clip_box(box, handles=False)
+    before = stage.view.moves.camera_state()
+    stage.view.clip.set_box(box, handles=True)
+    x, y = stage.view.clip.places()[1][0]
+    stage.view.clip.set_box(box, handles=False)
     stage.drag([(x, y), (x + 20, y), (x + 40, y)])
-    assert stage.view.camera_state() != before
-    assert stage.view.clip_box == box
+    assert stage.view.moves.camera_state() != before
+    assert stage.view.clip.box == box
 
 
 def test_a_face_that_is_looked_at_head_on_cannot_be_dragged(stage: Stage) -> None:
     stage.show("w", wall())
     clip(stage)
-    stage.view.set_orthographic(True)
-    stage.view.standard_view("north")
+    stage.view.moves.set_orthographic(True)
+    stage.view.moves.standard_view("north")
     at_rest(stage)
-    _, places, usable = stage.view.clip.places(stage.view.extent())
+    _, places, usable = stage.view.clip.places()
     for k, (axis, _side) in enumerate(FACES):
         assert usable[k] == (axis != 1)
-    assert stage.view.face_at(*places[FACES.index((1, 0))]) is None
-    assert stage.view.face_at(*places[FACES.index((2, 1))]) == FACES.index((2, 1))
+    assert stage.view.clip.face_at(*places[FACES.index((1, 0))]) is None
+    assert stage.view.clip.face_at(*places[FACES.index((2, 1))]) == FACES.index((2, 1))
 
 
 def test_turning_the_view_on_and_off_gives_the_whole_model_back(stage: Stage) -> None:
     stage.show("w", wall())
     at_rest(stage)
     before = stage.picture()
-    stage.view.set_clip_box(ClipBox(tuple(UTM), tuple(UTM + [2.0, 1.0, 2.0])), handles=False)  # type: ignore[arg-type]
+    stage.view.clip.set_box(ClipBox(tuple(UTM), tuple(UTM + [2.0, 1.0, 2.0])), handles=False)  # type: ignore[arg-type]
     at_rest(stage)
     cut = stage.picture()
     assert (np.abs(cut - before).max(axis=2) > 20).mean() > 0.1
-    stage.view.set_clip_box(None)
+    stage.view.clip.set_box(None)
     at_rest(stage)
     assert np.array_equal(stage.picture(), before)

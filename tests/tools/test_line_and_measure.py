@@ -12,7 +12,8 @@ from tests.samples import bed
 from tests.tools.fakes import Context, event
 from vomstudio.document import edits
 from vomstudio.document.journal import replay
-from vomstudio.document.records import Dimension, Lineation
+from vomstudio.document.kinds.dimension import Dimension
+from vomstudio.document.kinds.lineation import Lineation
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError
 from vomstudio.tools.line import LineTool

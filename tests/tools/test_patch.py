@@ -13,14 +13,16 @@ from tests.samples import placed
 from tests.tools.fakes import Context
 from vomstudio.document import edits
 from vomstudio.document.edit import change
-from vomstudio.document.records import Model, Patch
+from vomstudio.document.kinds.patch import Patch
+from vomstudio.document.records import Model
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError
-from vomstudio.geometry.brush import surface_of
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.patches import ids_of
-from vomstudio.tools.patch import PatchTool, area_of
+from vomstudio.geometry.streaming.surfaces import surface_of
+from vomstudio.tools.painted import area_of
+from vomstudio.tools.patch import PatchTool
 from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent
 
 # One face of a dipping, slightly rough bed; some 1 600 squares of 10 cm.
@@ -380,7 +382,7 @@ def test_what_cannot_be_written_is_not_done(tool, context):
 def test_the_stroke_is_shown_live_with_its_fit_and_is_gone_with_its_release(
     tool, context, monkeypatch
 ):
-    monkeypatch.setattr("vomstudio.tools.patch._LIVE_SHARE", 1.0)
+    monkeypatch.setattr("vomstudio.tools.stroke._LIVE_SHARE", 1.0)
     stroke(tool, (1.0, 1.0), (1.5, 1.0), release=False)
     preview = context.shown[-1]
     assert len(preview.area.corners) == len(within((1.0, 1.0)) | within((1.5, 1.0)))
@@ -401,7 +403,7 @@ def test_the_stroke_is_shown_live_with_its_fit_and_is_gone_with_its_release(
 
 
 def test_a_fit_that_takes_long_is_left_out_until_it_is_its_turn(tool, context, monkeypatch):
-    monkeypatch.setattr("vomstudio.tools.patch._LIVE_SHARE", 1e-9)
+    monkeypatch.setattr("vomstudio.tools.stroke._LIVE_SHARE", 1e-9)
     stroke(tool, (1.0, 1.0), (2.0, 1.0), release=False)
     first = tool.measurement
     tool.pointer(at(Pointer.DRAG_MOVE, (3.0, 1.0)))

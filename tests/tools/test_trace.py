@@ -12,7 +12,7 @@ from tests.samples import ZIGZAG
 from tests.tools.fakes import Context, event
 from vomstudio.document import edits
 from vomstudio.document.journal import replay
-from vomstudio.document.records import Trace
+from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError
 from vomstudio.tools.trace import TraceTool

@@ -10,31 +10,10 @@ from PySide6.QtWidgets import QApplication
 from tests import driver
 from tests.samples import ZIGZAG
 from vomstudio.document import edits
-from vomstudio.document.records import Frame, Model, Trace
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Frame, Model
 from vomstudio.io.settings import read_settings
 from vomstudio.ui.shell.main_window import MainWindow
-
-
-class NoWorkers:
-    """Stands for the worker processes: nothing is ever read or written."""
-
-    def __init__(self) -> None:
-        self.asked: list[tuple[str, dict]] = []
-
-    def submit(self, lane, task, args, **more):
-        self.asked.append((task, dict(args)))
-
-    def visible(self):
-        return []
-
-    def cancel(self, job):
-        return
-
-    def finish(self, lane, timeout_s):
-        return
-
-    def close(self):
-        return
 
 
 @pytest.fixture
@@ -43,7 +22,6 @@ def window(own_folders, qtbot) -> Iterator[MainWindow]:
     made.show()
     made._fill()
     made.studio.jobs.close()
-    made.studio.jobs = NoWorkers()
     made.activateWindow()
     qtbot.waitUntil(lambda: QApplication.activeWindow() is made)
     yield made

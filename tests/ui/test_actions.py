@@ -9,9 +9,10 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit, QToolButton
 
 from tests.ui.conftest import add_bed, add_cliff
-from vomstudio.document.records import Frame, Trace
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Frame
 from vomstudio.geology.orientation import Plane
-from vomstudio.ui.shell.main_window import _MENUS
+from vomstudio.ui.shell.menus import MENUS
 from vomstudio.ui.shell.palette import CommandPalette
 
 
@@ -36,7 +37,7 @@ def test_what_cannot_be_done_in_the_empty_window_says_why(window):
 
 
 def test_every_command_is_in_a_menu_or_says_its_key(window):
-    in_menus = {name for _, names in _MENUS for name in names}
+    in_menus = {name for _, names in MENUS for name in names}
     for command in window.actions_table.commands():
         in_submenu = command.name.partition("_")[0] in ("notation", "display", "planes", "open")
         assert command.name in in_menus or command.shortcut or in_submenu, command.name
@@ -292,7 +293,7 @@ def test_only_the_outcrop_and_back_again(window):
 def test_the_outcrop_has_more_than_half_of_the_width(window):
     window.resize(1400, 900)
     QApplication.processEvents()
-    window._default_sizes()
+    window.docks.default_sizes()
     QApplication.processEvents()
     assert window.centralWidget().width() >= 0.55 * window.width()
 
@@ -309,7 +310,7 @@ def test_labels_are_not_cut_off_by_their_panels(window, studio):
     beds(studio)
     studio.selection.set(["t1"])
     QApplication.processEvents()
-    for name, value in window.properties._fit._values.items():
+    for name, value in enumerate(window.properties._fit._values):
         if value.isVisible():
             assert value.width() >= value.sizeHint().width(), name
 
@@ -321,7 +322,9 @@ def test_a_window_that_is_closed_leaves_no_timer_no_thread_and_no_process(own_fo
 
     from PySide6.QtCore import QTimer
 
+    from tests.jobs.odd_jobs import LEVITATE
     from vomstudio.io.settings import read_settings
+    from vomstudio.jobs.job import Nothing
     from vomstudio.ui.shell.main_window import MainWindow
 
     threads = set(threading.enumerate())
@@ -330,9 +333,9 @@ def test_a_window_that_is_closed_leaves_no_timer_no_thread_and_no_process(own_fo
     made._fill()
     jobs = made.studio.jobs
     failed = []
-    jobs.submit("models", "levitate", {}, title="", on_done=print, on_failed=failed.append)
+    jobs.submit(LEVITATE, Nothing(), title="", on_done=print, on_failed=failed.append)
     qtbot.waitUntil(lambda: bool(failed), timeout=20_000)
-    processes = [w._process for w in jobs._workers.values() if w._process]
+    processes = [w._process for w in jobs.workers.values() if w._process]
     assert all(isinstance(p, subprocess.Popen) for p in processes)
     made.close()
     assert all(p.poll() is not None for p in processes)

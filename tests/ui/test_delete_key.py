@@ -7,7 +7,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from tests.ui.conftest import add_bed, add_cliff
-from vomstudio.document.records import Trace
+from vomstudio.document.kinds.trace import Trace
 
 
 @pytest.mark.parametrize("where", ["tree", "table"])

@@ -12,9 +12,11 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.rendering.view.scalars import FieldStyle
-from vomstudio.ui.scene import display, display_commands
-from vomstudio.ui.scene.display import Display, why_not_mode
-from vomstudio.ui.shell.model_loader import OpenModel
+from vomstudio.ui.scene import display_commands
+from vomstudio.workspace import display
+from vomstudio.workspace.display import Display, why_not_mode
+from vomstudio.workspace.model_loading import OpenModel
+from vomstudio.workspace.owner import Loop
 
 BOX = ClipBox((0.0, 1.0, 2.0), (10.0, 11.0, 12.0))
 
@@ -45,7 +47,7 @@ def attach(studio, data) -> None:
 # --- what is kept ----------------------------------------------------------------------------
 def test_everything_comes_back_as_it_was_kept(qapp):
     kept: list[dict] = []
-    shown = Display(kept.append)
+    shown = Display(kept.append, Loop().later)
     shown.show_field("m1", FieldStyle("intensity", 1.0, 9.0))
     shown.set_lit("field", True)
     shown.set_point_size(3.0)
@@ -53,7 +55,7 @@ def test_everything_comes_back_as_it_was_kept(qapp):
     shown.set_clip(BOX, True)
     shown.set_handles(False)
     shown.flush()
-    again = Display(kept.append)
+    again = Display(kept.append, Loop().later)
     again.load(kept[-1])
     assert again.as_dict() == shown.as_dict()
     assert again.mode == "field"
@@ -70,7 +72,7 @@ def test_everything_comes_back_as_it_was_kept(qapp):
     ],
 )
 def test_what_cannot_be_read_is_as_in_a_new_project(qapp, kept):
-    shown, fresh = Display(lambda _: None), Display(lambda _: None)
+    shown, fresh = Display(lambda _: None, Loop().later), Display(lambda _: None, Loop().later)
     shown.load(kept)
     assert shown.as_dict() == fresh.as_dict()
 
@@ -126,8 +128,8 @@ def test_the_first_field_is_what_says_most():
 def test_a_range_is_typed_and_taken_back(window, studio):
     attach(studio, cloud(fields={"intensity": np.arange(50)}))
     panel = window.display_panel
-    window.show_dock("display")
-    display_commands.choose_field(window)
+    window.docks.bring_forward("display")
+    display_commands.choose_field(studio, window.docks)
     assert studio.display.styles["m1"] == FieldStyle("intensity")
     for edit, text in ((panel.low, "5,5"), (panel.high, "40")):
         edit.setFocus()

@@ -6,7 +6,7 @@ import pytest
 
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
-from vomstudio.document.records import Reading
+from vomstudio.document.kinds.reading import Reading
 from vomstudio.errors import UsageError
 from vomstudio.ui.interpret.feature_filter import parse_filter
 from vomstudio.ui.interpret.feature_row import row_of
@@ -59,6 +59,12 @@ def found(studio):
         ("overturned:yes", ["east"]),
         ("overturned:no type:bedding", ["north"]),
         ("kind:reading joint", ["crack"]),
+        # The names of files are understood too, where `kind` is the feature type.
+        ("kind=joint", ["crack"]),
+        ("kind!=reading", []),
+        ("dip_deg>31", ["east", "crack"]),
+        ("pole_trend_deg:180..210", ["crack"]),
+        ("geometry:line", ["axis"]),
         ("350/30", ["north"]),
         ('"west limb"', ["north"]),
         ("", ["north", "east", "crack", "axis"]),

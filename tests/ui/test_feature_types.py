@@ -52,7 +52,7 @@ def combos(window) -> list[list[str]]:
             window.trace_panel.type_box,
             window.patch_panel.type_box,
             window.line_panel.type_box,
-            window.properties._type,
+            window.properties.fields["type_id"],
         )
     ]
 
@@ -152,7 +152,7 @@ def test_names_and_colours_of_types_change_everywhere_at_once(window, studio):
     assert studio.attempt(edits.change_type, replace(kind, name="Strata", color="#123456"))
     assert all("Strata" in names and "Bedding" not in names for names in combos(window))
     assert window.trace_panel.type_box.currentData() == "fault"
-    assert window.properties._type.currentData() == "bedding"
+    assert window.properties.fields["type_id"].currentData() == "bedding"
     assert window.tree._items["bedding"].text(0) == "Strata (1)"
     model = window.table.model
     texts = [model.index(0, c).data() for c in range(model.columnCount())]

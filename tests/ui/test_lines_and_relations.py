@@ -9,7 +9,9 @@ from PySide6.QtTest import QTest
 from tests.tools.fakes import event
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
-from vomstudio.document.records import Dimension, Intersection, Lineation
+from vomstudio.document.kinds.dimension import Dimension
+from vomstudio.document.kinds.intersection import Intersection
+from vomstudio.document.kinds.lineation import Lineation
 from vomstudio.ui.common.plane_box import SELECTED
 from vomstudio.ui.interpret.relations import IntersectionDialog
 from vomstudio.ui.interpret.table_panel import COLUMNS
@@ -106,18 +108,18 @@ def test_a_line_is_laid_onto_another_plane_in_its_properties(window, planes):
     planes.finish_tool()
     (made,) = planes.session.of(Lineation)
     panel = window.properties
-    assert not panel._form.isRowVisible(panel._slip)
-    choose(panel._plane, "f1")
+    assert not panel._form.isRowVisible(panel.fields["slip"])
+    choose(panel.fields["plane_id"], "f1")
     assert planes.records[made.id].plane_id == "f1"
-    assert panel._form.isRowVisible(panel._slip)
-    choose(panel._slip, "reverse")
+    assert panel._form.isRowVisible(panel.fields["slip"])
+    choose(panel.fields["slip"], "reverse")
     assert planes.records[made.id].slip == "reverse"
-    choose(panel._plane, "")
+    choose(panel.fields["plane_id"], "")
     assert (planes.records[made.id].plane_id, planes.records[made.id].slip) == ("", "")
     planes.undo()
     assert (planes.records[made.id].plane_id, planes.records[made.id].slip) == ("f1", "reverse")
     planes.selection.set(["b1"])
-    assert not panel._form.isRowVisible(panel._plane)
+    assert not panel._form.isRowVisible(panel.fields["plane_id"])
 
 
 # --- measure -----------------------------------------------------------------------------------
@@ -149,7 +151,7 @@ def test_a_thickness_is_measured_across_the_selected_plane(window, planes):
     (made,) = planes.session.of(Dimension)
     assert made.plane_id == "b1"
     assert "±" in window.tree._items[made.id].text(1)
-    label = window.properties._form.labelForField(window.properties._plane)
+    label = window.properties._form.labelForField(window.properties.fields["plane_id"])
     assert label.text() == "Across"
 
 

@@ -34,13 +34,12 @@ def test_a_hint_gives_way_and_does_not_hide_a_warning(window, studio):
     assert window.message_bar.isVisible()
 
 
-@pytest.mark.parametrize("box", ["trace_panel.type_box", "properties._type", "properties._method"])
+@pytest.mark.parametrize("box", ["trace", "type_id", "method"])
 def test_the_wheel_over_a_choice_changes_nothing(window, studio, box):
     add_cliff(studio)
     add_bed(studio)
     studio.selection.set(["t1"])
-    panel, name = box.split(".")
-    choice = getattr(getattr(window, panel), name)
+    choice = window.trace_panel.type_box if box == "trace" else window.properties.fields[box]
     assert isinstance(choice, ComboBox)
     before = choice.currentIndex(), studio.records["t1"]
     at = QPointF(choice.rect().center())

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit
 
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
-from vomstudio.document.records import Trace
+from vomstudio.document.kinds.trace import Trace
 from vomstudio.errors import DocumentError
 from vomstudio.ui.interpret.table_panel import COLUMNS
 from vomstudio.ui.interpret.trace_panel import parse_number
@@ -118,8 +118,8 @@ def test_an_empty_name_is_refused_with_the_reason_and_the_old_one_stays(window, 
     window.tree._items["t1"].setText(0, " ")
     assert window.tree._items["t1"].text(0) == "first"
     studio.selection.set(["t1"])
-    type_into(window.properties._name, " ")
-    assert window.properties._name.text() == "first"
+    type_into(window.properties.fields["name"], " ")
+    assert window.properties.fields["name"].text() == "first"
 
 
 def test_figures_cannot_be_typed_over(window, studio):
@@ -190,7 +190,7 @@ def test_selection_is_one_thing(window, studio):
     (id_,) = rows_chosen(window)
     assert studio.selection.ids == (id_,)
     assert window.tree._items[id_].isSelected()
-    assert window.properties._name.text() == studio.records[id_].name
+    assert window.properties.fields["name"].text() == studio.records[id_].name
     window.tree.tree.setCurrentItem(window.tree._items["t2"])
     assert studio.selection.ids == ("t2",)
     assert rows_chosen(window) == ["t2"]
@@ -216,18 +216,18 @@ def test_properties_change_all_that_is_selected_except_the_name(window, studio):
     add_bed(studio, "t2", "b")
     studio.selection.set(["t1", "t2"])
     panel = window.properties
-    type_into(panel._set, "limb")
+    type_into(panel.fields["set_name"], "limb")
     assert {studio.records[i].set_name for i in ("t1", "t2")} == {"limb"}
-    type_into(panel._name, "c")
+    type_into(panel.fields["name"], "c")
     assert (studio.records["t1"].name, studio.records["t2"].name) == ("a", "c")
-    panel._overturned.click()
+    panel.fields["overturned"].click()
     assert studio.records["t1"].overturned
     assert studio.records["t2"].overturned
-    panel._type.setCurrentIndex(panel._type.findData("fault"))
-    panel._type.activated.emit(panel._type.currentIndex())
+    panel.fields["type_id"].setCurrentIndex(panel.fields["type_id"].findData("fault"))
+    panel.fields["type_id"].activated.emit(panel.fields["type_id"].currentIndex())
     assert {studio.records[i].type_id for i in ("t1", "t2")} == {"fault"}
-    panel._method.setCurrentIndex(panel._method.findData("regression"))
-    panel._method.activated.emit(panel._method.currentIndex())
+    panel.fields["method"].setCurrentIndex(panel.fields["method"].findData("regression"))
+    panel.fields["method"].activated.emit(panel.fields["method"].currentIndex())
     assert studio.records["t1"].method == "regression"
     for _ in range(5):
         studio.undo()
@@ -241,7 +241,7 @@ def test_a_name_typed_and_left_for_another_plane_goes_to_the_plane_it_was_typed_
     add_bed(studio, "t1", "a")
     add_bed(studio, "t2", "b")
     studio.selection.set(["t1"])
-    field = window.properties._name
+    field = window.properties.fields["name"]
     field.setFocus()
     field.selectAll()
     QTest.keyClicks(field, "typed")
@@ -326,7 +326,7 @@ def test_no_view_changes_where_the_journal_cannot_be_written(window, studio, mon
     def look() -> tuple:
         return (
             shown(window), shown(window, "Set"), window.tree._items["t1"].text(0),
-            window.properties._name.text(), window.windowTitle(), dict(studio.records),
+            window.properties.fields["name"].text(), window.windowTitle(), dict(studio.records),
             window.table.model.rowCount(),
         )  # fmt: skip
 
@@ -340,7 +340,7 @@ def test_no_view_changes_where_the_journal_cannot_be_written(window, studio, mon
     model = window.table.model
     for do in (
         lambda: model.setData(model.index(0, 0), "other"),
-        lambda: type_into(window.properties._name, "other"),
+        lambda: type_into(window.properties.fields["name"], "other"),
         lambda: window.tree._items["t1"].setText(0, "other"),
         lambda: window.actions_table.run("delete"),
         studio.undo,

@@ -10,8 +10,8 @@ from PySide6.QtTest import QTest
 
 from tests.geometry.test_brush import centre_of, grid
 from tests.ui.conftest import add_bed, add_cliff
-from vomstudio.document.records import Patch
-from vomstudio.geometry.brush import surface_of
+from vomstudio.document.kinds.patch import Patch
+from vomstudio.geometry.streaming.surfaces import surface_of
 from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent
 
 MESH = grid(41, 4.0, rough=0.01)
@@ -74,7 +74,7 @@ def test_the_panel_shows_the_fit_while_the_stroke_is_made(window, painting):
     live = panel.fit_view._plane.text()
     assert live != "–"
     painting.pointer(event(Pointer.DRAG_END, 920))
-    assert "95 % conf." in [label.text() for label in panel.fit_view._titles.values()]
+    assert "95 % conf." in [label.text() for label in panel.fit_view._titles]
     assert panel.fit_view._reasons.text()
     assert panel._name.text() == "<b>B01</b>"
 

@@ -1,17 +1,27 @@
-"""Marks on the disk: at once, whole, and nothing of anybody's lost."""
+"""Points and marks of photos: records of the project, and tables beside the photos that follow."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from vomstudio.document.edits import new_id
+from vomstudio.document.photo_edits import add_photo_set
+from vomstudio.document.records import PhotoSet
 from vomstudio.errors import InputError, TargetError
-from vomstudio.io.control.control_files import crs_of
-from vomstudio.io.control.tables import ControlPoint, Mark, read_control, read_marks, write_marks
-from vomstudio.ui.photos import photo_marks
-from vomstudio.ui.photos.edit_history import EditHistory
-from vomstudio.ui.photos.photo_marks import MarkFiles, PhotoMarks
+from vomstudio.io.control.control_files import crs_of, read_control, read_marks
+from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.io.control.writing import write_marks
+from vomstudio.io.project.taking_in import read_beside, stored_path, tables_of
+from vomstudio.io.settings import Settings
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.photos import photo_exports
+from vomstudio.ui.photos.photo_document import PhotoDocument
+from vomstudio.ui.photos.photo_exports import PhotoExports
+from vomstudio.ui.photos.photo_marks import PhotoMarks
+from vomstudio.ui.photos.photo_row import PhotoRow
 
 PHOTOS = ("a.jpg", "sub/b.jpg")
 
@@ -22,145 +32,199 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path / "photos"
 
 
-def opened(folder: Path, said: list | None = None) -> PhotoMarks:
-    files = MarkFiles(folder, lambda: folder.parent / "project" / "kept")
-    made = PhotoMarks(files, PHOTOS, EditHistory())
-    if said is not None:
-        made.said.connect(lambda text, level: said.append((level, text)))
-    made.read()
-    return made
+class Opened:
+    """A project in which a folder of photos is looked at, as PhotoSurvey does it."""
+
+    def __init__(
+        self, studio: Studio, folder: Path, given: tuple[Path, Path] | None = None
+    ) -> None:
+        self.studio, self.folder = studio, folder
+        self.said: list[tuple[str, str]] = []
+        self.document = PhotoDocument(studio)
+        self.exports = PhotoExports(self.document)
+        self.exports.said.connect(lambda text, level: self.said.append((level, text)))
+        self.document.look_at(folder)
+        project = studio.project.folder
+        own = tables_of(project, folder)
+        taken = own == (None, None) and given is not None
+        beside = read_beside(project, *(given if taken else own), {}, PHOTOS)
+        self.problems = beside.problems
+        made = PhotoSet(new_id("photos"), "photos", stored_path(project, folder), beside.crs)
+        studio.attempt(add_photo_set, made, beside.points, beside.pixels)
+        self.document.look_at(folder)
+        rows = [PhotoRow(n, str(folder / n), 100, 80, "", "", "", False, None) for n in PHOTOS]
+        self.exports.begin(rows, given=taken)
+        self.exports.seen(beside.unread)
+        self.marks = PhotoMarks(self.document, PHOTOS)
+
+    @property
+    def spare(self) -> Path:
+        (found,) = (self.studio.project.folder / "photos").iterdir()
+        return found
+
+
+@pytest.fixture
+def studio(own_folders: Path, qtbot: object) -> Iterator[Studio]:
+    made = Studio(Settings())
+    made.new_project()
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def opened(studio: Studio, folder: Path) -> Opened:
+    return Opened(studio, folder)
 
 
 def mark(marks: PhotoMarks, label: str, photo: str = "a.jpg", x: float = 1.25) -> None:
-    marks.change("mark", photo, marks.marking.marked(label, photo, (x, 2.5)))
+    marks.change("mark", marks.marking.marked(label, photo, (x, 2.5)))
 
 
-def test_every_change_is_on_the_disk_at_once(folder, qtbot) -> None:
-    marks = opened(folder)
+def test_every_change_is_a_step_of_the_projects_history_and_in_the_tables(opened, folder) -> None:
+    marks, studio = opened.marks, opened.studio
     mark(marks, "A")
     assert read_marks(folder / "marks.csv") == [Mark("A", "a.jpg", 1.25, 2.5)]
     assert not (folder / "control.csv").exists()
-    marks.change("place", "", marks.marking.placed(ControlPoint("A", (1.0, 2.0, 3.0))))
+    marks.change("place", marks.marking.placed(ControlPoint("A", (1.0, 2.0, 3.0))))
     assert read_control(folder / "control.csv") == [ControlPoint("A", (1.0, 2.0, 3.0))]
-    again = opened(folder)
-    assert again.marking == marks.marking
-    marks._history.undo()
+    assert studio.session.undo_label == "place"
+    studio.undo()
     assert not (folder / "control.csv").exists()
-    marks._history.undo()
+    studio.undo()
     assert not (folder / "marks.csv").exists()
-    marks._history.redo()
+    assert marks.marking.labels == ()
+    studio.redo()
     assert read_marks(folder / "marks.csv") == [Mark("A", "a.jpg", 1.25, 2.5)]
 
 
-def test_a_drag_is_one_step_and_written_at_its_end(folder, qtbot) -> None:
-    marks = opened(folder)
+def test_marks_survive_the_loss_of_their_tables_and_of_the_window(opened, folder) -> None:
+    mark(opened.marks, "A")
+    (folder / "marks.csv").unlink()
+    project = opened.studio.project.folder
+    # As after a kill: the journal alone.
+    from vomstudio.io.project.journal import read_records
+
+    assert any(getattr(r, "label", "") == "A" for r in read_records(project).values())
+
+
+def test_a_drag_is_one_step_and_kept_at_its_end(opened, folder) -> None:
+    marks = opened.marks
     mark(marks, "A")
     for i in range(5):
         made = marks.marking.marked("A", "a.jpg", (10.0 + i, 2.5))
-        marks.change("drag", "a.jpg", made, "drag", goes_on=True)
+        marks.change("drag", made, "drag", goes_on=True)
     assert read_marks(folder / "marks.csv")[0].x == 1.25
-    marks.change("drag", "a.jpg", marks.marking, "drag")
+    marks.change("drag", marks.marking, "drag")
     assert read_marks(folder / "marks.csv")[0].x == 14.0
-    marks._history.undo()
+    opened.studio.undo()
     assert read_marks(folder / "marks.csv")[0].x == 1.25
 
 
-def test_a_folder_that_cannot_be_written_is_told_and_the_project_keeps_the_marks(
-    folder, qtbot, monkeypatch
+def test_nudges_that_follow_each_other_are_one_step(opened) -> None:
+    marks = opened.marks
+    mark(marks, "A")
+    for i in range(5):
+        marks.change("nudge", marks.marking.marked("A", "a.jpg", (2.0 + i, 2.5)), "nudged")
+    assert marks.marking.of("A") == {"a.jpg": (6.0, 2.5)}
+    opened.studio.undo()
+    assert marks.marking.of("A") == {"a.jpg": (1.25, 2.5)}
+    opened.studio.redo()
+    assert marks.marking.of("A") == {"a.jpg": (6.0, 2.5)}
+
+
+def test_a_folder_that_cannot_be_written_is_told_and_the_project_keeps_the_tables(
+    opened, folder, monkeypatch
 ) -> None:
-    write = photo_marks.write_marks
+    write = photo_exports.write_marks
 
     def refused(path: Path, marks):
         if path.parent == folder:
             raise TargetError("no permission to write here; choose another folder.", file=path)
         return write(path, marks)
 
-    monkeypatch.setattr(photo_marks, "write_marks", refused)
-    said: list = []
-    marks = opened(folder, said)
-    mark(marks, "A")
-    kept = folder.parent / "project" / "kept" / "marks.csv"
+    monkeypatch.setattr(photo_exports, "write_marks", refused)
+    mark(opened.marks, "A")
+    kept = opened.spare / "marks.csv"
     assert read_marks(kept) == [Mark("A", "a.jpg", 1.25, 2.5)]
-    assert not marks.unsaved
-    assert any("cannot be written" in text for _, text in said)
-    assert marks.files.found("marks.csv") == kept
-    said.clear()
-    mark(marks, "B")
+    assert not opened.exports.problem
+    assert any("cannot be written" in text for _, text in opened.said)
+    assert opened.exports.table("marks.csv") == kept
+    opened.said.clear()
+    mark(opened.marks, "B")
     assert len(read_marks(kept)) == 2
-    assert not said, "told once"
-    assert opened(folder).marking.labels == ("A", "B")
+    assert not opened.said, "told once"
 
 
-def test_what_can_be_written_nowhere_is_tried_again(folder, qtbot, monkeypatch) -> None:
+def test_what_can_be_written_nowhere_stays_in_the_project_and_is_tried_again(
+    opened, folder, monkeypatch
+) -> None:
     def refused(path: Path, marks):
         raise TargetError("the disk is full; free some space or write elsewhere.", file=path)
 
-    said: list = []
-    marks = opened(folder, said)
     with monkeypatch.context() as full:
-        full.setattr(photo_marks, "write_marks", refused)
-        mark(marks, "A")
-        assert "disk is full" in marks.unsaved
-        assert said[-1][0] == "error"
-        assert not marks.save_again()
-    assert marks.marking.labels == ("A",), "it is still in the window"
-    mark(marks, "B")
-    assert not marks.unsaved
+        full.setattr(photo_exports, "write_marks", refused)
+        mark(opened.marks, "A")
+        assert "disk is full" in opened.exports.problem
+        assert "kept in the project" in opened.said[-1][1]
+    assert opened.marks.marking.labels == ("A",)
+    mark(opened.marks, "B")
+    assert not opened.exports.problem
     assert len(read_marks(folder / "marks.csv")) == 2
 
 
-def test_a_table_that_cannot_be_read_is_put_aside_before_it_is_replaced(folder, qtbot) -> None:
+def test_a_table_that_cannot_be_read_is_put_aside_before_it_is_replaced(studio, folder) -> None:
     (folder / "marks.csv").write_text("label,photo,x,y\nA,a.jpg,left,2\n")
-    said: list = []
-    marks = opened(folder, said)
-    assert "'left' is not a number" in said[0][1]
+    opened = Opened(studio, folder)
+    assert "'left' is not a number" in opened.problems[0]
     assert "left" in (folder / "marks.csv").read_text()
-    mark(marks, "B")
+    mark(opened.marks, "B")
     assert read_marks(folder / "marks.csv") == [Mark("B", "a.jpg", 1.25, 2.5)]
     assert "left" in (folder / "marks.csv.bak").read_text()
 
 
-def test_marks_in_photos_that_are_not_there_are_kept(folder, qtbot) -> None:
+def test_a_table_that_another_program_has_changed_is_put_aside(opened, folder) -> None:
+    mark(opened.marks, "A")
+    write_marks(folder / "marks.csv", [Mark("X", "a.jpg", 9.0, 9.0)])
+    mark(opened.marks, "B")
+    assert {m.label for m in read_marks(folder / "marks.csv")} == {"A", "B"}
+    assert "X" in (folder / "marks.csv.bak").read_text()
+
+
+def test_marks_in_photos_that_are_not_there_are_kept(studio, folder) -> None:
     write_marks(folder / "marks.csv", [Mark("A", "gone.jpg", 1, 2), Mark("A", "b.jpg", 3, 4)])
-    said: list = []
-    marks = opened(folder, said)
+    opened = Opened(studio, folder)
+    marks = opened.marks
     assert marks.marking.of("A") == {"gone.jpg": (1.0, 2.0), "sub/b.jpg": (3.0, 4.0)}
-    assert "gone.jpg" in said[0][1]
     mark(marks, "B")
     assert {m.photo for m in read_marks(folder / "marks.csv")} == {"gone.jpg", "sub/b.jpg", "a.jpg"}
 
 
-def test_the_tables_that_the_model_is_placed_by_are_taken_over_and_never_written(
-    folder, qtbot
+def test_the_tables_that_the_model_is_placed_by_are_taken_in_and_never_written(
+    studio, folder
 ) -> None:
     """With their CRS, without which the model would be in a local frame."""
     control, marks_ = folder.parent / "control.csv", folder.parent / "marks.csv"
     control.write_text("# EPSG:32633: surveyed\nlabel,x,y,z\nA,1,2,3\n")
     write_marks(marks_, [Mark("A", "a.jpg", 1, 2)])
     before = control.read_bytes(), marks_.read_bytes()
-    marks = PhotoMarks(
-        MarkFiles(folder, lambda: folder.parent / "kept", control, marks_), PHOTOS, EditHistory()
-    )
-    marks.read()
+    opened = Opened(studio, folder, (control, marks_))
+    marks = opened.marks
     assert [p.label for p in marks.marking.control] == ["A"]
-    assert marks.save_again()
     assert not any(folder.iterdir()), "nothing has changed"
     mark(marks, "B")
     assert (control.read_bytes(), marks_.read_bytes()) == before
     assert [m.label for m in read_marks(folder / "marks.csv")] == ["A", "B"]
     assert crs_of(folder / "control.csv") == "EPSG:32633"
-    again = opened(folder)
-    assert again.marking == marks.marking
-    again.change("place", "", again.marking.placed(ControlPoint("C", (4.0, 5.0, 6.0))))
+    marks.change("place", marks.marking.placed(ControlPoint("C", (4.0, 5.0, 6.0))))
     assert crs_of(folder / "control.csv") == "EPSG:32633"
     assert not list(folder.glob("*.bak*")), "a table of our own needs no copy"
 
 
-def test_points_of_another_crs_are_not_mixed_in(folder, qtbot) -> None:
+def test_points_of_another_crs_are_not_mixed_in(opened, folder) -> None:
     one, other = folder.parent / "one.csv", folder.parent / "other.csv"
     one.write_text("# EPSG:32633\nlabel,x,y,z\nA,1,2,3\n")
     other.write_text("# EPSG:32632\nlabel,x,y,z\nB,1,2,3\n")
-    marks = opened(folder)
+    marks = opened.marks
     marks.import_points(one)
     with pytest.raises(InputError, match="EPSG:32632, the points that are here are in EPSG:32633"):
         marks.import_points(other)

@@ -10,7 +10,8 @@ from PySide6.QtWidgets import QComboBox, QDialogButtonBox
 from tests import driver
 from tests.ui.conftest import add_bed, add_cliff
 from tests.ui.test_panels import column
-from vomstudio.document.records import FeatureType, Frame, Reading
+from vomstudio.document.kinds.reading import Reading
+from vomstudio.document.records import FeatureType, Frame
 from vomstudio.geology.orientation import Plane, angle_between_planes
 from vomstudio.tables.project_table import project_table
 from vomstudio.ui.analyse.net_commands import import_readings
@@ -34,7 +35,7 @@ def book(tmp_path):
 
 
 def ask(window, path) -> ReadingsDialog:
-    import_readings(window, path)
+    import_readings(window, window.studio, path)
     dialog = window.findChildren(ReadingsDialog)[-1]
     driver.wait(dialog.isVisible, "the dialog")
     return dialog
@@ -104,8 +105,8 @@ def test_an_import_is_one_edit_turned_to_grid_north_and_compared_with_the_picks(
     shown = model.index(model.place(first.id), column("To pick")).data()
     assert shown == f"{expected:.1f}°"
     studio.selection.set([first.id])
-    assert f"{shown} from B01" in window.properties._compass.text()
-    assert "+10.0" in window.properties._compass.text()
+    assert f"{shown} from B01" in window.properties._about.text()
+    assert "+10.0" in window.properties._about.text()
     assert "3 readings" in studio.notices[-1].text
     studio.undo()
     assert not studio.session.of(Reading)
@@ -174,7 +175,7 @@ def test_a_file_that_is_no_table_is_said(window, studio, tmp_path):
     add_cliff(studio)
     path = tmp_path / "sheet.csv"
     path.write_bytes(b"PK\x03\x04" + bytes(100))
-    import_readings(window, path)
+    import_readings(window, window.studio, path)
     assert "workbook" in studio.notices[-1].text
     assert not window.findChildren(ReadingsDialog)
 

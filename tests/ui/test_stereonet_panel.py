@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QApplication
 from tests import driver
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
-from vomstudio.document.records import Reading
+from vomstudio.document.kinds.reading import Reading
 from vomstudio.ui.analyse.net_commands import export_net
 
 LEFT, NONE, CTRL = driver.LEFT, driver.NONE, driver.CTRL
@@ -171,7 +171,7 @@ def test_the_exported_figure_opens_again_and_names_what_it_is(net, window, studi
     studio.save_as(tmp_path / "cliff.vom")
     studio.selection.set(["N0"])
     for ending in ("svg", "pdf", "png"):
-        export_net(window, tmp_path / f"net.{ending}")
+        export_net(studio, window.net, tmp_path / f"net.{ending}")
     root = ElementTree.parse(tmp_path / "net.svg").getroot()
     assert root.tag.endswith("svg")
     assert float(root.attrib["width"].removesuffix("pt")) == pytest.approx(170 / 25.4 * 72)
@@ -186,10 +186,10 @@ def test_the_exported_figure_opens_again_and_names_what_it_is(net, window, studi
 
 
 def test_a_target_that_cannot_be_written_is_said_and_leaves_nothing(net, window, studio, tmp_path):
-    export_net(window, tmp_path / "missing" / "net.svg")
+    export_net(studio, window.net, tmp_path / "missing" / "net.svg")
     assert "missing" in studio.notices[-1].text
     assert studio.notices[-1].level == "error"
     (tmp_path / "net.png").mkdir()
-    export_net(window, tmp_path / "net.png")
+    export_net(studio, window.net, tmp_path / "net.png")
     assert "folder" in studio.notices[-1].text
     assert [p.name for p in tmp_path.iterdir() if "net" in p.name] == ["net.png"]

@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING
 from vomstudio.cli.arguments import Subparsers, add_command, progress_of
 from vomstudio.cli.output import Output
 from vomstudio.errors import InputError, UsageError
+from vomstudio.geometry.units import METRES
 
 if TYPE_CHECKING:
     from vomstudio.geometry.cloud import PointCloud
     from vomstudio.geometry.mesh import Mesh
-    from vomstudio.io.models.registry import LoadedModel
-
-UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0, "ft": 0.3048, "us-ft": 1200 / 3937}
+    from vomstudio.io.models.reader import LoadedModel
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -27,7 +26,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("--crs", metavar="EPSG", help="the projected CRS that IN is in")
     parser.add_argument("--up", choices=["y", "z"], help="the axis of IN that points up")
     parser.add_argument(
-        "--unit", choices=sorted(UNITS), default=None, help="the unit of IN's coordinates"
+        "--unit", choices=sorted(METRES), default=None, help="the unit of IN's coordinates"
     )
     parser.add_argument("--force", action="store_true", help="replace OUT if it is there already")
 
@@ -57,14 +56,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
             crs = loaded.crs
             warnings.append("its CRS is not a projected one; it is written as it stands")
     if args.unit is not None:
-        if crs is not None and UNITS[args.unit] != unit:
+        if crs is not None and METRES[args.unit] != unit:
             raise UsageError(
                 f"the unit of {crs} is {unit:g} m, not {args.unit}; leave one of them out.",
                 field="--unit",
             )
     elif crs is not None and unit != 1.0:
         warnings.append(f"coordinates stay in the unit of the CRS, {unit:.9g} m")
-    data = _in_world(loaded, args.up, UNITS[args.unit] if args.unit and crs is None else 1.0)
+    data = _in_world(loaded, args.up, METRES[args.unit] if args.unit and crs is None else 1.0)
     inputs = [loaded.path, *companions(loaded.path)]
     warnings += write_model(data, crs, target, force=args.force, inputs=inputs, progress=progress)
     out.result({"in": args.input, "out": args.output, "crs": crs, "warnings": warnings})

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.arguments import Parser, Subparsers, add_command, progress_of
 from vomstudio.cli.output import Output
-from vomstudio.errors import TargetError
+from vomstudio.errors import TargetError, WorkerError
 from vomstudio.progress import Progress
 
 if TYPE_CHECKING:
@@ -112,31 +112,32 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
         sample_model,
         sample_photos,
     )
+    from vomstudio.jobs.reconstruction_tasks import RECONSTRUCT, ReconstructionOrder
     from vomstudio.jobs.running import run_job
     from vomstudio.products.sample.photo_check import check_photos, in_words
 
-    result = run_job(
-        "reconstruct",
-        {
-            "photos": str(sample_photos()),
-            "out": str((folder / "photos").resolve()),
-            "quality": "preview",
-            "control": str(sample_control()),
-            "marks": str(sample_marks()),
-            "crs": "EPSG:32633",
-        },
-        progress,
+    order = ReconstructionOrder(
+        sample_photos(),
+        (folder / "photos").resolve(),
+        "preview",
+        crs="EPSG:32633",
+        control=sample_control(),
+        marks=sample_marks(),
     )
-    outcrop, cloud = read_model(sample_model()).data, read_model(Path(result["dense"])).data
+    made = run_job(RECONSTRUCT, order, progress)
+    if made.dense_gsd_m is None:
+        raise WorkerError("none of the sample's photos was placed; install the program again")
+    outcrop, cloud = read_model(sample_model()).data, read_model(Path(made.dense)).data
     checks = check_photos(
-        read_cameras(result["poses"]),
+        read_cameras(made.poses),
         read_true_cameras(),
         np.asarray(cloud.points),  # type: ignore[union-attr]
         outcrop,  # type: ignore[arg-type]
         picks,
         read_truth(),
-        result["dense_gsd_m"],
+        made.dense_gsd_m,
     )
+    result = made.as_dict()
     keys = ("registered", "reprojection_error_px", "dense_points", "faces", "frame", "seconds")
     return {
         "photos": result["photos"],
@@ -220,7 +221,8 @@ def _add_traces(project: Project, model: object, vertices: object, picks: Sample
 
     from vomstudio.document.edit import change
     from vomstudio.document.edits import new_id
-    from vomstudio.document.records import Model, Trace
+    from vomstudio.document.kinds.trace import Trace
+    from vomstudio.document.records import Model
     from vomstudio.geometry.surface import VertexSurface
 
     assert isinstance(model, Model)

@@ -20,6 +20,7 @@ from vomstudio.cli import (
     info,
     ortho,
     plan,
+    project,
     reconstruct,
     stats,
     stereonet,
@@ -42,6 +43,7 @@ _COMMAND_MODULES = {
     "check": check,
     "frames": frames,
     "reconstruct": reconstruct,
+    "project": project,
     "export": export,
 }
 COMMANDS = tuple(_COMMAND_MODULES)

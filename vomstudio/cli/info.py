@@ -13,7 +13,7 @@ from vomstudio.errors import InputError
 from vomstudio.progress import Progress
 
 if TYPE_CHECKING:
-    from vomstudio.io.photos.reading import Photo
+    from vomstudio.io.photos.photo import Photo
 
 NOTHING: dict[str, Any] = {
     "path": None, "kind": None, "points": None, "faces": None, "materials": [], "textures": [],

@@ -18,8 +18,8 @@ from vomstudio.cli.words import azimuth
 from vomstudio.errors import InputError, UsageError
 
 if TYPE_CHECKING:
-    from vomstudio.io.models.opening import LoadedModel
-    from vomstudio.products.ortho.orthophoto import View
+    from vomstudio.io.models.reader import LoadedModel
+    from vomstudio.products.ortho.views import View
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -59,7 +59,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.files.atomic import check_target
     from vomstudio.io.models.opening import read_model
     from vomstudio.io.photos.cameras_file import scale_known
-    from vomstudio.products.ortho import orthophoto
+    from vomstudio.products.ortho import orthophoto, planning, views
     from vomstudio.products.ortho.sheet import format_of
 
     _one_direction(args)
@@ -84,7 +84,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if unknown:
         view = replace(view, north_known=False, metric=args.unit != 1.0)
     try:
-        plan = orthophoto.plan(loaded.data, view, to_world=to_world, gsd=args.gsd)
+        plan = planning.plan(loaded.data, view, to_world=to_world, gsd=args.gsd)
     except InputError as error:
         raise InputError(error.message, file=args.model) from error
     made = orthophoto.write_orthophoto(
@@ -101,7 +101,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
     if fold is not None:
         deep = float(plan.points[:, 2].max() - plan.points[:, 2].min())
-        fold["cost"] = orthophoto.cost_of_direction(
+        fold["cost"] = views.cost_of_direction(
             fold["beta"]["max_confidence95_deg"], deep, metric=view.metric
         )
         warnings.append(fold["cost"])
@@ -153,7 +153,7 @@ def _one_direction(args: argparse.Namespace) -> None:
 
 def _fixed_view(args: argparse.Namespace) -> View | None:
     from vomstudio.geology.notation import parse_plane
-    from vomstudio.products.ortho.orthophoto import view_along_line, view_of_plane
+    from vomstudio.products.ortho.views import view_along_line, view_of_plane
 
     if args.fold is not None:
         return None
@@ -181,7 +181,7 @@ def _fold(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
 
 
 def _fold_view(fold: dict[str, Any] | None, loaded: LoadedModel, to_world: Any) -> View:
-    from vomstudio.products.ortho.orthophoto import view_along_axis
+    from vomstudio.products.ortho.views import view_along_axis
 
     assert fold is not None
     beta = fold["beta"]

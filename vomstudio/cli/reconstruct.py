@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from vomstudio.cli.arguments import Subparsers, add_command, progress_of
 from vomstudio.cli.output import Output
 from vomstudio.errors import InputError, UsageError
+
+if TYPE_CHECKING:
+    from vomstudio.jobs.reconstruction_tasks import Reconstruction
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -53,6 +57,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.jobs.reconstruction_tasks import RECONSTRUCT, ReconstructionOrder
     from vomstudio.jobs.running import run_job
 
     photos, folder = Path(args.photos), Path(args.output)
@@ -64,24 +69,21 @@ def run(args: argparse.Namespace, out: Output) -> None:
         raise UsageError("is the photos' own folder; name another", field="--output")
     crs = None if args.crs is None else _crs(args.crs)
     control, marks, said = _control(args)
-    result = run_job(
-        "reconstruct",
-        {
-            "photos": str(photos.resolve()),
-            "out": str(folder.resolve()),
-            "quality": args.quality,
-            "crs": crs,
-            "control": control,
-            "marks": marks,
-            "threads": args.threads,
-            "seed": args.seed,
-            "scheduler": args.scheduler,
-        },
-        progress_of(args),
+    order = ReconstructionOrder(
+        photos.resolve(),
+        folder.resolve(),
+        args.quality,
+        crs,
+        control,
+        marks,
+        args.threads,
+        args.seed,
+        args.scheduler,
     )
-    result["warnings"] = [*said, *result["warnings"]]
-    out.result(result)
-    out.warn(result["warnings"])
+    result = run_job(RECONSTRUCT, order, progress_of(args))
+    result = replace(result, warnings=(*said, *result.warnings))
+    out.result(result.as_dict())
+    out.warn(result.warnings)
     out.text(_in_words(result))
 
 
@@ -97,10 +99,10 @@ def _crs(text: str) -> str:
     return crs
 
 
-def _control(args: argparse.Namespace) -> tuple[str | None, str | None, list[str]]:
+def _control(args: argparse.Namespace) -> tuple[Path | None, Path | None, list[str]]:
     """Tables of control points and of marks, and what there is to say about them."""
     from vomstudio.io.control.control_files import find_control, marks_beside
-    from vomstudio.io.control.tables import MARKS
+    from vomstudio.io.control.points import MARKS
     from vomstudio.io.photos.reading import photo_names
     from vomstudio.photogrammetry.place.mark_prediction import usable_tables
 
@@ -115,11 +117,11 @@ def _control(args: argparse.Namespace) -> tuple[str | None, str | None, list[str
         marks = named or marks
         _require_file(marks, "--marks")
         if args.gcp is not None:
-            return None, _text(marks), []
+            return None, marks, []
         names = [] if found is None else photo_names(photos)
         control, marks, why_not = usable_tables(found, marks, names)
         said = [f"{found}: not used. {why_not}"] if why_not else []
-        return _text(control), _text(marks), said
+        return control, marks, said
     control = Path(args.gcp).resolve()
     marks = named
     _require_file(control, "--gcp")
@@ -130,7 +132,7 @@ def _control(args: argparse.Namespace) -> tuple[str | None, str | None, list[str
             "there is no such file; name the marks with --marks", file=marks, field="--marks"
         )
     _require_file(marks, "--marks")
-    return str(control), str(marks), []
+    return control, marks, []
 
 
 def _require_file(path: Path | None, field: str) -> None:
@@ -138,19 +140,14 @@ def _require_file(path: Path | None, field: str) -> None:
         raise InputError("there is no such file", file=path, field=field)
 
 
-def _text(path: Path | None) -> str | None:
-    return None if path is None else str(path)
-
-
-def _in_words(result: dict[str, Any]) -> str:
+def _in_words(result: Reconstruction) -> str:
     lines = [
-        f"{result['registered']} of {result['photos']} photos placed, reprojection error "
-        f"{result['reprojection_error_px']:.2f} px",
-        f"{result['dense_points']:,} points, {result['faces']:,} faces, frame {result['frame']}",
-        f"{result['mesh']} ({sum(result['seconds'].values()):.0f} s, "
-        f"{result['peak_memory_mb']:.0f} MB)",
-        f"report: {result['report']}",
-        f"the folder work beside it holds {result['work_mb']:.0f} MB for another go and may be "
+        f"{result.registered} of {result.photos} photos placed, reprojection error "
+        f"{result.reprojection_error_px:.2f} px",
+        f"{result.dense_points:,} points, {result.faces:,} faces, frame {result.frame}",
+        f"{result.mesh} ({sum(result.seconds.values()):.0f} s, {result.peak_memory_mb:.0f} MB)",
+        f"report: {result.report}",
+        f"the folder work beside it holds {result.work_mb:.0f} MB for another go and may be "
         "removed",
     ]
     return "\n".join(lines)

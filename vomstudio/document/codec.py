@@ -11,38 +11,27 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
+from vomstudio.document import kinds
 from vomstudio.document.edit import Edit
 from vomstudio.document.records import (
     Asset,
-    Dimension,
     FeatureType,
     Frame,
-    Group,
     ImageMark,
-    Intersection,
-    Lineation,
     MarkedPoint,
     Mask,
     Model,
-    Patch,
     PhotoSet,
-    Reading,
     Reconstruction,
     Record,
     Registration,
-    Trace,
 )
 from vomstudio.errors import DocumentError
 
 _KINDS: dict[str, type] = {
     "model": Model,
     "feature_type": FeatureType,
-    "trace": Trace,
-    "patch": Patch,
-    "lineation": Lineation,
-    "reading": Reading,
-    "dimension": Dimension,
-    "intersection": Intersection,
+    **kinds.RECORDS,
     "photo_set": PhotoSet,
     "mask": Mask,
     "marked_point": MarkedPoint,
@@ -53,9 +42,8 @@ _KINDS: dict[str, type] = {
 _PARTS: dict[str, type] = {
     "placement": Frame,
     "frame": Frame,
-    "first": Group,
-    "second": Group,
     "file": Asset,
+    **kinds.PARTS,
 }
 """Fields that hold a small record of their own. A placement may be a registration instead, of which
 its id is written."""

@@ -2,40 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.document.measurements import Measurement, Measurements
-from vomstudio.document.records import IDENTITY, Lineation, Model, Patch, Reading, Record, Trace
+from vomstudio.document.figures import Subject
+from vomstudio.document.kind import kind_of
+from vomstudio.document.measurement import Measurement, NearestPick
+from vomstudio.document.measurements import Measurements
+from vomstudio.document.records import Feature, Model, OnAModel, Record, Typed, get
 from vomstudio.geology.orientation import angle_between_lines, angle_between_planes
-from vomstudio.geometry import transform
+
+__all__ = ["NearestPick", "nearest_picks", "summary"]
 
 Floats = npt.NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class NearestPick:
-    """The pick of a reading's type to which it is compared.
-
-    angle_deg: between the two planes or lines, axial, 0 to 90. distance_m: from the reading's
-    place to the nearest point of the pick; None where the reading has no place: then the pick is
-    the one with the smallest angle.
-    """
-
-    pick_id: str
-    name: str
-    angle_deg: float
-    distance_m: float | None
 
 
 @dataclass(frozen=True, eq=False)
 class _Picks:
     """Picks of one type and geometry. vectors (n, 3); points (m, 3), owner (m,) rows of vectors."""
 
-    features: list[Trace | Patch | Lineation]
+    features: list[Feature]
     vectors: Floats
     points: Floats
     owner: npt.NDArray[np.int64]
@@ -45,32 +34,40 @@ class _Picks:
 def nearest_picks(
     records: Mapping[str, Record], measurements: Measurements
 ) -> dict[str, NearestPick]:
-    """For each reading that has a counterpart: planes are compared with traces and patches of the
-    same type, lines with lineations. Picks on a model whose north is not known are left out: they
-    have no geographic direction."""
-    readings = [r for r in records.values() if isinstance(r, Reading)]
-    result: dict[str, NearestPick] = {}
-    groups: dict[tuple[str, str], list[Reading]] = {}
+    """For each reading that has a counterpart: planes are compared with planes picked of the same
+    type, lines with lines. Picks on a model whose north is not known are left out: they have no
+    geographic direction."""
+    typed = [r for r in records.values() if isinstance(r, Typed)]
+    readings = [r for r in typed if kind_of(r).evidence == "read"]
+    if not readings:
+        return {}
+    read = measurements.of(records, [r.id for r in readings])
+    groups: dict[tuple[str, bool], list[Typed]] = {}
     for reading in readings:
-        groups.setdefault((reading.type_id, reading.geometry), []).append(reading)
-    for (type_id, geometry), own in groups.items():
-        picks = _picks(records, measurements, type_id, geometry)
+        is_plane = read[reading.id].plane is not None
+        groups.setdefault((reading.type_id, is_plane), []).append(reading)
+    result: dict[str, NearestPick] = {}
+    for (type_id, is_plane), own in groups.items():
+        picks = _picks(records, measurements, [r for r in typed if r.type_id == type_id], is_plane)
         if picks is not None:
-            measured = measurements.of(records, [r.id for r in own])
-            result |= _compare(own, measured, picks)
+            result |= _compare(own, read, picks)
     return result
 
 
 def _picks(
-    records: Mapping[str, Record], measurements: Measurements, type_id: str, geometry: str
+    records: Mapping[str, Record],
+    measurements: Measurements,
+    typed: Sequence[Typed],
+    is_plane: bool,
 ) -> _Picks | None:
-    wanted = (Trace, Patch) if geometry == "plane" else (Lineation,)
+    wanted = "plane" if is_plane else "line"
     features = [
-        r
-        for r in records.values()
-        if isinstance(r, wanted)
-        and r.type_id == type_id
-        and isinstance(model := records.get(r.model_id), Model)
+        f
+        for f in typed
+        if (kind := kind_of(f)).evidence == "picked"
+        and wanted in kind.orientations
+        and isinstance(f, OnAModel)
+        and (model := get(records, f.model_id, Model)) is not None
         and model.frame.has_north
     ]
     measured = measurements.of(records, [f.id for f in features])
@@ -78,30 +75,31 @@ def _picks(
     if not features:
         return None
     vectors = np.array([_vector(measured[f.id]) for f in features])
-    points = [_points(records, f, measured[f.id]) for f in features]
+    points = [kind_of(f).places(Subject(f, measured[f.id], records)) for f in features]
     owner = np.repeat(np.arange(len(features)), [len(p) for p in points])
-    return _Picks(features, vectors, np.concatenate(points), owner, measured)
+    return _Picks(list(features), vectors, np.concatenate(points), owner, measured)
 
 
 def _compare(
-    readings: list[Reading], measured: Mapping[str, Measurement], picks: _Picks
+    readings: Sequence[Feature], measured: Mapping[str, Measurement], picks: _Picks
 ) -> dict[str, NearestPick]:
     from scipy.spatial import cKDTree
 
     tree = cKDTree(picks.points)
     result = {}
     for reading in readings:
-        vector = _vector(measured[reading.id])
+        own = measured[reading.id]
+        vector = _vector(own)
         if vector is None:
             continue
         distance: float | None = None
-        if reading.position is not None:
-            away, point = tree.query(np.asarray(reading.position, dtype=np.float64))
+        if len(own.points):
+            away, point = tree.query(own.points[0])
             row, distance = int(picks.owner[point]), float(away)
         else:
             row = int(np.argmax(np.abs(picks.vectors @ vector)))
         pick = picks.features[row]
-        angle = _angle_deg(measured[reading.id], picks.measured[pick.id])
+        angle = _angle_deg(own, picks.measured[pick.id])
         result[reading.id] = NearestPick(pick.id, pick.name, angle, distance)
     return result
 
@@ -118,18 +116,6 @@ def _vector(measured: Measurement) -> Floats | None:
     if measured.plane is not None:
         return measured.plane.normal()
     return None if measured.line is None else measured.line.vector()
-
-
-def _points(
-    records: Mapping[str, Record], feature: Trace | Patch | Lineation, measured: Measurement
-) -> Floats:
-    """Where a pick is, in World: its vertices; of a patch its outline and centre."""
-    if not isinstance(feature, Patch) or not feature.outline:
-        return measured.points
-    model = records.get(feature.model_id)
-    rows = model.to_world if isinstance(model, Model) else IDENTITY
-    outline = transform.apply(rows, feature.outline)
-    return np.concatenate([measured.points, outline])
 
 
 def summary(readings: list[str], picks: Mapping[str, NearestPick]) -> str:

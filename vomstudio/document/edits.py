@@ -10,22 +10,21 @@ from dataclasses import replace
 from typing import Any, Literal
 
 from vomstudio.document.edit import Edit, change
+from vomstudio.document.kind import kind_of
+from vomstudio.document.kinds.reading import Reading
+from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurements import measure_one
 from vomstudio.document.records import (
-    FEATURES,
-    ON_A_MODEL,
-    TYPED,
-    Dimension,
     Feature,
     FeatureType,
     Frame,
-    Lineation,
     Model,
+    OnAModel,
+    Picked,
     Point,
-    Reading,
     Record,
     Registration,
-    Trace,
+    Typed,
 )
 from vomstudio.errors import DocumentError
 
@@ -94,7 +93,7 @@ def remove_model(records: Records, model_id: str) -> Edit:
     """Take a model out of the project. Its features stay and keep their last frame only as long as
     the model is there, so a model with features is refused."""
     model = _get(records, model_id, Model)
-    count = sum(isinstance(r, ON_A_MODEL) and r.model_id == model_id for r in records.values())
+    count = sum(isinstance(r, OnAModel) and r.model_id == model_id for r in records.values())
     if count:
         raise DocumentError(
             f"{model.name} carries {count} feature{'s' if count > 1 else ''}; "
@@ -143,17 +142,17 @@ def add_features(records: Records, features: Sequence[Feature]) -> Edit:
     for feature in features:
         if feature.id in records or feature.id in after:
             raise DocumentError(f"{feature.name} is there already")
-        if isinstance(feature, ON_A_MODEL):
+        if isinstance(feature, OnAModel):
             _get(records, feature.model_id, Model)
         kind: FeatureType | str
-        if isinstance(feature, Dimension):
-            kind = feature.kind
-        else:
+        if isinstance(feature, Typed):
             kind = _get(records, feature.type_id, FeatureType)
+        else:
+            kind = kind_of(feature).prefix(feature)
         if not feature.name:
             others = [r for r in after.values() if r is not None]
             name = next_name({**records, **{r.id: r for r in others}}, kind)
-            feature = replace(feature, name=name)
+            feature = feature.but(name=name)
         after[feature.id] = feature
     if not after:
         raise DocumentError("there is nothing to add")
@@ -170,9 +169,11 @@ def set_line(
     resolution: float | None = None,
 ) -> Edit:
     """Give a lineation or a dimension other vertices; only a lineation has a resolution."""
-    feature = _get(records, feature_id, (Lineation, Dimension))
+    feature = _get(records, feature_id, Picked)
+    if kind_of(feature).plane is not None:
+        raise DocumentError(f"{feature.name} has a plane, which other vertices must define anew")
     after = replace(feature, vertices=tuple(vertices))
-    if isinstance(after, Lineation):
+    if hasattr(after, "resolution"):
         after = replace(after, resolution=resolution)
     return change(records, f"Change {feature.name}", {feature_id: after})
 
@@ -217,13 +218,13 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
     `notes`, `method`, `plane_id`, `slip`."""
     after: dict[str, Record | None] = {}
     for id_ in ids:
-        feature = _get(records, id_, FEATURES)
+        feature = _get(records, id_, Feature)
         if "type_id" in values:
             _get(records, values["type_id"], FeatureType)
         if "name" in values and not str(values["name"]).strip():
             raise DocumentError("a feature needs a name", field="name")
         for field in values:
-            if not hasattr(feature, field):
+            if not any(a.field == field for a in kind_of(feature).attributes):
                 raise DocumentError(f"{feature.name} has no {field.replace('_', ' ')}")
         after[id_] = replace(feature, **values)
     if not after:
@@ -235,7 +236,7 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
 
 def delete(records: Records, ids: Iterable[str]) -> Edit:
     """Delete features. What rests on one of them (a rake, an intersection) stays, and says so."""
-    features: list[Feature] = [_get(records, id_, FEATURES) for id_ in ids]
+    features: list[Feature] = [_get(records, id_, Feature) for id_ in ids]
     if not features:
         raise DocumentError("nothing is selected")
     who = features[0].name if len(features) == 1 else f"{len(features)} features"
@@ -277,7 +278,7 @@ def change_type(records: Records, kind: FeatureType) -> Edit:
 def remove_type(records: Records, type_id: str) -> Edit:
     """Take a type out that no feature has."""
     kind = _get(records, type_id, FeatureType)
-    count = sum(isinstance(r, TYPED) and r.type_id == type_id for r in records.values())
+    count = sum(isinstance(r, Typed) and r.type_id == type_id for r in records.values())
     if count:
         raise DocumentError(
             f"{count} feature{'s are' if count > 1 else ' is'} of the type {kind.name}; "
@@ -305,14 +306,14 @@ def next_name(records: Records, kind: FeatureType | str) -> str:
     used = {
         int(match[1])
         for r in records.values()
-        if isinstance(r, FEATURES) and (match := re.fullmatch(rf"{re.escape(prefix)}(\d+)", r.name))
+        if isinstance(r, Feature) and (match := re.fullmatch(rf"{re.escape(prefix)}(\d+)", r.name))
     }
     return f"{prefix}{max(used, default=0) + 1:02d}"
 
 
-def _get(records: Records, id_: str, cls: type[Any] | tuple[type[Any], ...]) -> Any:
+def _get(records: Records, id_: str, cls: type[Any]) -> Any:
     record = records.get(id_)
     if not isinstance(record, cls):
-        what = "feature" if isinstance(cls, tuple) else cls.__name__.lower()
+        what = "feature" if cls is Picked else cls.__name__.lower()
         raise DocumentError(f"there is no {what} {id_!r} in the project")
     return record

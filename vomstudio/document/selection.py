@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from vomstudio.document.session import Signal
+from vomstudio.signals import Signal
 
 
 class Selection:

@@ -4,30 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Any, Generic, TypeVar
+from typing import Any, TypeVar
 
 from vomstudio.document.codec import encode_edit
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.journal import Draft, Journal, RowKind, replay
-from vomstudio.document.records import DEFAULT_TYPES, FEATURES, Feature, FeatureType, Record
+from vomstudio.document.records import DEFAULT_TYPES, Feature, FeatureType, Record
+from vomstudio.signals import Signal
 
 T = TypeVar("T")
-
-
-class Signal(Generic[T]):
-    """A list of listeners; they are told in the order in which they came."""
-
-    def __init__(self) -> None:
-        self._listeners: list[Callable[[T], None]] = []
-
-    def connect(self, listener: Callable[[T], None]) -> Callable[[], None]:
-        """Returns the call that disconnects it again."""
-        self._listeners.append(listener)
-        return lambda: self._listeners.remove(listener)
-
-    def emit(self, value: T) -> None:
-        for listener in tuple(self._listeners):
-            listener(value)
 
 
 class Session:
@@ -71,7 +56,7 @@ class Session:
 
     def features(self) -> list[Feature]:
         """Everything measured, in the order in which it came."""
-        return [record for record in self._records.values() if isinstance(record, FEATURES)]
+        return [record for record in self._records.values() if isinstance(record, Feature)]
 
     def of(self, cls: type[T]) -> list[T]:
         """The records of one class, in the order in which they came."""

@@ -30,18 +30,15 @@ class FolderLock:
                 self._db.execute("INSERT INTO holder VALUES (?, ?)", mine)
                 self._db.execute("BEGIN IMMEDIATE")
                 return
-            except sqlite3.OperationalError as error:
+            except sqlite3.DatabaseError as error:
                 holder = self._holder()
                 self.release()
-                if "locked" not in str(error):
-                    raise TargetError(unwritable.format(error), file=path.parent) from error
-                raise InputError(busy.format(holder), file=path.parent) from error
-            except sqlite3.DatabaseError as error:
-                # A damaged lock protects nobody.
-                self.release()
-                path.unlink(missing_ok=True)
-                if attempt == 2:
-                    raise TargetError(unwritable.format(error), file=path.parent) from error
+                if isinstance(error, sqlite3.OperationalError) and "locked" in str(error):
+                    raise InputError(busy.format(holder), file=path.parent) from error
+                # A damaged lock protects nobody: whoever holds a sound one has it locked.
+                reason = _remove(path) if attempt == 1 else str(error)
+                if reason is not None:
+                    raise TargetError(unwritable.format(reason), file=path.parent) from error
 
     def _holder(self) -> str:
         try:
@@ -53,6 +50,16 @@ class FolderLock:
     def release(self) -> None:
         if hasattr(self, "_db"):
             self._db.close()
+
+
+def _remove(path: Path) -> str | None:
+    """Why it cannot be removed; None where it is gone."""
+    try:
+        path.unlink(missing_ok=True)
+        path.with_name(path.name + "-journal").unlink(missing_ok=True)
+    except OSError as error:
+        return error.strerror
+    return None
 
 
 class ProjectLock(FolderLock):

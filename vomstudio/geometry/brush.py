@@ -64,14 +64,6 @@ class PaintSurface(Surface, Protocol):
         known yet."""
 
 
-def surface_of(data: Mesh | PointCloud) -> MeshSurface | CloudSurface:
-    from vomstudio.geometry.streaming.octree import StreamedCloud, StreamedSurface
-
-    if isinstance(data, StreamedCloud):
-        return StreamedSurface(data)
-    return MeshSurface(data) if isinstance(data, Mesh) else CloudSurface(data)
-
-
 class MeshSurface(VertexSurface):
     """`build` also notes which faces each vertex has, as rows into one array."""
 

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.plane_errors import joint_quantile
-from vomstudio.geometry.planes import LARGEST, ROUNDINGS
+from vomstudio.geometry.plane_limits import LARGEST, ROUNDINGS
 
 Floats = npt.NDArray[np.float64]
 

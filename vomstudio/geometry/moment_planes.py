@@ -7,15 +7,15 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
 from vomstudio.geometry import plane_errors
-from vomstudio.geometry.planes import (
+from vomstudio.geometry.plane_limits import (
     COLLINEAR,
     IDENTICAL,
     LARGEST,
     NOT_FINITE,
     ROUNDINGS,
     TOO_FEW,
-    PlaneFit,
 )
+from vomstudio.geometry.planes import PlaneFit
 from vomstudio.geometry.vectors import TILT_FLOOR, dip_of_normals, upward
 
 Floats = npt.NDArray[np.float64]

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 
+METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0, "ft": 0.3048, "us-ft": 1200 / 3937}
+"""By the name of a unit of length as users type it."""
+
 NOTHING_M = 1e-7
 """A length below this is rounding, not measurement."""
 

@@ -1,1 +1,1 @@
-"""Running things without freezing: worker processes, events. No Qt."""
+"""Running things without freezing: worker processes, typed jobs and events. No Qt."""

@@ -27,8 +27,10 @@ class Step:
 
 @dataclass(frozen=True)
 class Done:
+    """`result`: plain values on the wire; the supervisor tells of the job's own dataclass."""
+
     job: int
-    result: dict[str, Any]
+    result: Any
 
 
 @dataclass(frozen=True)

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import queue
-from collections.abc import Mapping
-from typing import Any
 
 from vomstudio.errors import Cancelled, from_dict
 from vomstudio.jobs.events import Done, Event, Failed, Stage
+from vomstudio.jobs.job import Job, Request, Result
 from vomstudio.jobs.supervisor import Worker
 from vomstudio.progress import Progress
 
 
-def run_job(task: str, args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
-    """Do `task` in a process of its own and return its result.
+def run_job(job: Job[Request, Result], request: Request, progress: Progress) -> Result:
+    """Do a job in a process of its own and return its result.
 
     A native crash ends that process only, and is a WorkerError here. Ctrl+C, or a progress that
     raises Cancelled, stops the job and raises Cancelled. Raises what the job failed with.
@@ -21,12 +20,13 @@ def run_job(task: str, args: Mapping[str, Any], progress: Progress) -> dict[str,
     events: queue.SimpleQueue[Event] = queue.SimpleQueue()
     worker = Worker()
     try:
-        number = worker.submit(task, args, events.put)
+        number = worker.submit(job, request, events.put)
         try:
             while True:
                 event = events.get()
                 if isinstance(event, Done):
-                    return event.result
+                    result: Result = event.result
+                    return result
                 if isinstance(event, Failed):
                     raise from_dict(event.error, event.exit_code)
                 if isinstance(event, Stage):

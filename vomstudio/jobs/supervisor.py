@@ -14,7 +14,9 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from vomstudio.errors import Cancelled, WorkerError
+from vomstudio.jobs import wire
 from vomstudio.jobs.events import LIFELINE, Done, Event, Failed, from_line
+from vomstudio.jobs.job import Job, Request, Result
 
 Listener = Callable[[Event], None]
 
@@ -26,7 +28,8 @@ class Worker:
     """Runs jobs in a child process, one after the other. A child that dies fails its jobs with a
     WorkerError and is replaced for the next one.
 
-    Listeners are called in a thread of the supervisor; each job's last event is Done or Failed.
+    Listeners are called in a thread of the supervisor; each job's last event is Done, with the
+    dataclass that the job answers with, or Failed.
     """
 
     def __init__(self) -> None:
@@ -34,17 +37,20 @@ class Worker:
         self._numbers = itertools.count(1)
         self._process: subprocess.Popen[str] | None = None
         self._listeners: dict[int, Listener] = {}
+        self._results: dict[int, type[Any]] = {}
         self._owners: dict[int, subprocess.Popen[str]] = {}
         self._timers: dict[int, threading.Timer] = {}
         self._closed = False
 
-    def submit(self, task: str, args: Mapping[str, Any], listener: Listener) -> int:
-        """Returns the job's number. Raises WorkerError where no process can be had for it."""
+    def submit(self, job: Job[Request, Result], request: Request, listener: Listener) -> int:
+        """Returns the job's number. Raises WorkerError where the request cannot cross, or no
+        process can be had for it."""
+        args = wire.encode(request)
         with self._lock:
             if self._closed:
                 raise WorkerError("the program is closing; nothing more is begun")
-            job = next(self._numbers)
-            command = {"job": job, "task": task, "args": dict(args)}
+            number = next(self._numbers)
+            command = {"job": number, "task": job.name, "args": args}
             try:
                 try:
                     owner = self._write(command)
@@ -54,8 +60,9 @@ class Worker:
                     owner = self._write(command)
             except OSError as error:
                 raise WorkerError(f"the worker process cannot be started: {error}") from error
-            self._listeners[job], self._owners[job] = listener, owner
-            return job
+            self._listeners[number], self._owners[number] = listener, owner
+            self._results[number] = job.result
+            return number
 
     def cancel(self, job: int) -> None:
         """Ask a job to stop; if it does not listen, its process is ended."""
@@ -67,10 +74,13 @@ class Worker:
             with contextlib.suppress(OSError):
                 stdin.write(json.dumps({"cancel": job}) + "\n")
                 stdin.flush()
-            timer = threading.Timer(_GRACE_S, self._kill, args=(job,))
-            timer.daemon = True
-            self._timers[job] = timer
-            timer.start()
+            self._end_later(job)
+
+    def _end_later(self, job: int) -> None:
+        timer = threading.Timer(_GRACE_S, self._kill, args=(job,))
+        timer.daemon = True
+        self._timers[job] = timer
+        timer.start()
 
     def finish(self, timeout_s: float) -> bool:
         """Wait until every job has ended; False where some have not."""
@@ -87,6 +97,7 @@ class Worker:
             self._closed = True
             self._listeners.clear()
             self._owners.clear()
+            self._results.clear()
             for timer in self._timers.values():
                 timer.cancel()
             process, self._process = self._process, None
@@ -163,12 +174,16 @@ class Worker:
         with self._lock:
             listener = self._listeners.get(event.job)
             if isinstance(event, Done | Failed):
+                result = self._results.pop(event.job, None)
                 self._listeners.pop(event.job, None)
                 self._owners.pop(event.job, None)
                 if timer := self._timers.pop(event.job, None):
                     timer.cancel()
-        if listener is not None:
-            listener(event)
+        if listener is None:
+            return
+        if isinstance(event, Done) and result is not None:
+            event = _typed(event, result)
+        listener(event)
 
     def _died(self, process: subprocess.Popen[str]) -> None:
         with self._lock:
@@ -191,8 +206,20 @@ class Worker:
     def _kill(self, job: int) -> None:
         with self._lock:
             process = self._owners.get(job)
-        if process is not None:
-            process.kill()
+            if process is None:
+                return
+            if min(each for each, owner in self._owners.items() if owner is process) < job:
+                # It only waits behind a job that nobody has cancelled.
+                self._end_later(job)
+                return
+        process.kill()
+
+
+def _typed(event: Done, result: type[Any]) -> Event:
+    try:
+        return Done(event.job, wire.decode(result, event.result))
+    except WorkerError as error:
+        return Failed(event.job, error.as_dict(), error.exit_code)
 
 
 def _ending(code: int) -> str:

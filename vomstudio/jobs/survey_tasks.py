@@ -3,58 +3,146 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from vomstudio.jobs import wire
+from vomstudio.jobs.job import Job, Lane
 from vomstudio.progress import Progress
 
 
-def take_frames(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
-    """Write the frames of the file `video` that are worth using into the folder `out`, `fps` of a
-    second; force: among other files."""
-    from vomstudio.survey.video import take_frames as take
+@dataclass(frozen=True)
+class FramesOrder:
+    """Frames of `video` go into the folder `out`, `fps` of a second; force : among other files"""
 
-    return take(
-        args["video"], args["out"], fps=args["fps"], force=args["force"], progress=progress
-    ).as_dict()
+    video: Path
+    out: Path
+    fps: float
+    force: bool
 
 
-def foresee(args: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
-    """What a reconstruction of the folder `photos` with these settings will need and use; sizes:
-    width and height of the photos, which whoever asks has read already.
+@dataclass(frozen=True)
+class TakenFrames:
+    """See `FrameReport`; frames : their files."""
 
-    memory: see `MemoryNeed`, None without photos. control: see `ControlCheck`, None without control
-    points; where a file cannot be read its `problem` says so.
-    """
+    frames: tuple[str, ...]
+    skipped: Mapping[str, int]
+    good_enough: bool
+    verdict: str
+    warnings: tuple[str, ...]
+    width: int
+    height: int
+    video_fps: float
+    seconds: float
+    gaps_s: tuple[float, ...]
+
+
+def _take_frames(asked: FramesOrder, progress: Progress) -> TakenFrames:
+    from vomstudio.survey.video import take_frames
+
+    report = take_frames(
+        asked.video, asked.out, fps=asked.fps, force=asked.force, progress=progress
+    )
+    return wire.decode(TakenFrames, report.as_dict())
+
+
+TAKE_FRAMES = Job("take_frames", Lane.PHOTOS, FramesOrder, TakenFrames, _take_frames)
+"""Write the frames of a video that are worth using."""
+
+
+@dataclass(frozen=True)
+class ForecastOrder:
+    """Of a reconstruction of the folder `photos` with these settings; sizes : width and height of
+    the photos, which whoever asks has read already"""
+
+    photos: Path
+    sizes: tuple[tuple[int, int], ...]
+    quality: str
+    crs: str | None = None
+    control: Path | None = None
+    marks: Path | None = None
+    threads: int | None = None
+
+
+@dataclass(frozen=True)
+class MemoryFacts:
+    """See `MemoryNeed`."""
+
+    wanted_px: int
+    size_px: int
+    needed_bytes: int
+    free_bytes: int
+
+
+@dataclass(frozen=True)
+class PointFacts:
+    """See `PointCheck`."""
+
+    label: str
+    use: str
+    photos: int
+    quality: str
+
+
+@dataclass(frozen=True)
+class ControlFacts:
+    """See `ControlCheck`; problem : also why a file cannot be read."""
+
+    points: tuple[PointFacts, ...]
+    crs: str | None
+    crs_reason: str
+    summary: str
+    problem: str | None
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """memory : None without photos; control : None without control points"""
+
+    memory: MemoryFacts | None
+    control: ControlFacts | None
+
+
+def _foresee(asked: ForecastOrder, progress: Progress) -> Forecast:
     from vomstudio.errors import VomError
     from vomstudio.io.photos.reading import read_photos
     from vomstudio.photogrammetry.base.settings import Settings
     from vomstudio.photogrammetry.pipeline.memory_needs import memory_need
 
-    settings = Settings(quality=args["quality"], threads=args["threads"])
-    sizes = [(int(width), int(height)) for width, height in args["sizes"]]
-    memory = memory_need(settings, sizes).as_dict() if sizes else None
+    settings = Settings(quality=asked.quality, threads=asked.threads)
+    memory = None
+    if asked.sizes:
+        memory = wire.decode(MemoryFacts, memory_need(settings, asked.sizes).as_dict())
     control = None
-    if args["control"] is not None:
-        photos = read_photos(args["photos"], progress).photos
+    if asked.control is not None:
+        photos = read_photos(asked.photos, progress).photos
         try:
-            control = _control(Path(args["control"]), args["marks"], args["crs"], photos)
+            control = _control(asked.control, asked.marks, asked.crs, photos)
         except VomError as error:
-            control = {"points": [], "summary": "", "warnings": [], "crs": args["crs"],
-                       "crs_reason": "", "problem": str(error)}  # fmt: skip
-    return {"memory": memory, "control": control}
+            control = ControlFacts((), asked.crs, "", "", str(error), ())
+    return Forecast(memory, control)
 
 
-def _control(path: Path, marks: str | None, crs: str | None, photos: Any) -> dict[str, Any]:
-    from vomstudio.io.control.control_files import agreed_crs, marks_beside
-    from vomstudio.io.control.tables import read_control, read_marks
+def _control(path: Path, marks: Path | None, crs: str | None, photos: Any) -> ControlFacts:
+    from vomstudio.io.control.control_files import (
+        agreed_crs,
+        marks_beside,
+        read_control,
+        read_marks,
+    )
     from vomstudio.photogrammetry.place.control_check import check_control
 
     points = read_control(path)
     placed = agreed_crs(path, crs)
     reason = "as chosen" if crs is not None else f"stated in {path.name}"
     seen = read_marks(marks_beside(path) if marks is None else marks)
-    return check_control(points, seen, photos, placed, reason).as_dict()
+    found = check_control(points, seen, photos, placed, reason)
+    return wire.decode(ControlFacts, found.as_dict())
 
 
-TASKS = {"take_frames": take_frames, "foresee": foresee}
+FORESEE = Job("foresee", Lane.INSPECTION, ForecastOrder, Forecast, _foresee)
+"""What a reconstruction will need and use."""
+
+JOBS = (TAKE_FRAMES, FORESEE)

@@ -61,7 +61,7 @@ def main() -> int:
             token.check()
             if name not in TASKS:
                 raise WorkerError(f"this version has no task “{name}”; restart the program")
-            send(Done(job, TASKS[name](args, _Reporter(job, token, send))))
+            send(Done(job, TASKS[name].carry_out(args, _Reporter(job, token, send))))
         except VomError as error:
             send(Failed(job, error.as_dict(), error.exit_code))
         except MemoryError:

@@ -31,7 +31,8 @@ from vomstudio.survey.photo_limits import ground_sampling_distance, smallest_pla
 from vomstudio.survey.photo_quality import look_at
 
 if TYPE_CHECKING:
-    from vomstudio.io.photos.reading import Photo, PhotoFolder
+    from vomstudio.io.photos.photo import Photo
+    from vomstudio.io.photos.reading import PhotoFolder
 
 
 def look_at_folder(folder: PhotoFolder, progress: Progress | None = None) -> Looked:

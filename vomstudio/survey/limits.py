@@ -9,7 +9,7 @@ from vomstudio.survey.overlap import Features, SetLook
 from vomstudio.survey.photo_quality import PhotoLook
 
 if TYPE_CHECKING:
-    from vomstudio.io.photos.reading import Photo
+    from vomstudio.io.photos.photo import Photo
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ import numpy.typing as npt
 from vomstudio.progress import Progress, Silent
 
 if TYPE_CHECKING:
-    from vomstudio.io.photos.reading import Photo
+    from vomstudio.io.photos.photo import Photo
 
 Array = npt.NDArray[np.float64]
 

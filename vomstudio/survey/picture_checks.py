@@ -12,7 +12,7 @@ from vomstudio.survey.check_results import Finding, named
 from vomstudio.survey.limits import Limits, Looked
 
 if TYPE_CHECKING:
-    from vomstudio.io.photos.reading import Photo
+    from vomstudio.io.photos.photo import Photo
 
 
 def of_pixels(seen: Looked, limits: Limits) -> list[Finding]:

@@ -8,6 +8,7 @@ as seen from the camera), `away` from it towards the camera; metres. For flat gr
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -193,20 +194,17 @@ def plan_survey(
     plane to be measured) must be given. With several, the distance counts, and a warning tells
     where it is too far for the others, of which the finer counts. Raises UsageError.
     """
-    for name, value in (
-        ("--width", width_m),
-        ("--height", height_m),
-        ("--distance", distance_m),
-        ("--gsd", gsd_m),
-        ("--plane", plane_m),
-        ("--aperture", f_number),
-    ):
-        if value is not None and not 0 < value < 1e6:
-            raise UsageError("must be a positive number.", field=name)
-    if not LEAST_OVERLAP <= overlap <= MOST_OVERLAP:
-        raise UsageError(
-            "neighbouring photos should overlap by 60 to 80 %: give 0.6 to 0.8.", field="--overlap"
-        )
+    _require_sound(
+        overlap,
+        {
+            "--width": width_m,
+            "--height": height_m,
+            "--distance": distance_m,
+            "--gsd": gsd_m,
+            "--plane": plane_m,
+            "--aperture": f_number,
+        },
+    )
     warnings: list[str] = []
     if plane_m is not None:
         gsd_m = min(gsd_m or math.inf, gsd_for_plane(plane_m))
@@ -257,6 +255,17 @@ def plan_survey(
         middle,
         tuple(warnings),
     )
+
+
+def _require_sound(overlap: float, lengths: Mapping[str, float | None]) -> None:
+    """Raises UsageError with the name of what is wrong."""
+    for name, value in lengths.items():
+        if value is not None and not 0 < value < 1e6:
+            raise UsageError("must be a positive number.", field=name)
+    if not LEAST_OVERLAP <= overlap <= MOST_OVERLAP:
+        raise UsageError(
+            "neighbouring photos should overlap by 60 to 80 %: give 0.6 to 0.8.", field="--overlap"
+        )
 
 
 def _stations(

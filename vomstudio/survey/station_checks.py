@@ -20,7 +20,7 @@ from vomstudio.survey.limits import Limits, Looked
 from vomstudio.survey.overlap import SetLook
 
 if TYPE_CHECKING:
-    from vomstudio.io.photos.reading import Photo
+    from vomstudio.io.photos.photo import Photo
 
 Array = npt.NDArray[np.float64]
 

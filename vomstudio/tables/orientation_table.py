@@ -1,7 +1,7 @@
 """The orientation table: one row per plane or line, the same in files, JSON and the window.
 
-`COLUMNS` is the contract. `plane_row` is the one place where a fit becomes a row; the window's
-table, `fit`, and every export take their figures from it.
+`COLUMNS` is the contract; what stands in them are the figures of the document's catalogue, from
+which the window's table, `fit`, and every export take theirs.
 """
 
 from __future__ import annotations
@@ -13,6 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vomstudio.document import catalogue
+from vomstudio.document.figures import Figure, Subject
+from vomstudio.document.measurement import Measurement, of_fit
 from vomstudio.files.atomic import write_bytes
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.version import __version__
@@ -24,16 +27,7 @@ if TYPE_CHECKING:
 Row = dict[str, Any]
 """One value per column of `COLUMNS`: str, float, int, bool, or None where not applicable."""
 
-COLUMNS: tuple[str, ...] = (
-    "id", "name", "kind", "geometry", "set", "dip_direction_deg", "dip_deg", "strike_rhr_deg",
-    "pole_trend_deg", "pole_plunge_deg", "trend_deg", "plunge_deg", "rake_deg", "overturned",
-    "undefined", "x", "y", "z", "normal_x", "normal_y", "normal_z", "n_points", "extent_m",
-    "area_m2", "rms_m", "lambda1", "lambda2", "lambda3", "coplanarity", "collinearity", "M", "K",
-    "max_angular_error_deg", "min_angular_error_deg", "max_confidence95_deg",
-    "min_confidence95_deg", "error_rake_deg", "dip_error_deg", "dip_direction_error_deg",
-    "registration_error_deg", "total95_deg", "resolution_m", "extent_over_resolution", "quality",
-    "quality_reason", "method", "model", "frame", "notes",
-)  # fmt: skip
+COLUMNS: tuple[str, ...] = tuple(figure.name for figure in catalogue.ORIENTATION)
 
 NOTATION = (
     "angles in degrees: azimuths clockwise from north, dip and plunge downward; strike by the "
@@ -43,6 +37,15 @@ UNITS = (
     "x east, y north, z up, extent, rms and resolution in metres, area in square metres; lambda1 "
     "to 3 sum to 1; confidence95 = semi-axes of the joint 95 % region; empty = not applicable"
 )
+
+
+def row_of(subject: Subject, figures: Iterable[Figure]) -> Row:
+    """Those of a subject's figures that have a column; the other columns are empty."""
+    row: Row = dict.fromkeys(COLUMNS)
+    for figure in figures:
+        if figure.name in row:
+            row[figure.name] = plain(figure.value(subject))
+    return row
 
 
 def plane_row(
@@ -60,72 +63,31 @@ def plane_row(
     metadata: any other of `COLUMNS` (id, name, kind, set, overturned, area_m2, model, frame,
     notes). Raises TypeError for a name that is no column.
     """
-    row = orientation_row(Plane.from_normal(fit.normal))
-    extent = _number(fit.extent)
-    total = None
+    measured = Measurement(np.zeros((0, 3)), resolution_m, None, fit, verdict, None, **of_fit(fit))
+    row = _bare(measured, *catalogue.PLANE, *catalogue.PLACE, *catalogue.FITTED, *catalogue.VERDICT)
     if registration_error_deg is not None and fit.max_confidence95_deg is not None:
-        total = min(math.hypot(fit.max_confidence95_deg, registration_error_deg), 90.0)
-    row.update(
-        undefined=bool(fit.undefined),
-        n_points=int(fit.n),
-        extent_m=extent,
-        rms_m=_number(fit.rms),
-        coplanarity=_number(fit.coplanarity),
-        collinearity=_number(fit.collinearity),
-        M=_number(fit.M),
-        K=_number(fit.K),
-        max_angular_error_deg=_number(fit.max_angular_error_deg),
-        min_angular_error_deg=_number(fit.min_angular_error_deg),
-        max_confidence95_deg=_number(fit.max_confidence95_deg),
-        min_confidence95_deg=_number(fit.min_confidence95_deg),
-        error_rake_deg=_number(fit.error_rake_deg),
-        dip_error_deg=_number(fit.dip_error_deg),
-        dip_direction_error_deg=_number(fit.dip_direction_error_deg),
-        registration_error_deg=_number(registration_error_deg),
-        total95_deg=_number(total),
-        resolution_m=_number(resolution_m),
-        extent_over_resolution=extent / resolution_m if extent and resolution_m else None,
-        quality=verdict.quality,
-        quality_reason="; ".join(verdict.reasons),
-        method=fit.method,
-    )
-    row.update(zip("xyz", (_number(c) for c in fit.centroid), strict=True))
-    normal = [float(c) for c in fit.normal]
-    row.update(zip(("normal_x", "normal_y", "normal_z"), normal, strict=True))
-    lambdas = (_number(value) for value in fit.eigenvalues)
-    row.update(zip(("lambda1", "lambda2", "lambda3"), lambdas, strict=True))
+        total = math.hypot(fit.max_confidence95_deg, registration_error_deg)
+        row["total95_deg"] = plain(min(total, 90.0))
+    row["registration_error_deg"] = plain(registration_error_deg)
     return _with_metadata(row, metadata)
 
 
 def orientation_row(plane: Plane, **metadata: Any) -> Row:
     """The row of a plane known by its attitude alone (a compass reading); metadata as in
     `plane_row`, x, y, z among them."""
-    row = _empty_row()
-    pole = plane.pole()
-    row.update(
-        geometry="plane",
-        dip_direction_deg=plane.dip_direction_deg,
-        dip_deg=plane.dip_deg,
-        strike_rhr_deg=plane.strike_rhr_deg,
-        pole_trend_deg=pole.trend_deg,
-        pole_plunge_deg=pole.plunge_deg,
-        undefined=plane.undefined,
-    )
-    normal = [float(c) for c in plane.normal()]
-    row.update(zip(("normal_x", "normal_y", "normal_z"), normal, strict=True))
-    return _with_metadata(row, metadata)
+    measured = Measurement(np.zeros((0, 3)), None, None, None, None, None, plane=plane)
+    return _with_metadata(_bare(measured, *catalogue.PLANE), metadata)
 
 
 def line_row(line: Line, **metadata: Any) -> Row:
     """The row of a line; metadata as in `plane_row`, x, y, z and rake_deg among them."""
-    row = _empty_row()
-    row.update(
-        geometry="line",
-        trend_deg=line.trend_deg,
-        plunge_deg=line.plunge_deg,
-        undefined=line.undefined,
-    )
-    return _with_metadata(row, metadata)
+    measured = Measurement(np.zeros((0, 3)), None, None, None, None, None, line=line)
+    return _with_metadata(_bare(measured, *catalogue.LINE), metadata)
+
+
+def _bare(measured: Measurement, *figures: Figure) -> Row:
+    """Of something that is no feature of a document."""
+    return row_of(Subject(None, measured), figures)
 
 
 def write_orientation_csv(
@@ -158,10 +120,6 @@ def write_orientation_csv(
     write_bytes(path, ("\n".join(lines) + "\n").encode("utf-8", "replace"), force=force)
 
 
-def _empty_row() -> Row:
-    return dict.fromkeys(COLUMNS)
-
-
 def _with_metadata(row: Row, metadata: Mapping[str, Any]) -> Row:
     unknown = metadata.keys() - row.keys()
     if unknown:
@@ -170,9 +128,11 @@ def _with_metadata(row: Row, metadata: Mapping[str, Any]) -> Row:
     return row
 
 
-def _number(value: float | None) -> float | None:
+def plain(value: Any) -> Any:
     """None for what is undefined or infinite, as CSV and JSON want it."""
-    return float(value) if value is not None and math.isfinite(value) else None
+    if isinstance(value, float | np.floating):
+        return float(value) if math.isfinite(value) else None
+    return int(value) if isinstance(value, np.integer) else value
 
 
 def _csv_cell(value: Any) -> str:

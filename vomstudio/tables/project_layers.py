@@ -10,137 +10,84 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.document import catalogue
+from vomstudio.document.figures import Figure, Form, Subject
+from vomstudio.document.kind import GisLayer, Kind
+from vomstudio.document.kinds import KINDS, kind_of
 from vomstudio.document.measurements import Measurements
-from vomstudio.document.records import (
-    FEATURES,
-    IDENTITY,
-    Dimension,
-    FeatureType,
-    Lineation,
-    Model,
-    Patch,
-    Record,
-    Trace,
-)
-from vomstudio.geometry import transform
-from vomstudio.tables.orientation_table import COLUMNS
+from vomstudio.document.records import Feature, Record
+from vomstudio.tables.orientation_table import plain
 from vomstudio.tables.project_table import ProjectTable
 
-_WORDS = {"id", "name", "kind", "geometry", "set", "quality", "quality_reason", "method", "model",
-         "frame", "notes"}  # fmt: skip
-_FLAGS = {"overturned", "undefined"}
+_POINTS = {"plane": "planes", "line": "lines"}
+"""The layers of points, one for each nature of an orientation."""
 
 
 @dataclass(frozen=True, eq=False)
 class Layer:
     """shapes : one (n, 3) float64 array per feature; of a point n = 1, of a ring the first point is
-    not repeated at the end. columns : one value per feature, by name."""
+    not repeated at the end. columns : one value per feature, by name. main : as in GisLayer."""
 
     name: str
     kind: Literal["point", "line", "ring"]
     shapes: list[npt.NDArray[np.float64]]
     columns: dict[str, npt.NDArray[Any]]
+    main: bool = False
 
 
 def project_layers(
     records: Mapping[str, Record], table: ProjectTable, measurements: Measurements
 ) -> list[Layer]:
-    """Layers that would be empty are left out, but for `planes` and `traces`. A compass reading
-    without a place is in the table only."""
-    placed = [row for row in table.rows if row["x"] is not None]
-    rows = {row["id"]: row for row in table.rows}
-    features = [r for r in records.values() if isinstance(r, FEATURES)]
+    """The layers of the kinds, each after that of the points of its orientations. Those that would
+    be empty are left out, but for `planes` and `traces`. A compass reading without a place is in
+    the table only."""
+    features = [r for r in records.values() if isinstance(r, Feature)]
     measured = measurements.of(records, [f.id for f in features])
-
-    def points(name: str, geometry: str) -> Layer:
-        chosen = [row for row in placed if row["geometry"] == geometry]
-        places = [np.array([[row[c] for c in "xyz"]], np.float64) for row in chosen]
-        return Layer(name, "point", places, _columns(chosen))
-
-    def drawn(cls: type[Any]) -> list[Any]:
-        return [f for f in features if isinstance(f, cls) and len(measured[f.id].points) > 1]
-
-    def lines(name: str, chosen: list[Any]) -> Layer:
-        return Layer(name, "line", [measured[f.id].points for f in chosen], figures(chosen))
-
-    def figures(chosen: list[Any]) -> dict[str, npt.NDArray[Any]]:
-        return _feature_columns(records, chosen, [rows.get(f.id) for f in chosen])
-
-    patches = [f for f in features if isinstance(f, Patch) and len(f.outline) > 2]
-    rings = [_outline(patch, records) for patch in patches]
-    dimensions = drawn(Dimension)
-    layers = [
-        points("planes", "plane"),
-        lines("traces", drawn(Trace)),
-        points("lines", "line"),
-        lines("lineations", drawn(Lineation)),
-        Layer("patches", "ring", rings, figures(patches)),
-        Layer(
-            "dimensions",
-            "line",
-            [measured[f.id].points for f in dimensions],
-            _dimension_columns(dimensions, [measured[f.id].dimension or {} for f in dimensions]),
-        ),
-    ]
-    return [layer for layer in layers if layer.shapes or layer.name in ("planes", "traces")]
+    own: dict[Kind, list[Subject]] = {}
+    for f in features:
+        own.setdefault(kind_of(f), []).append(Subject(f, measured[f.id], records))
+    layers: dict[str, Layer] = {}
+    for kind in KINDS:
+        for nature in kind.orientations:
+            if (name := _POINTS[nature]) not in layers:
+                layers[name] = _points(name, nature, table)
+        if kind.layer is not None:
+            layers[kind.layer.name] = _layer(kind.layer, own.get(kind, []))
+    return [la for la in layers.values() if la.shapes or la.main or la.name == _POINTS["plane"]]
 
 
-def _outline(patch: Patch, records: Mapping[str, Record]) -> npt.NDArray[np.float64]:
-    model = records.get(patch.model_id)
-    rows = model.to_world if isinstance(model, Model) else IDENTITY
-    return transform.apply(rows, patch.outline)
+def _points(name: str, nature: str, table: ProjectTable) -> Layer:
+    rows = [row for row in table.rows if row["x"] is not None and row["geometry"] == nature]
+    places = [np.array([[row[c] for c in "xyz"]], np.float64) for row in rows]
+    # The layer's own key is `fid`, so `id` stays the record's.
+    columns = {f.name: _array([row[f.name] for row in rows], f.form) for f in catalogue.ORIENTATION}
+    return Layer(name, "point", places, columns)
 
 
-def _columns(rows: Sequence[Mapping[str, Any]]) -> dict[str, npt.NDArray[Any]]:
-    """The orientation table's columns; the layer's own key is `fid`, so `id` stays the record's."""
-    columns: dict[str, npt.NDArray[Any]] = {}
-    for name in COLUMNS:
-        values = [row[name] for row in rows]
-        if name in _WORDS:
-            columns[name] = np.array(values, dtype=object)
-        elif name in _FLAGS:
-            columns[name] = np.array([bool(v) for v in values], dtype=bool)
-        else:
-            columns[name] = np.array([np.nan if v is None else v for v in values], dtype=np.float64)
-    return columns
+def _layer(layer: GisLayer, subjects: Sequence[Subject]) -> Layer:
+    drawn = [(s, shape) for s in subjects if (shape := layer.shape(s)) is not None]
+    columns = {}
+    for figure in layer.figures:
+        values = [plain(figure.value(subject)) for subject, _ in drawn]
+        if layer.sparse and figure.form != "text" and all(v is None for v in values):
+            continue
+        columns[figure.name] = _column(values, figure)
+    shapes = [shape for _, shape in drawn]
+    return Layer(layer.name, layer.geometry, shapes, columns, layer.main)
 
 
-def _feature_columns(
-    records: Mapping[str, Record],
-    features: Sequence[Trace | Lineation | Patch],
-    rows: Sequence[Mapping[str, Any] | None],
-) -> dict[str, npt.NDArray[Any]]:
-    def figure(name: str) -> npt.NDArray[np.float64]:
-        return np.array([np.nan if r is None or r[name] is None else r[name] for r in rows], float)
-
-    kinds = [records.get(feature.type_id) for feature in features]
-    counts = [f.n if isinstance(f, Patch) else len(f.vertices) for f in features]
-    line = bool(features) and isinstance(features[0], Lineation)
-    angles = ("trend_deg", "plunge_deg", "rake_deg") if line else ("dip_direction_deg", "dip_deg")
-    return {
-        "id": _text([feature.id for feature in features]),
-        "name": _text([feature.name for feature in features]),
-        "kind": _text([k.name.casefold() if isinstance(k, FeatureType) else "" for k in kinds]),
-        "set": _text([feature.set_name for feature in features]),
-        "n_points": np.array(counts, dtype=np.int32),
-        **{name: figure(name) for name in (*angles, "max_confidence95_deg")},
-        "quality": _text([row["quality"] if row else "" for row in rows]),
-        "notes": _text([feature.notes for feature in features]),
-    }
+def _column(values: list[Any], figure: Figure) -> npt.NDArray[Any]:
+    """No text is an empty one here, and counts are whole numbers."""
+    if figure.form == "text":
+        return _array([value or "" for value in values], "text")
+    if figure.form == "count":
+        return np.array(values, dtype=np.int32)
+    return _array(values, figure.form)
 
 
-def _dimension_columns(
-    dimensions: Sequence[Dimension], figures: Sequence[Mapping[str, float]]
-) -> dict[str, npt.NDArray[Any]]:
-    names = sorted({name for each in figures for name in each})
-    return {
-        "id": _text([d.id for d in dimensions]),
-        "name": _text([d.name for d in dimensions]),
-        "kind": _text([d.kind for d in dimensions]),
-        **{name: np.array([f.get(name, np.nan) for f in figures], float) for name in names},
-        "notes": _text([d.notes for d in dimensions]),
-    }
-
-
-def _text(values: list[str]) -> npt.NDArray[Any]:
-    return np.array(values, dtype=object)
+def _array(values: list[Any], form: Form) -> npt.NDArray[Any]:
+    if form == "text":
+        return np.array(values, dtype=object)
+    if form == "flag":
+        return np.array([bool(value) for value in values], dtype=bool)
+    return np.array([np.nan if value is None else value for value in values], dtype=np.float64)

@@ -12,14 +12,12 @@ import numpy.typing as npt
 
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
-from vomstudio.document.measurements import Measurement
-from vomstudio.document.records import Lineation, Model, Patch, Point, Reading, SlipSense, Trace
+from vomstudio.document.kinds.lineation import SENSES, Lineation, SlipSense
+from vomstudio.document.records import Model, Point
 from vomstudio.errors import GeometryError
 from vomstudio.geology.notation import format_line
 from vomstudio.geometry.discs import disc
-from vomstudio.tools.polyline import PolylineTool, points_text
-
-SENSES: tuple[SlipSense, ...] = ("", "normal", "reverse", "sinistral", "dextral")
+from vomstudio.tools.polyline import PolylineTool, plane_of, points_text
 
 
 @dataclass(frozen=True)
@@ -125,9 +123,8 @@ class LineTool(PolylineTool[Lineation]):
         self.next = replace(self.next, plane_id="", slip="")
 
     def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Lineation:
-        slip = str(state["slip"])
-        if slip not in SENSES:
-            raise ValueError(slip)
+        # A sense that is not known is no draft of this tool.
+        slip = {known: known for known, _ in SENSES}[state["slip"]]
         read = Lineation(
             id=str(state["line_id"]),
             name="",
@@ -192,12 +189,3 @@ class LineTool(PolylineTool[Lineation]):
 
 def _sound(line: NextLine) -> NextLine:
     return line if line.plane_id else replace(line, slip="")
-
-
-def plane_of(context: Any, plane_id: str) -> Measurement | None:
-    """The figures of a plane of the document."""
-    feature = context.session.records.get(plane_id)
-    if not isinstance(feature, Trace | Patch | Reading):
-        return None
-    measured: Measurement = context.measure(feature)
-    return measured if measured.plane is not None else None

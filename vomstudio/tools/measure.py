@@ -11,18 +11,17 @@ import numpy.typing as npt
 
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
-from vomstudio.document.measurements import Measurement
-from vomstudio.document.records import Dimension, DimensionKind, Model, Point
+from vomstudio.document.kinds.dimension import KIND, Dimension, DimensionKind, words
+from vomstudio.document.kinds.dimension import KINDS as DIMENSION_KINDS
+from vomstudio.document.measurement import Measurement
+from vomstudio.document.records import Model, Point
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.discs import disc
-from vomstudio.geometry.units import area_text, length_text
-from vomstudio.tools.line import plane_of
-from vomstudio.tools.polyline import PolylineTool, points_text
+from vomstudio.tools.polyline import PolylineTool, plane_of, points_text
 
-KINDS: tuple[DimensionKind, ...] = ("distance", "polyline", "area", "thickness")
+KINDS: tuple[DimensionKind, ...] = tuple(kind for kind, _ in DIMENSION_KINDS)
 TWO_ENDS = ("distance", "thickness")
 LEAST = {"distance": 2, "polyline": 2, "area": 3, "thickness": 2}
-COLOR = "#ffffff"
 
 _NEXT = {
     "distance": "click the two ends of a distance",
@@ -161,7 +160,7 @@ class MeasureTool(PolylineTool[Dimension]):
 
     # --- what is seen ------------------------------------------------------------------------
     def _color(self) -> str:
-        return COLOR
+        return KIND.color
 
     @property
     def _closed(self) -> bool:
@@ -188,35 +187,4 @@ class MeasureTool(PolylineTool[Dimension]):
         measured = self._live()
         if measured is None or not measured.dimension:
             return (points_text(len(self.vertices)),)
-        return tuple(dimension_lines(measured.dimension, metric=measured.metric))
-
-
-def dimension_lines(figures: Mapping[str, float], *, metric: bool = True) -> list[str]:
-    """The figures of a dimension in words, the one it is made for first."""
-
-    def length(value: float, digits: int = 3) -> str:
-        return length_text(value, digits, metric=metric)
-
-    lines = []
-    if (value := figures.get("thickness_m")) is not None:
-        error = figures.get("thickness_error95_m")
-        lines.append(
-            f"{length(value)} thick, 95 %: "
-            + ("unknown" if error is None else f"± {length(error, 2)}")
-        )
-    if (value := figures.get("area_m2")) is not None:
-        lines.append(area_text(value, metric=metric))
-    for name, words in (
-        ("length_m", "along the line"),
-        ("distance_m", "straight"),
-        ("perimeter_m", "around"),
-    ):
-        if name in figures:
-            lines.append(f"{length(figures[name])} {words}")
-    if "horizontal_m" in figures:
-        up = figures["vertical_m"]
-        lines.append(
-            f"{length(figures['horizontal_m'])} horizontal, "
-            f"{length(abs(up))} {'up' if up >= 0.0 else 'down'}"
-        )
-    return lines
+        return tuple(words(measured))

@@ -10,24 +10,25 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from textwrap import wrap
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from vomstudio.document import edits
-from vomstudio.document.measurements import Measurement
-from vomstudio.document.records import FeatureType, Model, Patch, Record
+from vomstudio.document.kinds.patch import Patch
+from vomstudio.document.measurement import Measurement
+from vomstudio.document.records import FeatureType, Model, Record, get
 from vomstudio.errors import DocumentError, VomError
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import PaintSurface
-from vomstudio.geometry.moment_planes import fit_moments
-from vomstudio.geometry.patches import ids_of, moments, outline, runs_of
 from vomstudio.geometry.units import area_text
 from vomstudio.tools.context import ToolContext
-from vomstudio.tools.types import Area, BrushRing, Button, Hit, Pointer, PointerEvent, Preview
+from vomstudio.tools.fit_words import WIDTH, error_text, first_reason, indices_text
+from vomstudio.tools.polyline import rgb
+from vomstudio.tools.stroke import Stroke
+from vomstudio.tools.types import BrushRing, Button, Hit, Pointer, PointerEvent, Preview
 
 NAME = "patch"
 
@@ -35,37 +36,8 @@ SMALLEST_RADIUS, LARGEST_RADIUS = 1e-3, 1e4
 STEP = 1.25
 # Part of the model's size that the first brush has.
 _FIRST_RADIUS = 1.0 / 80.0
-# Live figures may take this part of the time of a stroke.
-_LIVE_SHARE = 0.3
-# So many points show where a patch of a cloud is; more would only cover each other.
-DOTS = 20_000
-_QUICK_S = 0.01
 _REMOVED = (1.0, 1.0, 1.0)
 _NOTHING_PAINTED = "no patch is being painted"
-
-
-@dataclass(eq=False)
-class _Stroke:
-    """From press to release.
-
-    chosen : (n,) whether each face or point of the model is in
-    touched : what has been added or taken away as it is drawn, of points every `stride`-th
-    quick : the surface answers at once
-    """
-
-    model: Model
-    surface: PaintSurface
-    removes: bool
-    chosen: npt.NDArray[np.bool_]
-    scale: float
-    origin: npt.NDArray[np.float64]
-    resolution: float | None
-    quick: bool
-    touched: list[npt.NDArray[np.float32]] = field(default_factory=list)
-    stride: int = 1
-    count: int = 0
-    measured: int = 0
-    measured_until: float = 0.0
 
 
 class PatchTool:
@@ -76,7 +48,7 @@ class PatchTool:
         self._id: str | None = None
         self._before: Patch | None = None
         self._down = False
-        self._stroke: _Stroke | None = None
+        self._stroke: Stroke | None = None
         self._hover: Hit | None = None
         self._ctrl = False
         self._measured: tuple[Patch, Record | None, Measurement] | None = None
@@ -91,8 +63,7 @@ class PatchTool:
     @property
     def current(self) -> Patch | None:
         """The patch that the next stroke goes on with."""
-        record = self._context.session.records.get(self._id) if self._id else None
-        return record if isinstance(record, Patch) else None
+        return get(self._context.session.records, self._id, Patch)
 
     @property
     def continued(self) -> bool:
@@ -196,7 +167,7 @@ class PatchTool:
         self._show()
         self._context.tool_changed()
 
-    def _begin(self, hit: Hit) -> _Stroke | None:
+    def _begin(self, hit: Hit) -> Stroke | None:
         """The stroke begins where the brush first meets a surface."""
         records = self._context.session.records
         model, surface = records.get(hit.model_id), self._context.surface(hit.model_id)
@@ -217,23 +188,7 @@ class PatchTool:
             self._context.tool_changed()
             return None
         self._suggest_radius(model, surface)
-        chosen = np.zeros(surface.count, np.bool_)
-        if patch is not None:
-            chosen[known_ids(patch, surface.count)] = True
-        started = time.perf_counter()
-        spacing = surface.resolution_near(np.array([hit.position]))
-        # Until the search tree stands, one point has to do for the live figures.
-        quick = time.perf_counter() - started < _QUICK_S
-        return _Stroke(
-            model,
-            surface,
-            removes,
-            chosen,
-            transform.scale_of(model.to_world),
-            transform.apply(model.to_world, [hit.position])[0],
-            spacing,
-            quick,
-        )
+        return Stroke.begin(hit, model, surface, patch, removes=removes)
 
     def _paint(self, hit: Hit | None) -> None:
         self._hover = hit
@@ -244,17 +199,7 @@ class PatchTool:
         stroke = self._stroke
         if stroke is None or hit.model_id != stroke.model.id:
             return
-        ids = stroke.surface.within(hit.index, hit.position, self.radius / stroke.scale)
-        ids = ids[stroke.chosen[ids] == stroke.removes]
-        if not len(ids):
-            return
-        stroke.chosen[ids] = not stroke.removes
-        stroke.count += len(ids)
-        stroke.touched.append(
-            local_corners(
-                stroke.surface.corners(ids[:: stroke.stride]), stroke.model, stroke.origin
-            )
-        )
+        stroke.paint(hit, self.radius)
 
     def _release(self) -> None:
         stroke, self._down, self._stroke = self._stroke, False, None
@@ -267,15 +212,15 @@ class PatchTool:
         self._show()
         self._context.tool_changed()
 
-    def _keep(self, stroke: _Stroke) -> None:
+    def _keep(self, stroke: Stroke) -> None:
         """The stroke as an edit of the document."""
         session, patch = self._context.session, self.current
-        ids = np.flatnonzero(stroke.chosen)
+        ids = stroke.ids()
         if not len(ids):
             if patch is not None:
                 session.apply(edits.delete(session.records, [patch.id]))
             return
-        painted = replace(patch or self._new(stroke), **self._figures(stroke, ids, whole=True))
+        painted = replace(patch or self._new(stroke), **stroke.figures(ids, whole=True))
         if patch is None:
             session.apply(edits.add_features(session.records, [painted]))
             self._id, self._before = painted.id, None
@@ -284,7 +229,7 @@ class PatchTool:
             session.apply(edits.change_feature(session.records, painted, what))
         self._context.created(painted.id)
 
-    def _new(self, stroke: _Stroke) -> Patch:
+    def _new(self, stroke: Stroke) -> Patch:
         zero = (0.0, 0.0, 0.0)
         return Patch(
             id=edits.new_id("patch"),
@@ -301,59 +246,26 @@ class PatchTool:
             set_name=self._context.next_set,
         )
 
-    def _figures(
-        self, stroke: _Stroke, ids: npt.NDArray[np.int64], *, whole: bool
-    ) -> dict[str, Any]:
-        """The fields of a patch that follow from its ids; `whole` with those that only a record
-        needs."""
-        points, weights = stroke.surface.weighted(ids)
-        known = moments(points, weights)
-        figures = {
-            "n": known.n,
-            "mean": known.mean,
-            "scatter": known.scatter,
-            "n_effective": known.n_effective,
-            "area": stroke.surface.area_of(ids),
-            "resolution": stroke.resolution,
-        }
-        if not whole:
-            if stroke.quick:
-                figures["resolution"] = stroke.surface.resolution_near(points)
-            return figures
-        ring: tuple[Any, ...] = ()
-        try:
-            fit = fit_moments(known.n, known.mean, known.scatter)
-            ring = outline(points, fit.normal)
-        except VomError:
-            pass
-        spacing = stroke.surface.resolution_near(points)
-        return {**figures, "runs": runs_of(ids), "outline": ring, "resolution": spacing}
-
     def _measure_live(self) -> None:
         """Fit what is painted so far, unless that has just been done and takes long."""
         stroke, started = self._stroke, time.perf_counter()
-        if stroke is None or stroke.count == stroke.measured:
+        if stroke is None or not stroke.due(started):
             return
-        if started < stroke.measured_until:
-            return
-        ids = np.flatnonzero(stroke.chosen)
+        ids = stroke.ids()
         if not len(ids):
             self._live, stroke.measured = None, stroke.count
             return
         patch = self.current or self._new(stroke)
-        self._live = self._context.measure(
-            replace(patch, **self._figures(stroke, ids, whole=False))
-        )
-        now, stroke.measured = time.perf_counter(), stroke.count
-        stroke.measured_until = now + (now - started) * (1.0 / _LIVE_SHARE - 1.0)
+        self._live = self._context.measure(replace(patch, **stroke.figures(ids, whole=False)))
+        stroke.note_measured(started)
 
     # --- beginning and end -------------------------------------------------------------------
     def take_up(self, patch_id: str) -> None:
         """Go on painting a patch of the document."""
         if self._down:
             raise DocumentError("a stroke is being made: release it first")
-        patch = self._context.session.records.get(patch_id)
-        if not isinstance(patch, Patch):
+        patch = get(self._context.session.records, patch_id, Patch)
+        if patch is None:
             raise DocumentError("only a patch can be painted on")
         if self._context.surface(patch.model_id) is None:
             raise DocumentError(f"the model of {patch.name} is not open")
@@ -461,20 +373,13 @@ class PatchTool:
         measurement = self.measurement
         stroke = self._stroke
         removes = self.removing != self._ctrl if stroke is None else stroke.removes
-        area = None
-        if stroke is not None and stroke.touched:
-            if len(stroke.touched) > 1:
-                stroke.touched = [np.concatenate(stroke.touched)]
-            if stroke.surface.element == "point" and len(stroke.touched[0]) > 2 * DOTS:
-                stroke.touched = [stroke.touched[0][::2]]
-                stroke.stride *= 2
-            area = Area(stroke.origin, stroke.touched[0], np.zeros((0, 2, 3), np.float32))
+        area = None if stroke is None else stroke.area()
         if brush is None and measurement is None and area is None:
             self._context.show(None)
             return
         patch, records = self.current, self._context.session.records
         kind = records.get(patch.type_id if patch else self._context.next_type_id)
-        color = _rgb(kind.color if isinstance(kind, FeatureType) else "#e69f00")
+        color = rgb(kind.color if isinstance(kind, FeatureType) else "#e69f00")
         verdict = measurement.verdict if measurement else None
         self._context.show(
             Preview(
@@ -508,11 +413,7 @@ class PatchTool:
             return ()
         fit, verdict = measurement.fit, measurement.verdict
         if fit is None or verdict is None:
-            return tuple(wrap(f"no plane yet: {measurement.problem}", 44))
-        if fit.max_confidence95_deg is None:
-            error = "95 %: undefined"
-        else:
-            error = f"95 %: {fit.max_confidence95_deg:.1f}° × {fit.min_confidence95_deg or 0:.1f}°"
+            return tuple(wrap(f"no plane yet: {measurement.problem}", WIDTH))
         size = (
             f"{fit.n} points"
             if measurement.area_m2 is None
@@ -520,60 +421,16 @@ class PatchTool:
         )
         if self._down:
             # What is about to be painted must not be covered; the panel has the rest.
-            return (self._context.format_plane(measurement), error)
-        indices = "   ".join(
-            f"{name} {value:.1f}"
-            for name, value in (("M", fit.M), ("K", fit.K))
-            if value is not None
-        )
+            return (self._context.format_plane(measurement), error_text(fit))
         return (
             self._context.format_plane(measurement),
-            error,
-            f"{indices}   {size}" if indices else size,
-            *(line for why in verdict.reasons[:1] for line in wrap(why, 44)),
+            error_text(fit),
+            indices_text(fit, size),
+            *first_reason(verdict),
         )
 
 
 _PAINTED = ("runs", "n", "mean", "scatter", "n_effective", "outline", "area", "resolution")
-
-
-def known_ids(patch: Patch, count: int) -> npt.NDArray[np.int64]:
-    """The faces or points of a patch that a model with `count` of them has."""
-    ids = ids_of(patch.runs)
-    return ids[ids < count]
-
-
-def local_corners(
-    corners: npt.NDArray[np.float64], model: Model, origin: npt.NDArray[np.float64]
-) -> npt.NDArray[np.float32]:
-    """Points (k, 3) or (k, 3, 3) of a model's file frame, in World minus `origin`."""
-    rows = transform.matrix(model.to_world)
-    near = transform.apply(transform.invert(rows), [origin])[0]
-    x, y, z = (corners.reshape(-1, 3) - near).astype(np.float32).T
-    local = np.empty((len(x), 3), np.float32)
-    # Axis by axis: a matrix product of so many short rows takes ten times as long.
-    for axis, (a, b, c) in enumerate(rows[:3, :3].astype(np.float32)):
-        local[:, axis] = a * x + b * y + c * z
-    return local.reshape(corners.shape)
-
-
-def area_of(patch: Patch, model: Model, surface: PaintSurface) -> Area | None:
-    """A patch as it is drawn; None where the model has none of it."""
-    ids = known_ids(patch, surface.count)
-    if not len(ids) or surface.element != patch.element:
-        return None
-    border = surface.border(ids)
-    if surface.element == "point":
-        ring = np.array(patch.outline).reshape(-1, 3)
-        border = np.stack([ring, np.roll(ring, -1, axis=0)], axis=1)
-        ids = ids[:: max(1, len(ids) // DOTS)]
-    corners = surface.corners(ids)
-    origin = transform.apply(model.to_world, [patch.mean])[0]
-    return Area(
-        origin,
-        local_corners(corners, model, origin),
-        local_corners(border, model, origin),
-    )
 
 
 def _round(length: float) -> float:
@@ -584,8 +441,3 @@ def _round(length: float) -> float:
 
 def _two_digits(length: float) -> float:
     return float(f"{length:.2g}")
-
-
-def _rgb(color: str) -> tuple[float, float, float]:
-    red, green, blue = (int(color[i : i + 2], 16) / 255 for i in (1, 3, 5))
-    return red, green, blue

@@ -15,14 +15,15 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.document.edit import Edit
-from vomstudio.document.measurements import Measurement, world_points
-from vomstudio.document.records import Dimension, FeatureType, Lineation, Model, Point, Trace
+from vomstudio.document.kind import may_have_plane
+from vomstudio.document.measurement import Measurement, world_points
+from vomstudio.document.records import FeatureType, Model, Picked, Point, get_feature
 from vomstudio.errors import DocumentError, VomError
 from vomstudio.geometry import transform
 from vomstudio.tools.context import ToolContext
 from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent, Preview
 
-F = TypeVar("F", bound=Trace | Lineation | Dimension)
+F = TypeVar("F", bound=Picked)
 
 BLANK_COLOR = "#e69f00"
 
@@ -182,7 +183,7 @@ class PolylineTool(Generic[F]):
             return
         moved = list(self.vertices)
         moved[index] = hit.position
-        self._feature = replace(self._feature, vertices=tuple(moved))
+        self._feature = self._feature.but(vertices=tuple(moved))
         self._look()
         self._show()
 
@@ -191,7 +192,7 @@ class PolylineTool(Generic[F]):
         assert self._feature is not None
         before, after, self._drag_from = self._drag_from, self.vertices, None
         if before != after:
-            self._feature = replace(self._feature, vertices=before)
+            self._feature = self._feature.but(vertices=before)
             self._set_vertices(after, self.current_vertex)
 
     def mark(self, index: int | None) -> None:
@@ -236,12 +237,12 @@ class PolylineTool(Generic[F]):
         if not before and not self._continued:
             self.cancel()
         else:
-            self._keep(replace(self._feature, vertices=before), self._steps[:-1], None)
+            self._keep(self._feature.but(vertices=before), self._steps[:-1], None)
         return True
 
     def _set_vertices(self, vertices: tuple[Point, ...], mark: int | None = None) -> None:
         assert self._feature is not None
-        feature = replace(self._feature, vertices=vertices)
+        feature = self._feature.but(vertices=vertices)
         self._keep(feature, [*self._steps, self.vertices], mark)
 
     def _keep(self, feature: F, steps: list[tuple[Point, ...]], mark: int | None) -> None:
@@ -398,6 +399,15 @@ def rgb(color: str) -> tuple[float, float, float]:
     """0..1 of #rrggbb."""
     red, green, blue = (int(color[i : i + 2], 16) / 255 for i in (1, 3, 5))
     return red, green, blue
+
+
+def plane_of(context: ToolContext, plane_id: str) -> Measurement | None:
+    """The figures of a plane of the document."""
+    feature = get_feature(context.session.records, plane_id)
+    if feature is None or not may_have_plane(feature):
+        return None
+    measured = context.measure(feature)
+    return measured if measured.plane is not None else None
 
 
 def points_text(count: int) -> str:

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from textwrap import wrap
 from typing import Any
 
 import numpy as np
 
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
-from vomstudio.document.records import Model, Point, Trace
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Model, Point
 from vomstudio.geometry.discs import disc
+from vomstudio.tools.fit_words import error_text, first_reason, indices_text
 from vomstudio.tools.polyline import PolylineTool, points_text
+from vomstudio.tools.surroundings import around
 
 NAME = "trace"
 
@@ -107,10 +109,7 @@ class TraceTool(PolylineTool[Trace]):
         surface = self._context.surface(self._feature.model_id)
         resolution, normal = self._feature.resolution, self._feature.outcrop_normal
         if surface is not None and self.vertices:
-            points = np.asarray(self.vertices, dtype=np.float64)
-            resolution = surface.resolution_near(points)
-            found = surface.outcrop_normal(points) if len(points) > 1 else None
-            normal = None if found is None else (float(found[0]), float(found[1]), float(found[2]))
+            resolution, normal = around(surface, self.vertices)
         self._feature = replace(self._feature, resolution=resolution, outcrop_normal=normal)
         super()._look()
 
@@ -126,18 +125,9 @@ class TraceTool(PolylineTool[Trace]):
             why = "" if count < 3 or measurement is None else f": {measurement.problem}"
             return (f"{points_text(count)}{why}",)
         fit = measurement.fit
-        if fit.max_confidence95_deg is None:
-            error = "95 %: undefined"
-        else:
-            error = f"95 %: {fit.max_confidence95_deg:.1f}° × {fit.min_confidence95_deg or 0:.1f}°"
-        indices = "   ".join(
-            f"{name} {value:.1f}"
-            for name, value in (("M", fit.M), ("K", fit.K))
-            if value is not None
-        )
         return (
             self._context.format_plane(measurement),
-            error,
-            f"{indices}   n {count}" if indices else f"n {count}",
-            *(line for why in measurement.verdict.reasons[:1] for line in wrap(why, 44)),
+            error_text(fit),
+            indices_text(fit, f"n {count}"),
+            *first_reason(measurement.verdict),
         )

@@ -9,15 +9,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from vomstudio.errors import InputError, TargetError
-from vomstudio.io.control.control_files import agreed_crs, crs_of
-from vomstudio.io.control.tables import (
-    ControlPoint,
-    Mark,
-    read_control,
-    read_marks,
-    write_control,
-    write_marks,
-)
+from vomstudio.io.control.control_files import agreed_crs, crs_of, read_control, read_marks
+from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.io.control.writing import write_control, write_marks
 from vomstudio.io.gis.crs import parse_crs
 
 

@@ -8,8 +8,15 @@ import numpy as np
 import pytest
 
 from vomstudio.errors import InputError, UsageError
-from vomstudio.io.control.control_files import agreed_crs, crs_of, find_control, marks_beside
-from vomstudio.io.control.tables import ControlPoint, Mark, read_control, read_marks
+from vomstudio.io.control.control_files import (
+    agreed_crs,
+    crs_of,
+    find_control,
+    marks_beside,
+    read_control,
+    read_marks,
+)
+from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.photos.names import photo_finder
 
 

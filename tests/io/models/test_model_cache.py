@@ -15,7 +15,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models import model_cache
 from vomstudio.io.models.opening import read_model
-from vomstudio.io.models.registry import LoadedModel
+from vomstudio.io.models.reader import LoadedModel
 
 
 @pytest.fixture

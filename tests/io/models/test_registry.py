@@ -11,9 +11,10 @@ import pytest
 
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.io import plugins
 from vomstudio.io.models import formats, registry
 from vomstudio.io.models.opening import read_model
-from vomstudio.io.models.registry import LoadedModel, Reader
+from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
 
 
@@ -33,7 +34,7 @@ XYZ = Reader("Made-up XYZ", (".xyzq",), lambda path, head: head.startswith(b"XYZ
 
 def offer(monkeypatch: pytest.MonkeyPatch, *values: str) -> None:
     points = [EntryPoint(f"p{i}", value, registry.GROUP) for i, value in enumerate(values)]
-    monkeypatch.setattr(registry, "entry_points", lambda group: points)
+    monkeypatch.setattr(plugins, "entry_points", lambda group: points)
 
 
 def test_a_reader_of_another_package_reads_its_files(
@@ -42,7 +43,7 @@ def test_a_reader_of_another_package_reads_its_files(
     (tmp_path / "their_package.py").write_text(
         "import numpy as np\n"
         "from vomstudio.geometry.cloud import PointCloud\n"
-        "from vomstudio.io.models.registry import LoadedModel, Reader\n"
+        "from vomstudio.io.models.reader import LoadedModel, Reader\n"
         "def read(path, progress):\n"
         "    points = np.loadtxt(path, ndmin=2, skiprows=1)\n"
         "    return LoadedModel(PointCloud(points), 'cloud', None, (), path)\n"
@@ -64,12 +65,12 @@ def test_a_reader_is_one_file_among_the_formats(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "xyzq.py").write_text(
-        "from vomstudio.io.models.registry import Reader\n"
+        "from vomstudio.io.models.reader import Reader\n"
         "READER = Reader('One file', ('.xyzq',), lambda p, h: False, None)\n"
     )
     (tmp_path / "_helper.py").write_text("raise AssertionError\n")
     monkeypatch.setattr(formats, "__path__", [*formats.__path__, str(tmp_path)])
-    assert "One file" in [r.name for r in registry.find_readers().readers]
+    assert "One file" in [r.name for r in registry.find_readers().all]
 
 
 def test_a_broken_package_does_not_stop_the_others(
@@ -77,7 +78,7 @@ def test_a_broken_package_does_not_stop_the_others(
 ) -> None:
     offer(monkeypatch, "no_such_package:READER", "math:pi")
     found = registry.find_readers()
-    assert [r.name for r in found.readers] == [
+    assert [r.name for r in found.all] == [
         "GeoTIFF height model",
         "E57 scan",
         "glTF scene",

@@ -10,6 +10,7 @@ import signal
 import struct
 import subprocess
 from dataclasses import replace
+from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import laspy
@@ -22,6 +23,8 @@ from PIL import Image
 from vomstudio.errors import Cancelled, TargetError, UsageError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
+from vomstudio.io import plugins
+from vomstudio.io.models import writing
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.writing import find_writers, write_model
 from vomstudio.progress import CancelToken, Silent
@@ -407,3 +410,30 @@ def test_an_unknown_ending_lists_what_can_be_written(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=r"\.glb.*\.laz.*\.obj.*\.ply.*\.xyz"):
         write_model(cloud(3), None, tmp_path / "m.docx")
     assert len(find_writers()) == 7
+
+
+def test_a_writer_of_another_package_writes_its_files(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "their_writers.py").write_text(
+        "from vomstudio.io.models.writer import Writer\n"
+        "def write(out):\n"
+        "    out.path.write_text(f'{len(out.data.points)} points')\n"
+        "    return ['Only their number is written.']\n"
+        "WRITER = Writer('Made-up', ('.count',), write)\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    points = [
+        EntryPoint("theirs", "their_writers:WRITER", writing.GROUP),
+        EntryPoint("worse", "no_such_package:WRITER", writing.GROUP),
+    ]
+    monkeypatch.setattr(plugins, "entry_points", lambda group: points)
+    writing.find_all.cache_clear()
+    try:
+        said = write_model(cloud(3), None, tmp_path / "m.count")
+        assert said == ["Only their number is written."]
+        assert (tmp_path / "m.count").read_text() == "3 points"
+        with pytest.raises(UsageError, match=r"\.count.*no_such_package"):
+            write_model(cloud(3), None, tmp_path / "m.docx")
+    finally:
+        writing.find_all.cache_clear()

@@ -15,8 +15,9 @@ from PIL import Image
 from tests.io.photos import photo_maker as maker
 from vomstudio.errors import InputError
 from vomstudio.io.photos.camera_table import camera_models, find_camera, similar_cameras
+from vomstudio.io.photos.photo import Photo
 from vomstudio.io.photos.pixels import grey, read_mask, thumbnail, turned_upright
-from vomstudio.io.photos.reading import NoPhotos, Photo, read_photos
+from vomstudio.io.photos.reading import NoPhotos, read_photos
 from vomstudio.io.photos.xmp import read_drone_tags
 
 CAMERA = {0x010F: maker.text("NIKON CORPORATION"), 0x0110: maker.text("NIKON D90")}

@@ -9,8 +9,9 @@ import pytest
 
 from tests.samples import ZIGZAG, bed
 from vomstudio.document import edits
+from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurements import Measurements
-from vomstudio.document.records import Frame, Model, Trace
+from vomstudio.document.records import Frame, Model
 from vomstudio.errors import InputError, TargetError, UsageError
 from vomstudio.io.project.export import export_project
 from vomstudio.io.project.folder import Project

@@ -18,18 +18,13 @@ from pyogrio.raw import read
 
 from tests.io.models.test_writers import cloud, textured
 from tests.small_disk import small_disk
+from vomstudio.document.kinds.dimension import Dimension
+from vomstudio.document.kinds.lineation import Lineation
+from vomstudio.document.kinds.patch import Patch
+from vomstudio.document.kinds.reading import Reading
+from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurements import Measurements
-from vomstudio.document.records import (
-    DEFAULT_TYPES,
-    Dimension,
-    FeatureType,
-    Frame,
-    Lineation,
-    Model,
-    Patch,
-    Reading,
-    Trace,
-)
+from vomstudio.document.records import DEFAULT_TYPES, FeatureType, Frame, Model
 from vomstudio.errors import Cancelled, TargetError, UsageError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh

@@ -14,7 +14,8 @@ import pytest
 
 from tests.samples import bed
 from vomstudio.document import edits
-from vomstudio.document.records import Frame, Model, Trace
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Frame, Model
 from vomstudio.errors import InputError, TargetError
 from vomstudio.io.project.folder import Project, project_folder
 from vomstudio.io.project.journal import read_records
@@ -193,7 +194,7 @@ _WRITER = """
 import sys
 from pathlib import Path
 from vomstudio.document import edits
-from vomstudio.document.records import Trace
+from vomstudio.document.kinds.trace import Trace
 from vomstudio.io.project.folder import Project
 sys.path.insert(0, sys.argv[2])
 from tests.samples import bed

@@ -9,16 +9,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vomstudio.document.records import Reading
+from vomstudio.document.kinds.reading import Reading
 from vomstudio.errors import InputError
 from vomstudio.geology.notation import NOTATIONS, format_plane
 from vomstudio.geology.orientation import Plane, angle_between_planes
 from vomstudio.io.gis.crs import convergence_deg, from_degrees
+from vomstudio.io.project.field_columns import guess
+from vomstudio.io.project.field_table import read_field_table
 from vomstudio.io.project.readings import (
     Turn,
-    guess,
     make_readings,
-    read_field_table,
     understand,
     what_is_missing,
 )

@@ -9,8 +9,9 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from vomstudio.io.control.tables import read_control, read_marks
-from vomstudio.io.photos.reading import Photo, read_photos
+from vomstudio.io.control.control_files import read_control, read_marks
+from vomstudio.io.photos.photo import Photo
+from vomstudio.io.photos.reading import read_photos
 from vomstudio.jobs.executors import Threads
 from vomstudio.photogrammetry.align.alignment import Alignment, Options, align
 from vomstudio.photogrammetry.place.control import place_by_control

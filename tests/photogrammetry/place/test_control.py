@@ -14,11 +14,10 @@ from tests.photogrammetry.place.test_georeference import scene_of
 from tests.photogrammetry.place.test_gps_priors import block
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry.cameras import View
-from vomstudio.io.control.tables import ControlPoint, Mark
+from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.align.mapping import residuals
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.photogrammetry.place.control import place_by_control
-from vomstudio.photogrammetry.place.georeference import by_control
+from vomstudio.photogrammetry.place.control import by_control, place_by_control
 from vomstudio.photogrammetry.place.ground_adjustment import triangulate
 
 PLACES = np.array(

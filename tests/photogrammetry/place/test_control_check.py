@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from vomstudio.errors import GeometryError
-from vomstudio.io.control.tables import ControlPoint, Mark, read_control, read_marks
+from vomstudio.io.control.control_files import read_control, read_marks
+from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.place.control_check import check_control
 
 

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from tests.photogrammetry.made_photos import ORIGIN, around, face
 from tests.photogrammetry.place.test_georeference import scene_of
 from vomstudio.geometry.cameras import View
-from vomstudio.io.control.tables import ControlPoint, Mark
+from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.place.component_joining import JoinReport, join_parts, merged
 from vomstudio.photogrammetry.place.control import place_by_control

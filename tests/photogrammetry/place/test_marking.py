@@ -9,7 +9,7 @@ import pytest
 
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import Intrinsics, View
-from vomstudio.io.control.tables import ControlPoint, Mark
+from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.photos.cameras_file import Cameras
 from vomstudio.photogrammetry.place.mark_prediction import Marking, PlacedPhotos, missing, ready
 

@@ -2,27 +2,21 @@
 
 Features hold float64 coordinates in their model's own file frame. World coordinates and fits follow
 from (feature, model) and are never stored, so declaring or changing a frame is one edit of one
-Model and moves everything with it.
+Model and moves everything with it. The record of each kind of feature is in `document/kinds`.
 """
 
 from __future__ import annotations
 
 from vomstudio.document.records.basics import IDENTITY, Matrix, Point
 from vomstudio.document.records.features import (
-    FEATURES,
-    ON_A_MODEL,
-    TYPED,
-    Dimension,
-    DimensionKind,
     Feature,
     Group,
-    Intersection,
-    Lineation,
-    Patch,
-    Reading,
-    SlipSense,
-    Trace,
+    OnAModel,
+    Painted,
+    Picked,
     Typed,
+    get,
+    get_feature,
 )
 from vomstudio.document.records.frames import UNDECLARED, Frame, FrameKind, UpAxis
 from vomstudio.document.records.models import Model
@@ -43,36 +37,30 @@ Record = Model | FeatureType | Resting | Feature
 
 __all__ = [
     "DEFAULT_TYPES",
-    "FEATURES",
     "IDENTITY",
-    "ON_A_MODEL",
-    "TYPED",
     "UNDECLARED",
     "Asset",
-    "Dimension",
-    "DimensionKind",
     "Feature",
     "FeatureType",
     "Frame",
     "FrameKind",
     "Group",
     "ImageMark",
-    "Intersection",
-    "Lineation",
     "MarkedPoint",
     "Mask",
     "Matrix",
     "Model",
-    "Patch",
+    "OnAModel",
+    "Painted",
     "PhotoSet",
+    "Picked",
     "Point",
-    "Reading",
     "Reconstruction",
     "Record",
     "Registration",
     "Resting",
-    "SlipSense",
-    "Trace",
     "Typed",
     "UpAxis",
+    "get",
+    "get_feature",
 ]

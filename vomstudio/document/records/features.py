@@ -1,128 +1,68 @@
-"""The features: what is measured on a model, or in the field."""
+"""What features have in common: what is measured on a model, or in the field.
+
+Each kind of feature is a frozen dataclass of its own in `document/kinds`; these classes say which
+fields several of them share, so that they can be asked for without naming a kind. They hold nothing
+themselves: the order of a kind's fields is its own.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Mapping
+from dataclasses import Field, dataclass, replace
+from typing import Any, ClassVar, Literal, Self, TypeVar
 
 from vomstudio.document.records.basics import Point
 
+R = TypeVar("R")
 
-@dataclass(frozen=True)
-class Trace:
-    """A digitised line where a surface meets the outcrop.
 
-    vertices: in order, model file frame. resolution: mean spacing of the model's vertices or points
-    around the pick, in file units, None where unknown. outcrop_normal: unit normal of the outcrop
-    face around the trace, file frame, None where unknown.
-    """
+class Feature:
+    """Anything measured."""
 
     id: str
     name: str
+    notes: str
+    # Every kind is a dataclass, which is what `dataclasses` asks for.
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+
+    def but(self, **changes: Any) -> Self:
+        """The same with other values in some fields."""
+        return replace(self, **changes)
+
+
+class Typed(Feature):
+    """A feature of one of the project's feature types, in a set of it or in none ("")."""
+
     type_id: str
+    set_name: str
+
+
+class OnAModel(Feature):
+    """A feature whose coordinates are in the file frame of a model."""
+
     model_id: str
     model_hash: str
+
+
+class Picked(OnAModel):
+    """A feature made of clicks. vertices: in order, model file frame."""
+
     vertices: tuple[Point, ...]
-    resolution: float | None = None
-    outcrop_normal: Point | None = None
-    set_name: str = ""
-    overturned: bool = False
-    notes: str = ""
-    method: Literal["pca", "regression"] = "pca"
 
 
-@dataclass(frozen=True)
-class Patch:
-    """A piece of the outcrop face chosen as one surface: a joint, an exposed bed.
+class Painted(OnAModel):
+    """A piece of the model's own surface.
 
     element: what the ids name. runs: the sorted ids of the model's faces or points, as (first,
-    count). n, mean, scatter, n_effective: moments of their points in the file frame
-    (geometry/patches.py), so that the plane survives a missing model. outline: ring of points of
-    the patch, as seen along its normal. area: of the faces, in file units squared, None for points.
-    Other fields as in Trace.
+    count). n, mean: number and centre of their points in the file frame. outline: ring of points
+    around it, as seen along its normal.
     """
 
-    id: str
-    name: str
-    type_id: str
-    model_id: str
-    model_hash: str
     element: Literal["face", "point"]
     runs: tuple[tuple[int, int], ...]
     n: int
     mean: Point
-    scatter: tuple[Point, Point, Point]
-    n_effective: float
-    outline: tuple[Point, ...] = ()
-    area: float | None = None
-    resolution: float | None = None
-    set_name: str = ""
-    overturned: bool = False
-    notes: str = ""
-
-
-SlipSense = Literal["", "normal", "reverse", "sinistral", "dextral"]
-
-
-@dataclass(frozen=True)
-class Lineation:
-    """A line on the outcrop: a striation, a hinge, a mineral lineation; two vertices or more.
-
-    plane_id: the feature on whose plane it lies, "" for none: its direction is then projected onto
-    that plane and has a rake. slip: how the hanging wall moved along it. Other fields as in Trace.
-    """
-
-    id: str
-    name: str
-    type_id: str
-    model_id: str
-    model_hash: str
-    vertices: tuple[Point, ...]
-    resolution: float | None = None
-    plane_id: str = ""
-    slip: SlipSense = ""
-    set_name: str = ""
-    notes: str = ""
-
-
-@dataclass(frozen=True)
-class Reading:
-    """An orientation measured in the field with a compass, relative to grid north.
-
-    A plane's azimuth_deg and inclination_deg are dip direction and dip, a line's are trend and
-    plunge. turned_deg: what was added to the azimuth as it was read (declination less convergence).
-    position: World, None where it was not noted. source: the file it came from.
-    """
-
-    id: str
-    name: str
-    type_id: str
-    geometry: Literal["plane", "line"]
-    azimuth_deg: float
-    inclination_deg: float
-    turned_deg: float = 0.0
-    position: Point | None = None
-    source: str = ""
-    set_name: str = ""
-    overturned: bool = False
-    notes: str = ""
-
-
-DimensionKind = Literal["distance", "polyline", "area", "thickness"]
-
-
-@dataclass(frozen=True)
-class Dimension:
-    """A length, an area, or a distance at right angles to the plane of the feature `plane_id`."""
-
-    id: str
-    name: str
-    kind: DimensionKind
-    model_id: str
-    model_hash: str
-    vertices: tuple[Point, ...]
-    plane_id: str = ""
-    notes: str = ""
+    outline: tuple[Point, ...]
 
 
 @dataclass(frozen=True)
@@ -135,22 +75,12 @@ class Group:
     set_name: str = ""
 
 
-@dataclass(frozen=True)
-class Intersection:
-    """Where the (mean) planes of two groups meet."""
-
-    id: str
-    name: str
-    type_id: str
-    first: Group
-    second: Group
-    set_name: str = ""
-    notes: str = ""
+def get(records: Mapping[str, Any], id_: str | None, cls: type[R]) -> R | None:
+    """The record of an id where it is one of a class; else None."""
+    record = records.get(id_) if id_ is not None else None
+    return record if isinstance(record, cls) else None
 
 
-Feature = Trace | Patch | Lineation | Reading | Dimension | Intersection
-Typed = Trace | Patch | Lineation | Reading | Intersection
-
-FEATURES = (Trace, Patch, Lineation, Reading, Dimension, Intersection)
-TYPED = (Trace, Patch, Lineation, Reading, Intersection)
-ON_A_MODEL = (Trace, Patch, Lineation, Dimension)
+def get_feature(records: Mapping[str, Any], id_: str | None) -> Feature | None:
+    """The feature of an id; None where there is no such record, or it is no feature."""
+    return get(records, id_, Feature)

@@ -36,6 +36,13 @@ def part(function: Callable[..., Any]) -> Callable[..., Any]:
     return numba.njit(nogil=True)(function)
 
 
+def step(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A step of one kernel, put into it as if it was written there: as fast, and with fastmath its
+    sums are in the same order. For what is called in one or two places, since each call is a copy.
+    """
+    return numba.njit(nogil=True, inline="always")(function)
+
+
 def fast_part(function: Callable[..., Any]) -> Callable[..., Any]:
     """As `part`, for kernels with fastmath."""
     return numba.njit(nogil=True, fastmath=True)(function)

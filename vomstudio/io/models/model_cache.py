@@ -26,7 +26,7 @@ from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.models import image_store
 from vomstudio.io.models.offset_file import checked_origin, offset_path
 from vomstudio.io.models.opening import file_hash, read_model, resolution
-from vomstudio.io.models.registry import LoadedModel
+from vomstudio.io.models.reader import LoadedModel
 from vomstudio.progress import Progress
 
 VERSION = 3

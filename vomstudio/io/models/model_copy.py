@@ -149,7 +149,7 @@ def _libraries(model: Path) -> list[Path]:
 
 
 def _ply_images(model: Path) -> list[Path]:
-    from vomstudio.io.models.formats.ply import MAX_HEADER_BYTES, read_header
+    from vomstudio.io.models.formats._ply_header import MAX_HEADER_BYTES, read_header
 
     with contextlib.suppress(InputError, OSError), model.open("rb") as file:
         header = read_header(file.read(MAX_HEADER_BYTES), model)

@@ -15,10 +15,9 @@ from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import sidecar_crs
-from vomstudio.io.models.registry import LoadedModel, choose_reader, read_head
+from vomstudio.io.models.reader import LoadedModel
+from vomstudio.io.models.registry import choose_reader, read_head
 from vomstudio.progress import Progress, Silent
-
-__all__ = ["LoadedModel", "describe", "file_hash", "read_model", "resolution"]
 
 HASH_BLOCK_BYTES = 4 * 1024 * 1024
 SAMPLED_FACES = 200_000

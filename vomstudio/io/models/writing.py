@@ -7,66 +7,29 @@ someone else that names a `Writer` in the entry point group `vomstudio.writers`.
 from __future__ import annotations
 
 import functools
-import importlib
-import pkgutil
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from importlib.metadata import entry_points
+from collections.abc import Iterable
 from pathlib import Path
 
 from vomstudio.errors import UsageError
 from vomstudio.files.atomic import check_target
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.models.writer import Outgoing, Writer
+from vomstudio.io.plugins import Found, find_plugins
 from vomstudio.progress import Progress, Silent
 
 GROUP = "vomstudio.writers"
 
 
-@dataclass(frozen=True)
-class Outgoing:
-    """What is to be written. data : in World (x East, y North, z Up, metres); crs : "EPSG:n", WKT,
-    or None; force : whether files that are there may be replaced, save `inputs`, which the model
-    was read from."""
-
-    data: Mesh | PointCloud
-    crs: str | None
-    path: Path
-    force: bool
-    progress: Progress
-    inputs: tuple[Path, ...] = ()
-
-
-@dataclass(frozen=True)
-class Writer:
-    """One format.
-
-    extensions : lower case, with the dot
-    write : everything whole or nothing at all; returns one sentence for each thing that the format
-        cannot hold or that had to be changed. Raises TargetError, or Cancelled through the progress
-    """
-
-    name: str
-    extensions: tuple[str, ...]
-    write: Callable[[Outgoing], list[str]]
-
-
 @functools.cache
-def find_writers() -> tuple[Writer, ...]:
-    """Our own formats first. A package whose writer cannot be loaded is passed over."""
+def find_all() -> Found[Writer]:
     from vomstudio.io.models import writers
 
-    found: list[object] = [
-        importlib.import_module(f"{writers.__name__}.{module.name}").WRITER
-        for module in sorted(pkgutil.iter_modules(writers.__path__), key=lambda m: m.name)
-        if not module.name.startswith("_")
-    ]
-    for point in sorted(entry_points(group=GROUP), key=lambda p: p.name):
-        try:
-            found.append(point.load())
-        except Exception:  # noqa: BLE001  someone else's code must not stop ours
-            continue
-    return tuple(writer for writer in found if isinstance(writer, Writer))
+    return find_plugins(writers, "WRITER", Writer, GROUP)
+
+
+def find_writers() -> tuple[Writer, ...]:
+    return find_all().all
 
 
 def choose_writer(path: Path) -> Writer:
@@ -76,9 +39,10 @@ def choose_writer(path: Path) -> Writer:
         if ending in writer.extensions:
             return writer
     known = ", ".join(e for w in find_writers() for e in w.extensions)
-    raise UsageError(
-        f"the ending says what to write, and '{ending}' is not one of {known}.", file=path
-    )
+    sentence = f"the ending says what to write, and '{ending}' is not one of {known}."
+    if broken := find_all().broken:
+        sentence += f" ({'; '.join(broken)})"
+    raise UsageError(sentence, file=path)
 
 
 def write_model(

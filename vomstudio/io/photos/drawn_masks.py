@@ -14,8 +14,8 @@ import numpy.typing as npt
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.atomic import atomic_write
 from vomstudio.files.backup import set_aside
+from vomstudio.io.photos.photo import Photo
 from vomstudio.io.photos.pixels import opened, read_mask
-from vomstudio.io.photos.reading import Photo
 
 Flags = npt.NDArray[np.bool_]
 
@@ -38,6 +38,17 @@ def load_mask(mask: Path, width: int, height: int) -> Flags:
     read = read_mask(Photo(mask, mask.name, width, height, mask=mask))
     assert read is not None
     return read
+
+
+def mask_png(used: Flags) -> bytes:
+    """A mask (height, width), True where the photo is used, as a PNG of one bit a pixel."""
+    import io
+
+    from PIL import Image
+
+    made = io.BytesIO()
+    Image.fromarray(used).save(made, format="PNG", compress_level=1)
+    return made.getvalue()
 
 
 def write_mask(path: Path, used: Flags) -> Path | None:

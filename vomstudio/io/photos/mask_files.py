@@ -12,7 +12,7 @@ from vomstudio.errors import InputError
 from vomstudio.io.photos.pixels import opened
 
 if TYPE_CHECKING:
-    from vomstudio.io.photos.reading import Photo
+    from vomstudio.io.photos.photo import Photo
 
 PICTURES = (".jpg", ".jpeg", ".tif", ".tiff", ".png")
 # A photo may be cropped by a line or two without being another picture.

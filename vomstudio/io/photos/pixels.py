@@ -15,7 +15,7 @@ from vomstudio.errors import InputError
 if TYPE_CHECKING:
     from PIL import Image
 
-    from vomstudio.io.photos.reading import Photo
+    from vomstudio.io.photos.photo import Photo
 
 Bytes = npt.NDArray[np.uint8]
 

@@ -12,13 +12,13 @@ import re
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from datetime import datetime
 from pathlib import Path
 
 from vomstudio.errors import InputError
 from vomstudio.io.photos.camera_table import camera_label, find_camera
 from vomstudio.io.photos.exif import Exif, read_exif
 from vomstudio.io.photos.mask_files import PICTURES, SAME_SHAPE, MaskFinder, is_mask
+from vomstudio.io.photos.photo import Photo
 from vomstudio.io.photos.pixels import opened
 from vomstudio.io.photos.xmp import DroneTags, read_drone_tags
 from vomstudio.progress import Progress, Silent
@@ -40,78 +40,6 @@ _OTHERS = {
 }
 _DEEPEST = 3
 _FILM_WIDTH_MM = 36.0
-
-
-@dataclass(frozen=True)
-class Photo:
-    """What a photo says of itself; None where it says nothing.
-
-    name : relative to the folder, with forward slashes
-    width, height : pixels as stored; `orientation` (EXIF, 1 to 8) turns them for viewers only
-    camera : make and model
-    focal_mm : of the lens; focal_35mm : its equivalent on 36 x 24 mm film
-    sensor_width_mm : of the part of the sensor that the photo shows, along its long side
-    focal_px : by the rule that `focal_source` names
-    altitude_m : in `altitude_reference` "sea level", "below sea level" (then negative) or
-        "ellipsoid"; relative_altitude_m : of a drone, above the place of take-off
-    gps_accuracy_m : what the receiver states, horizontally
-    yaw_deg, pitch_deg, roll_deg : of the optical axis: from north, above the horizon, about it
-    digital_zoom : factor, 1 for none
-    mask : picture of the same size; white is used
-    """
-
-    path: Path
-    name: str
-    width: int
-    height: int
-    camera: str | None = None
-    serial: str | None = None
-    lens: str | None = None
-    focal_mm: float | None = None
-    focal_35mm: float | None = None
-    sensor_width_mm: float | None = None
-    focal_px: float | None = None
-    focal_source: str | None = None
-    orientation: int = 1
-    taken: datetime | None = None
-    exposure_s: float | None = None
-    f_number: float | None = None
-    iso: float | None = None
-    latitude_deg: float | None = None
-    longitude_deg: float | None = None
-    altitude_m: float | None = None
-    altitude_reference: str | None = None
-    relative_altitude_m: float | None = None
-    gps_accuracy_m: float | None = None
-    yaw_deg: float | None = None
-    pitch_deg: float | None = None
-    roll_deg: float | None = None
-    digital_zoom: float | None = None
-    mask: Path | None = None
-
-    @property
-    def long_side(self) -> int:
-        return max(self.width, self.height)
-
-    @property
-    def megapixels(self) -> float:
-        return self.width * self.height / 1e6
-
-    @property
-    def camera_key(self) -> tuple[object, ...]:
-        """Photos with the same key were taken through the same lens at the same setting, and can
-        share one calibration."""
-        focal = None if self.focal_px is None else round(self.focal_px, 1)
-        return (self.camera, self.serial, self.lens, self.focal_mm, focal, self.width, self.height)
-
-    @property
-    def exposure_value(self) -> float | None:
-        """EV at ISO 100: log2(N^2 / t) - log2(ISO / 100) (ISO 2720); None without all three."""
-        from math import log2
-
-        if self.exposure_s is None or self.f_number is None or self.iso is None:
-            return None
-        return log2(self.f_number**2 / self.exposure_s) - log2(self.iso / 100.0)
 
 
 @dataclass

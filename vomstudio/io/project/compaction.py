@@ -24,7 +24,7 @@ from vomstudio.io.project.journal import NAME, SqliteJournal
 from vomstudio.io.project.verify import assets_of
 
 BEFORE = "journal-before-compaction.sqlite"
-_NEW = "journal-compacted.sqlite"
+NEW = "journal-compacted.sqlite"
 _PUT_ASIDE = "assets-before-compaction"
 
 
@@ -75,24 +75,8 @@ def compact(folder: Path, session: Session, journal: SqliteJournal) -> Compacted
             "the project's journal has damaged rows, which a compaction would throw away; repair "
             "it first"
         )
-    new = folder / _NEW
-    _remove(new)
-    numbers: dict[int, int] = {}
-    made = SqliteJournal(new, create=True)
-    try:
-        originals = {row.seq: row for row in journal.rows()}
-        for row in _rows(session):
-            of_seq = None if row.of is None else numbers[row.of]
-            was = originals.get(row.seq)
-            number = made.copy_row(row.kind, of_seq, row.label, row.before, row.after, was)
-            if row.kind in ("do", "draft"):
-                numbers[row.seq] = number
-        made.copy_views(journal)
-    except BaseException:
-        made.close()
-        _remove(new)
-        raise
-    made.close()
+    new = folder / NEW
+    numbers = write_anew(new, session, journal)
     journal.copy_to(folder / BEFORE)
     # From here on a kill leaves one whole journal or the other.
     journal.close()
@@ -109,6 +93,29 @@ def compact(folder: Path, session: Session, journal: SqliteJournal) -> Compacted
         with contextlib.suppress(OSError):
             path.replace(aside / path.name)
     return Compacted(taken, numbers, taken.last)
+
+
+def write_anew(new: Path, session: Session, journal: SqliteJournal) -> dict[int, int]:
+    """A journal of what can be reached and no more; the numbers of its rows by those of before.
+    Raises TargetError."""
+    remove(new)
+    numbers: dict[int, int] = {}
+    made = SqliteJournal(new, create=True)
+    try:
+        originals = {row.seq: row for row in journal.rows()}
+        for row in _rows(session):
+            of_seq = None if row.of is None else numbers[row.of]
+            was = originals.get(row.seq)
+            number = made.copy_row(row.kind, of_seq, row.label, row.before, row.after, was)
+            if row.kind in ("do", "draft"):
+                numbers[row.seq] = number
+        made.copy_views(journal)
+    except BaseException:
+        made.close()
+        remove(new)
+        raise
+    made.close()
+    return numbers
 
 
 def take_back(
@@ -140,11 +147,11 @@ def take_back(
 
 def forget(folder: Path) -> None:
     """The project is closed: the compaction cannot be taken back any more."""
-    _remove(folder / BEFORE)
+    remove(folder / BEFORE)
     aside = folder / _PUT_ASIDE
     if aside.is_dir():
         for path in aside.iterdir():
-            _remove(path)
+            remove(path)
         with contextlib.suppress(OSError):
             aside.rmdir()
 
@@ -193,7 +200,7 @@ def _unused(folder: Path, session: Session) -> list[Path]:
     return sorted(p for p in assets.iterdir() if p.relative_to(folder).as_posix() not in named)
 
 
-def _remove(path: Path) -> None:
+def remove(path: Path) -> None:
     for ending in ("", "-wal", "-shm"):
         with contextlib.suppress(OSError):
             path.with_name(path.name + ending).unlink(missing_ok=True)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.document.measurements import Measurements
-from vomstudio.document.records import FEATURES, Record
+from vomstudio.document.records import Feature, Record
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.atomic import check_target
 from vomstudio.geology.quality import Thresholds
@@ -30,11 +30,13 @@ def export_project(folder: Path, format_: str, out: Path, *, force: bool = False
     check_target(out, force=force, inputs=own_files(folder))
     kept = read_replay(folder)
     records = kept.records
-    if not any(isinstance(r, FEATURES) for r in records.values()):
+    if not any(isinstance(r, Feature) for r in records.values()):
         raise InputError(
             "has no features yet, so there is nothing to export; measure some first.", file=folder
         )
-    return export_records(records, format_, out, force=force, thresholds=_thresholds(kept.settings))
+    return export_records(
+        records, format_, out, force=force, thresholds=thresholds_of(kept.settings)
+    )
 
 
 def export_records(
@@ -66,7 +68,7 @@ def export_records(
     return replace(table, files=tuple(write_dxf(out, layers, records, table.crs, force=force)))
 
 
-def _thresholds(settings: Mapping[str, Any]) -> Thresholds | None:
+def thresholds_of(settings: Mapping[str, Any]) -> Thresholds | None:
     """Those with which the newest edit was judged, so that a table says what the window said."""
     try:
         return Thresholds(**settings["thresholds"])

@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from vomstudio.document.records import FEATURES, Model
+from vomstudio.document.records import Feature, Model
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError, InputError, TargetError, VomError
 from vomstudio.files.lock import ProjectLock
@@ -25,6 +25,7 @@ from vomstudio.io.project import compaction
 from vomstudio.io.project.assets import FOLDER as ASSETS
 from vomstudio.io.project.journal import NAME as JOURNAL
 from vomstudio.io.project.journal import TAKING_IN, SqliteJournal, read_replay
+from vomstudio.io.project.repair import Repaired, repair
 from vomstudio.io.project.taking_in import PHOTO_TABLES, RECONSTRUCTIONS, take_in_earlier
 
 SUFFIX = ".vom"
@@ -134,6 +135,12 @@ class Project:
         )
         self._compacted = None
 
+    def repair(self) -> Repaired:
+        """Write a journal with damaged rows anew. Raises DocumentError, TargetError."""
+        made = repair(self.folder, self.session, self.journal)
+        self.journal, self.problems = made.journal, []
+        return made
+
     def save_as(self, folder: Path) -> None:
         """Move to another folder: history, copies and reconstructions go along. A project with a
         name stays behind as it was last saved; an untitled one is gone. Nobody may be at work in
@@ -183,7 +190,7 @@ class Project:
         nothing behind; another one keeps its history, from which discarded work can be
         brought back."""
         session = self.session
-        empty = not session.ever_held(*FEATURES) and not session.draft
+        empty = not session.ever_held(Feature) and not session.draft
         empty = empty and not self.has_reconstructions and not self.has_photo_tables
         worthless = self.untitled and empty
         self.session.close()

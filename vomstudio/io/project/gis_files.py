@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.document import catalogue
 from vomstudio.document.records import FeatureType, Record
 from vomstudio.errors import UsageError
 from vomstudio.files.atomic import atomic_group
@@ -17,17 +18,7 @@ from vomstudio.io.gis import dxf, shapefile
 from vomstudio.io.models.writers._common import prj_text, says_the_same
 from vomstudio.tables.project_layers import Layer
 
-SHORT_NAMES = {
-    "dip_direction_deg": "dip_dir", "dip_deg": "dip", "strike_rhr_deg": "strike_rhr",
-    "pole_trend_deg": "pole_trend", "pole_plunge_deg": "pole_plung", "trend_deg": "trend",
-    "plunge_deg": "plunge", "rake_deg": "rake", "extent_m": "extent_m", "coplanarity": "coplanar",
-    "collinearity": "collinear", "max_angular_error_deg": "max_angle",
-    "min_angular_error_deg": "min_angle", "max_confidence95_deg": "max_conf95",
-    "min_confidence95_deg": "min_conf95", "error_rake_deg": "error_rake",
-    "dip_error_deg": "dip_error", "dip_direction_error_deg": "dipdir_err",
-    "registration_error_deg": "reg_error", "total95_deg": "total95", "resolution_m": "resolution",
-    "extent_over_resolution": "extent_res", "quality_reason": "reason",
-}  # fmt: skip
+SHORT_NAMES = {figure.name: figure.short for figure in catalogue.ORIENTATION if figure.short}
 """Of the orientation table's columns, which a shapefile has only ten letters for; degrees."""
 
 DISC_CORNERS = 24
@@ -119,9 +110,9 @@ def write_dxf(
             comment = f"VOM Studio, coordinates of {crs or 'a local frame'}, metres"
             drawing = dxf.Drawing(file, shades, bounds, comment)
             for layer in layers:
-                kinds = layer.columns["kind"]
+                kinds = _row_kinds(layer)
                 for row, shape in enumerate(layer.shapes):
-                    home = homes[layer.name, str(kinds[row])]
+                    home = homes[layer.name, kinds[row]]
                     values = {name: column[row] for name, column in layer.columns.items()}
                     if layer.kind != "point":
                         drawing.polyline(shape, names[home], values, closed=layer.kind == "ring")
@@ -134,13 +125,18 @@ def write_dxf(
 
 
 def _kinds_of(layer: Layer) -> list[str]:
-    return list(dict.fromkeys(str(kind) for kind in layer.columns["kind"]))
+    return list(dict.fromkeys(_row_kinds(layer)))
+
+
+def _row_kinds(layer: Layer) -> list[str]:
+    """The kind of each feature; empty in a layer that does not tell kinds apart."""
+    return [str(kind) for kind in layer.columns.get("kind", [""] * len(layer.shapes))]
 
 
 def _home(layer: Layer, kind: str) -> str:
     """The DXF layer of a kind of feature."""
-    if layer.name == "traces":
-        return kind or "traces"
+    if layer.main:
+        return kind or layer.name
     return f"{kind}_{layer.name}" if kind else layer.name
 
 

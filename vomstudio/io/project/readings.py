@@ -7,29 +7,18 @@ that can be a strike as well as a dip direction waits for the user.
 
 from __future__ import annotations
 
-import csv
-import math
-from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from vomstudio.document.edits import new_id
-from vomstudio.document.records import Point, Reading
+from vomstudio.document.kinds.reading import Reading
+from vomstudio.document.records import Point
 from vomstudio.errors import InputError
 from vomstudio.geology.notation import parse_line, parse_plane
 from vomstudio.geology.orientation import Line, wrap360
-from vomstudio.io.text.orientation_reading import ALIASES, plane_of
-from vomstudio.io.text.rows import (
-    cut,
-    is_blank,
-    is_header,
-    parse_number,
-    read_text,
-    rejoined_header,
-    sniff,
-)
-from vomstudio.io.text.tables import COORDINATES, FARTHEST_M, lines_in_words, plain
+from vomstudio.io.project.field_table import FieldTable, number_in
+from vomstudio.io.text.orientation_reading import plane_of
+from vomstudio.io.text.tables import FARTHEST_M, lines_in_words
 
 NOTATIONS = ("dipdir/dip", "strike/dip", "strike/dip lhr", "quadrant", "trend/plunge")
 """What the two angles of a row are; the last one makes them lines."""
@@ -44,38 +33,8 @@ ROLES = ("name", "azimuth", "inclination", "quadrant", "text", "trend", "plunge"
 """What a column can be. `azimuth` and `inclination` are the two angles of the notation, `trend` and
 `plunge` those of rows that are lines in a table of planes, `text` both angles in one cell."""
 
-_NAMES = {"name", "label", "reading", "measurement", "station", "locality", "site", "dataid"}
-_DEGREES = {"longitude": {"longitude", "long", "lon", "lng"}, "latitude": {"latitude", "lat"}}
-_NOTES = {"notes", "note", "comment", "comments", "remark", "remarks", "description"}
-_OVERTURNED = {"overturned", "inverted", "overturnedbed"}
 _YES = {"1", "true", "yes", "y", "x", "overturned", "inverted"}
 _EMPTY = {"", "-", "–", "nan", "na", "n/a", "none"}
-
-
-@dataclass(frozen=True, eq=False)
-class FieldTable:
-    """The cells of a text file. ragged: rows that have too many or too few, by index, and why."""
-
-    path: Path
-    names: tuple[str, ...] | None
-    width: int
-    delimiter: str
-    rows: list[list[str]]
-    lines: list[int]
-    ragged: Mapping[int, str]
-    notes: tuple[str, ...]
-
-    def label(self, column: int) -> str:
-        return self.names[column] if self.names else f"column {column + 1}"
-
-
-@dataclass(frozen=True)
-class Guess:
-    """columns: role to column. notation: None where only the user can tell."""
-
-    columns: Mapping[str, int]
-    notation: str | None
-    remarks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -154,209 +113,6 @@ class Turn:
         said = ", ".join(steps)
         sign = "−" if round(self.deg, 2) < 0 else "+"
         return f"{said[0].upper()}{said[1:]}: azimuths {sign} {abs(self.deg):.2f}°."
-
-
-# --- reading ---------------------------------------------------------------------------------
-def read_field_table(path: str | Path) -> FieldTable:
-    """The cells of a table of readings; rows of another width are kept and marked.
-
-    Raises InputError where the file is missing, is no text, or has no rows.
-    """
-    path = Path(path)
-    text, notes = read_text(path)
-    lines = [line.rstrip("\r") for line in text.split("\n")]
-    kept = [
-        (i, line)
-        for i, line in enumerate(lines, 1)
-        if not is_blank(line.strip()) and not line.lstrip().startswith("#")
-    ]
-    if not kept:
-        raise InputError("there are no rows in it; a table of readings needs some.", file=path)
-    delimiter = sniff([line for _, line in kept[:200]])
-    if all(_is_orientation(line) for _, line in kept[1:20]) and len(kept) > 1:
-        rows = [[line.strip()] for _, line in kept]  # each line is one reading: N42E 41SE
-    else:
-        rows = [_cut(line, delimiter) for _, line in kept]
-    numbers = [i for i, _ in kept]
-    header = is_header(rows[0], delimiter) and not any(_is_orientation(c) for c in rows[0])
-    first = rows[0]
-    if header:
-        rows, numbers = rows[1:], numbers[1:]
-        if delimiter == " " and rows:
-            first = rejoined_header(first, [], rows)
-    names = tuple(first) if header else None
-    if not rows:
-        raise InputError(
-            "there is a header and nothing below it; a table of readings needs rows.", file=path
-        )
-    width = len(names) if names else Counter(map(len, rows)).most_common(1)[0][0]
-    ragged = {}
-    for i, row in enumerate(rows):
-        while len(row) > width and not row[-1]:
-            row.pop()
-        if len(row) != width:
-            ragged[i] = f"it has {len(row)} cells and not {width}" + (
-                "; put a cell with commas in quotation marks" if len(row) > width else ""
-            )
-            row[:] = (row + [""] * width)[:width]
-    return FieldTable(path, names, width, delimiter, rows, numbers, ragged, tuple(notes))
-
-
-def _cut(line: str, delimiter: str) -> list[str]:
-    if '"' not in line:
-        return cut(line, delimiter)
-    cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
-    return [cell.strip() for cell in cells]
-
-
-def _is_orientation(text: str) -> bool:
-    """Both angles in one text; two bare numbers are as likely two columns."""
-    if not any(c in text for c in "/°") and not any(c in "NSEWnsew" for c in text):
-        return False
-    for parse in (parse_plane, parse_line):
-        try:
-            parse(text)
-        except InputError:
-            continue
-        return True
-    return False
-
-
-# --- guessing --------------------------------------------------------------------------------
-def guess(table: FieldTable) -> Guess:
-    """What the headers, and where there are none the cells, say of the columns."""
-    if table.names is None:
-        return _guess_without_names(table)
-    known = [plain(name) for name in table.names]
-
-    def first(aliases: Iterable[str]) -> int | None:
-        wanted = set(aliases)
-        return next((i for i, name in enumerate(known) if name in wanted), None)
-
-    def of(meaning: str) -> int | None:
-        return first(ALIASES[meaning])
-
-    found: dict[str, int | None] = {
-        "name": first(_NAMES),
-        "type": of("kind"),
-        "set": of("set"),
-        "geometry": of("geometry"),
-        "notes": first(_NOTES),
-        "overturned": first(_OVERTURNED),
-        "text": of("attitude"),
-    }
-    if found["name"] is None:
-        found["name"] = of("id")
-    for letter in "xyz":
-        found[letter] = first({letter})
-        if found[letter] is None:
-            found[letter] = first(COORDINATES[letter])
-    if found["x"] is None or found["y"] is None:
-        found |= {role: first(aliases) for role, aliases in _DEGREES.items()}
-    direction, strike, azimuth = of("dip direction"), of("strike"), of("azimuth")
-    dip, quadrant = of("dip"), of("quadrant")
-    trend, plunge = of("trend"), of("plunge")
-    notation: str | None = None
-    if dip is not None:
-        found["inclination"] = dip
-        if direction is not None and strike is not None and _are_winds(table, direction):
-            direction, quadrant = None, direction
-        if direction is not None:
-            found["azimuth"], notation = direction, "dipdir/dip"
-        elif strike is not None or quadrant is not None:
-            found["azimuth"] = strike if strike is not None else azimuth
-            found["quadrant"] = quadrant
-            notation = _strike_notation(table, found["azimuth"], dip, quadrant)
-        else:
-            found["azimuth"] = azimuth
-        found["trend"], found["plunge"] = trend, plunge
-    elif trend is not None or (plunge is not None and azimuth is not None):
-        found["azimuth"] = azimuth if trend is None else trend
-        found["inclination"] = plunge
-        notation = "trend/plunge"
-    if found["text"] is None and found.get("azimuth") is None:
-        found["text"] = _text_column(table)
-    if notation is None and found["text"] is not None:
-        notation = _said_by_text(table, found["text"])
-    remarks = []
-    declination = first({"declination", "magneticdeclination", "magdec", "decl"})
-    if declination is not None:
-        values = sorted({row[declination] for row in table.rows} - {""})
-        what = values[0] if len(values) == 1 else f"{len(values)} different values"
-        remarks.append(
-            f"The column “{table.label(declination)}” ({what}) is not applied by itself: choose "
-            "the north and type the declination."
-        )
-    return Guess(_once(found), notation, tuple(remarks))
-
-
-def _guess_without_names(table: FieldTable) -> Guess:
-    text = _text_column(table)
-    if text is not None:
-        return Guess({"text": text}, _said_by_text(table, text))
-    for first in range(table.width - 1):
-        cells = [(row[first], row[first + 1]) for row in table.rows[:50]]
-        winds = any(c in "NSEW" for pair in cells for word in pair for c in word.upper())
-        if winds and sum(_is_orientation(" ".join(pair)) for pair in cells) > len(cells) / 2:
-            return Guess({"azimuth": first, "inclination": first + 1}, "quadrant")
-        pairs = [(_number(a, table), _number(b, table)) for a, b in cells]
-        sound = [
-            a is not None and b is not None and 0 <= a <= 360 and 0 <= b <= 90 for a, b in pairs
-        ]
-        if sum(sound) > len(sound) / 2:
-            return Guess({"azimuth": first, "inclination": first + 1}, None)
-    return Guess({}, None)
-
-
-def _text_column(table: FieldTable) -> int | None:
-    """The first column most of whose cells name an orientation."""
-    for column in range(table.width):
-        cells = [row[column] for row in table.rows[:50] if row[column]]
-        if cells and sum(map(_is_orientation, cells)) > len(cells) / 2:
-            return column
-    return None
-
-
-def _said_by_text(table: FieldTable, column: int) -> str | None:
-    """What pairs in one cell mean, where none of them is bare or the header says it."""
-    name = plain(table.names[column]) if table.names else ""
-    if "dipdir" in name:
-        return "dipdir/dip"
-    if "strike" in name:
-        return "strike/dip"
-    if "trend" in name or "lineation" in name:
-        return "trend/plunge"
-    bare = any(
-        row[column] and not any(c in "NSEW" for c in row[column].upper()) for row in table.rows
-    )
-    return None if bare else "quadrant"
-
-
-def _strike_notation(
-    table: FieldTable, strike: int | None, dip: int, quadrant: int | None
-) -> str | None:
-    if strike is None:
-        return None
-    if quadrant is not None:
-        return "quadrant" if all(row[quadrant] for row in table.rows) else "strike/dip"
-    if any(c in "NSEW" for row in table.rows for c in (row[strike] + row[dip]).upper()):
-        return "quadrant"
-    name = plain(table.label(strike))
-    return "strike/dip lhr" if "lhr" in name or "left" in name else "strike/dip"
-
-
-def _are_winds(table: FieldTable, column: int) -> bool:
-    cells = [row[column].upper() for row in table.rows if row[column]]
-    return bool(cells) and all(set(cell) <= set("NSEW") for cell in cells)
-
-
-def _once(found: Mapping[str, int | None]) -> dict[str, int]:
-    """No column has two roles: the first one stays."""
-    columns: dict[str, int] = {}
-    for role, column in found.items():
-        if column is not None and column not in columns.values():
-            columns[role] = column
-    return columns
 
 
 # --- understanding ---------------------------------------------------------------------------
@@ -462,7 +218,7 @@ def _orientation(
             raise InputError(f"there is no {what}")
     if notation == "trend/plunge":
         return _line(given[0], given[1], table)
-    azimuth, dip = (_number(cell, table) for cell in given)
+    azimuth, dip = (number_in(cell, table) for cell in given)
     if (
         notation == "dipdir/dip"
         and azimuth is not None
@@ -479,7 +235,7 @@ def _orientation(
 
 
 def _line(trend: str, plunge: str, table: FieldTable) -> tuple[str, float, float]:
-    a, b = _number(trend, table), _number(plunge, table)
+    a, b = number_in(trend, table), number_in(plunge, table)
     if a is not None and b is not None:
         if not 0.0 <= a <= 360.0:
             raise InputError(f"a trend of {a:g} is not within 0 to 360.")
@@ -493,7 +249,7 @@ def _line(trend: str, plunge: str, table: FieldTable) -> tuple[str, float, float
 
 def _position(word: Mapping[str, str], table: FieldTable, to_grid: ToGrid | None) -> Point | None:
     x, y, z, longitude, latitude = (
-        _number(word.get(role, ""), table) for role in ("x", "y", "z", "longitude", "latitude")
+        number_in(word.get(role, ""), table) for role in ("x", "y", "z", "longitude", "latitude")
     )
     if (x is None or y is None) and to_grid and longitude is not None and latitude is not None:
         found = to_grid(longitude, latitude) if abs(latitude) <= 90.0 else None
@@ -501,14 +257,6 @@ def _position(word: Mapping[str, str], table: FieldTable, to_grid: ToGrid | None
     if x is None or y is None or z is None or max(abs(x), abs(y), abs(z)) > FARTHEST_M:
         return None
     return x, y, z
-
-
-def _number(cell: str, table: FieldTable) -> float | None:
-    """None where it is no finite number."""
-    if not cell:
-        return None
-    value = parse_number(cell.rstrip("°"), decimal_comma=table.delimiter in ";\t")
-    return value if value is not None and math.isfinite(value) else None
 
 
 # --- records ---------------------------------------------------------------------------------

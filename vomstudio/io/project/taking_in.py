@@ -22,11 +22,12 @@ from vomstudio.document.photo_edits import (
 )
 from vomstudio.document.records import Asset, Model, PhotoSet, Record, Registration
 from vomstudio.errors import InputError, VomError
-from vomstudio.io.control.control_files import crs_of, marks_beside
-from vomstudio.io.control.tables import CONTROL, MARKS, ControlPoint, Mark, read_control, read_marks
+from vomstudio.io.control.control_files import crs_of, marks_beside, read_control, read_marks
+from vomstudio.io.control.points import CONTROL, MARKS, ControlPoint, Mark
 from vomstudio.io.photos.names import photo_finder
 from vomstudio.io.project.assets import keep_asset
 from vomstudio.io.project.reconstructions import RESULT, asked, read_reconstruction
+from vomstudio.progress import Progress
 
 RECONSTRUCTIONS = "reconstruction"
 """The folder of what is made of photos, one folder in it for each set and quality."""
@@ -35,15 +36,25 @@ PHOTO_TABLES = "photos"
 Records = Mapping[str, Record]
 
 
-@dataclass
+@dataclass(frozen=True)
 class Beside:
-    """What lies beside a set of photos. problems: sentences on what could not be read."""
+    """What lies beside a set of photos.
 
-    points: list[PointState] = field(default_factory=list)
-    marks: dict[tuple[str, str], tuple[float, float]] = field(default_factory=dict)
-    masks: dict[str, Asset] = field(default_factory=dict)
+    marks : (label, photo, x, y); masks : file kept in the project, by photo; problems : sentences
+    on what could not be read, unread : the names of those tables, which nobody may replace unasked
+    """
+
+    points: tuple[PointState, ...] = ()
+    marks: tuple[tuple[str, str, float, float], ...] = ()
+    masks: Mapping[str, Asset] = field(default_factory=dict)
     crs: str = ""
-    problems: list[str] = field(default_factory=list)
+    problems: tuple[str, ...] = ()
+    unread: tuple[str, ...] = ()
+
+    @property
+    def pixels(self) -> dict[tuple[str, str], tuple[float, float]]:
+        """Of the marks, by label and photo."""
+        return {(label, photo): (x, y) for label, photo, x, y in self.marks}
 
 
 def spare_folder(project: Path, photos: Path) -> Path:
@@ -72,24 +83,35 @@ def read_beside(
     marks: Path | None,
     masks: Mapping[str, Path],
     photos: Sequence[str],
+    progress: Progress | None = None,
 ) -> Beside:
     """Read the tables, and keep the masks in the project. Of what cannot be read nothing is lost:
     the files stay, and `problems` names them."""
-    found = Beside()
+    points: tuple[PointState, ...] = ()
+    seen: tuple[tuple[str, str, float, float], ...] = ()
+    crs, problems, unread = "", [], []
     try:
         if control is not None:
-            found.points = [_state(point) for point in read_control(control)]
-            found.crs = crs_of(control) or ""
-        if marks is not None:
-            found.marks = _by_photo(read_marks(marks), photos)
+            points = tuple(_state(point) for point in read_control(control))
+            crs = crs_of(control) or ""
     except VomError as error:
-        found.problems.append(str(error))
-    for name, path in masks.items():
+        unread.append(CONTROL)
+        problems.append(str(error))
+    try:
+        if marks is not None:
+            seen = _by_photo(read_marks(marks), photos)
+    except VomError as error:
+        unread.append(MARKS)
+        problems.append(str(error))
+    kept = {}
+    for done, (name, path) in enumerate(masks.items()):
+        if progress is not None:
+            progress.step(done)
         try:
-            found.masks[name] = keep_asset(project, path.read_bytes(), path.suffix.lower())
+            kept[name] = keep_asset(project, path.read_bytes(), path.suffix.lower())
         except (OSError, VomError) as error:
-            found.problems.append(f"{path}: {error}")
-    return found
+            problems.append(f"{path}: {error}")
+    return Beside(points, seen, kept, crs, tuple(problems), tuple(unread))
 
 
 def _state(point: ControlPoint) -> PointState:
@@ -98,15 +120,14 @@ def _state(point: ControlPoint) -> PointState:
 
 def _by_photo(
     marks: Sequence[Mark], photos: Sequence[str]
-) -> dict[tuple[str, str], tuple[float, float]]:
+) -> tuple[tuple[str, str, float, float], ...]:
     """Under the names of the photos, where these are there."""
     find = photo_finder(photos)
-    made = {}
+    made = []
     for mark in marks:
         number = find(mark.photo)
-        name = mark.photo if number is None else photos[number]
-        made[mark.label, name] = (mark.x, mark.y)
-    return made
+        made.append((mark.label, mark.photo if number is None else photos[number], mark.x, mark.y))
+    return tuple(made)
 
 
 def take_in_earlier(project: Path, records: Records) -> tuple[Edit | None, list[str]]:
@@ -199,8 +220,8 @@ def _new_set(
         # Those beside photos that are not to be found now are taken in once they are.
         taken_in=photos is not None,
     )
-    edit = add_photo_set(records, photo_set, beside.points, beside.marks, beside.masks)
-    return photo_set, edit, problems + beside.problems
+    edit = add_photo_set(records, photo_set, beside.points, beside.pixels, beside.masks)
+    return photo_set, edit, [*problems, *beside.problems]
 
 
 def _given(request: Mapping[str, object]) -> tuple[Path | None, Path | None]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from vomstudio.document.edit import Edit
 from vomstudio.document.journal import Replay
-from vomstudio.document.records import FEATURES, Asset, Mask, Model, Record
+from vomstudio.document.records import Asset, Feature, Mask, Model, Record
 from vomstudio.errors import InputError
 from vomstudio.io.project.assets import asset_path, is_sound
 from vomstudio.io.project.journal import read_schema_and_replay
@@ -49,7 +49,7 @@ def verify(folder: Path) -> Verification:
         schema,
         len(played.done),
         sum(isinstance(r, Model) for r in records),
-        sum(isinstance(r, FEATURES) for r in records),
+        sum(isinstance(r, Feature) for r in records),
         len(named),
         tuple(problems),
     )

@@ -24,44 +24,14 @@ from vomstudio.geology.orientation import (
     planes_to_poles,
     wrap360,
 )
+from vomstudio.io.text.orientation_columns import Columns
 from vomstudio.io.text.rows import shortened
 from vomstudio.io.text.tables import TextTable, lines_in_words, plain, read_table
 
 Azimuth = Literal["strike", "dipdir"]
 
-ALIASES: dict[str, set[str]] = {
-    "dip direction": {"dipdirection", "dipdir", "dipdirn", "ddir", "dd", "ddr", "azimuthofdip"}
-    | {"dipazimuth", "dipazi", "dipaz", "dipdirectionazimuth", "directionofdip"},
-    "strike": {"strike", "strikerhr", "rhrstrike", "strikerighthand", "strikerighthandrule"}
-    | {"strikelhr", "lhrstrike", "strikelefthand", "strikelefthandrule", "strikeazimuth"},
-    "dip": {"dip", "dipangle", "dipamount", "dipmagnitude", "angleofdip"},
-    "quadrant": {"quadrant", "dipquadrant", "dipquad", "quad", "dipsector", "dipcardinal"}
-    | {
-        "dipdirectionquadrant",
-        "dipside",
-        "quadrantofdip",
-        "dipto",
-        "dipsto",
-        "dipstowards",
-        "dipstoward",
-    },
-    "azimuth": {"azimuth", "azimut", "azim", "azi", "az"},
-    "trend": {"trend", "trendazimuth", "plungeazimuth", "plungedirection", "plungedir"},
-    "plunge": {"plunge", "plungeangle", "plungeamount"},
-    "pole trend": {"poletrend", "trendofpole", "poleazimuth"},
-    "pole plunge": {"poleplunge", "plungeofpole"},
-    "attitude": {"attitude", "orientation", "planeorientation"},
-    "geometry": {"geometry", "geometrytype"},
-    "kind": {"kind", "type", "featuretype", "planetype"},
-    "set": {"set", "sets", "setname", "family", "domain"},
-    "id": {"id", "fid", "uid", "number", "no", "nr"},
-}
 _QUADRANT_BY_ITS_CELLS = {"direction", "dir", "side", "sense", "dips"}
 """Names that mean a dip quadrant only where compass points stand below."""
-_WIND = re.compile(r"[NSEW]{1,3}", re.IGNORECASE)
-_BEARING = re.compile(
-    r"[NSEW]{1,3}(\s*\d+([.,]\d+)?\s*°?\s*[EW]?)?|\d+([.,]\d+)?\s*°?\s*[NSEW]{1,3}", re.IGNORECASE
-)
 _PLANE, _LINE, _NEITHER = 1, 2, 0
 
 
@@ -131,8 +101,8 @@ class _Reading:
     def __init__(self, table: TextTable, azimuth: Azimuth | None) -> None:
         self.table = table
         self.azimuth = azimuth
-        self.columns = self._known_columns()
         self.warnings = list(table.notes)
+        self.columns = Columns(table, self.warnings)
         self.said: list[str] = []
         n = len(table)
         self.dip_direction, self.dip, self.trend, self.plunge = np.full((4, n), np.nan)
@@ -172,55 +142,13 @@ class _Reading:
             dip_deg=only(self.dip, plane),
             trend_deg=only(self.trend, ~plane),
             plunge_deg=only(self.plunge, ~plane),
-            ids=self._words("id", kept) or tuple(str(i + 1) for i in kept),
-            kinds=self._words("kind", kept),
-            sets=self._words("set", kept),
+            ids=self.columns.words("id", kept) or tuple(str(i + 1) for i in kept),
+            kinds=self.columns.words("kind", kept),
+            sets=self.columns.words("set", kept),
             convention="; ".join(self.said),
             dropped=dropped,
             warnings=tuple(self.warnings),
         )
-
-    # -- columns ---------------------------------------------------------------------------------
-
-    def _known_columns(self) -> dict[str, int]:
-        """Column by what it means; a meaning claimed twice is an error only where it is needed."""
-        found: dict[str, int] = {}
-        self.claimed_twice: dict[str, list[str]] = {}
-        for i, name in enumerate(self.table.names or ()):
-            for meaning, aliases in ALIASES.items():
-                if plain(name) not in aliases:
-                    continue
-                if meaning in found:
-                    first = self.table.label(found[meaning])
-                    self.claimed_twice.setdefault(meaning, [first]).append(name)
-                else:
-                    found[meaning] = i
-        return found
-
-    def _take(self, meaning: str) -> int | None:
-        """The column that means this, None where there is none."""
-        if meaning in self.claimed_twice:
-            names = ", ".join(self.claimed_twice[meaning])
-            raise InputError(
-                f"more than one column is the {meaning} ({names}); rename all but one.",
-                file=self.table.path,
-                line=self.table.header_line,
-                field=meaning,
-            )
-        return self.columns.get(meaning)
-
-    def _words(self, meaning: str, kept: NDArray[np.int64]) -> tuple[str, ...] | None:
-        """The cells of a column, None where there is none or nothing in it."""
-        column = self.columns.get(meaning)
-        if column is None:
-            return None
-        cells = self.table.labels(column)
-        words = tuple(cells[i] for i in kept)
-        return words if any(words) else None
-
-    def _named(self, *columns: int) -> str:
-        names = [self.table.label(c) for c in columns]
-        return ", ".join(f"'{n}'" if self.table.names else n for n in names)
 
     # -- planes ----------------------------------------------------------------------------------
 
@@ -229,22 +157,22 @@ class _Reading:
         if table.names is None:
             self._read_headerless()
             return
-        attitude, dip = self._take("attitude"), self._take("dip")
-        strike, direction = self._take("strike"), self._take("dip direction")
-        azimuth = self._take("azimuth")
+        attitude, dip = self.columns.take("attitude"), self.columns.take("dip")
+        strike, direction = self.columns.take("strike"), self.columns.take("dip direction")
+        azimuth = self.columns.take("azimuth")
         if dip is None:
             if strike is not None or direction is not None:
                 raise InputError(
-                    f"there is a column {self._named(_first(strike, direction))} but none for the "
-                    "dip; name it 'dip'.",
+                    f"there is a column {self.columns.named(_first(strike, direction))} but none "
+                    "for the dip; name it 'dip'.",
                     file=table.path,
                     line=table.header_line,
                     field="dip",
                 )
             self._read_poles_or_text(attitude)
             return
-        quadrant = self._take("quadrant")
-        if strike is not None and direction is not None and self._are_winds(direction):
+        quadrant = self.columns.take("quadrant")
+        if strike is not None and direction is not None and self.columns.are_winds(direction):
             # `strike, dip, dip direction` with SE in the third: a quadrant by another name.
             quadrant, direction = direction, None
         if quadrant is None and direction is None and strike is not None:
@@ -257,8 +185,8 @@ class _Reading:
             self._from_strike(strike, dip, quadrant)
         elif azimuth is None:
             raise InputError(
-                f"there is a column {self._named(dip)} but none for the strike or dip direction; "
-                "name it 'strike' or 'dip direction'.",
+                f"there is a column {self.columns.named(dip)} but none for the strike or dip "
+                "direction; name it 'strike' or 'dip direction'.",
                 file=table.path,
                 line=table.header_line,
                 field="dip direction",
@@ -271,14 +199,14 @@ class _Reading:
     def _quadrant_by_another_name(self) -> int | None:
         """A column of compass points beside the strike. Where its name leaves open what it says
         (a limb? a site?), it is not used and that is told."""
-        others = set(range(self.table.width)) - set(self.columns.values())
-        winds = [c for c in sorted(others) if self._are_winds(c)]
+        others = set(range(self.table.width)) - self.columns.known
+        winds = [c for c in sorted(others) if self.columns.are_winds(c)]
         named = [c for c in winds if plain(self.table.label(c)) in _QUADRANT_BY_ITS_CELLS]
         if len(named) == 1:
             return named[0]
         if winds:
             self.warnings.append(
-                f"{self._named(*winds)}: compass points that were not used; call the column "
+                f"{self.columns.named(*winds)}: compass points that were not used; call the column "
                 "'quadrant' if the planes dip to them"
             )
         return None
@@ -319,21 +247,21 @@ class _Reading:
             )
 
     def _from_dip_direction(self, direction: int, dip: int) -> None:
-        self.dip = self._inclinations(dip, 0.0)
-        self.dip_direction = self._azimuths(direction, self.dip == 0.0)
-        self.said.append(f"planes by dip direction/dip ({self._named(direction, dip)})")
+        self.dip = self.columns.inclinations(dip, 0.0)
+        self.dip_direction = self.columns.azimuths(direction, self.dip == 0.0)
+        self.said.append(f"planes by dip direction/dip ({self.columns.named(direction, dip)})")
 
     def _from_strike(self, strike: int, dip: int, quadrant: int | None) -> None:
         table = self.table
-        named = self._named(strike, dip)
+        named = self.columns.named(strike, dip)
         if quadrant is not None:
             self._from_text([strike, dip, quadrant], "strike/dip")
             self.said.append(
                 f"planes by strike/dip and the quadrant they dip to ({named}, "
-                f"{self._named(quadrant)}); right-hand rule where that is empty"
+                f"{self.columns.named(quadrant)}); right-hand rule where that is empty"
             )
             return
-        if self._has_letters(strike) or self._has_letters(dip):
+        if self.columns.has_letters(strike) or self.columns.has_letters(dip):
             self._from_text([strike, dip], "strike/dip")
             self.said.append(
                 f"planes by strike/dip with the quadrant in the cells ({named}); "
@@ -341,28 +269,28 @@ class _Reading:
             )
             return
         left = re.search(r"lhr|left", table.label(strike), re.IGNORECASE) is not None
-        self.dip = self._inclinations(dip, 0.0)
-        azimuths = self._azimuths(strike, self.dip == 0.0)
+        self.dip = self.columns.inclinations(dip, 0.0)
+        azimuths = self.columns.azimuths(strike, self.dip == 0.0)
         self.dip_direction = wrap360(azimuths + (270.0 if left else 90.0))
         self.dip_direction[self.dip == 0.0] = 0.0
         hand = "left" if left else "right"
         self.said.append(f"planes by strike ({hand}-hand rule)/dip ({named})")
 
     def _read_poles_or_text(self, attitude: int | None) -> None:
-        trend, plunge = self._take("pole trend"), self._take("pole plunge")
+        trend, plunge = self.columns.take("pole trend"), self.columns.take("pole plunge")
         if trend is not None and plunge is not None:
-            down = self._inclinations(plunge, 0.0)
-            self.dip_direction = wrap360(self._azimuths(trend, down == 90.0) + 180.0)
+            down = self.columns.inclinations(plunge, 0.0)
+            self.dip_direction = wrap360(self.columns.azimuths(trend, down == 90.0) + 180.0)
             self.dip = 90.0 - down
             self.said.append(
-                f"planes by the trend/plunge of their poles ({self._named(trend, plunge)})"
+                f"planes by the trend/plunge of their poles ({self.columns.named(trend, plunge)})"
             )
         elif attitude is not None:
             meaning = {"strike": "strike/dip", "dipdir": "dipdir/dip"}.get(self.azimuth or "")
             self._from_text([attitude], meaning)
             pair = "strike/dip" if self.azimuth == "strike" else "dip direction/dip"
             self.said.append(
-                f"planes as written in {self._named(attitude)}; two bare numbers are {pair}"
+                f"planes as written in {self.columns.named(attitude)}; two bare numbers are {pair}"
             )
 
     def _from_text(self, columns: list[int], notation: str | None) -> None:
@@ -383,7 +311,7 @@ class _Reading:
             self.dip_direction[i], self.dip[i] = plane.dip_direction_deg, plane.dip_deg
             if (azimuth := _bare_number(words[0])) is not None and azimuth > 360.0:
                 wrapped.append(int(self.table.line_numbers[i]))
-        self._say_wrapped(columns[0], wrapped)
+        self.columns.say_wrapped(columns[0], wrapped)
 
     def _compare(self, strike: int) -> None:
         """Other programs mix strike conventions in one file; the dip direction is believed."""
@@ -396,7 +324,7 @@ class _Reading:
         if len(off):
             where = [int(n) for n in self.table.line_numbers[off]]
             self.warnings.append(
-                f"{self._named(strike)} is not dip direction - 90 in {len(off)} "
+                f"{self.columns.named(strike)} is not dip direction - 90 in {len(off)} "
                 f"row{'s' if len(off) > 1 else ''} ({lines_in_words(where)}); the dip direction "
                 "was taken"
             )
@@ -404,33 +332,33 @@ class _Reading:
     # -- lines -----------------------------------------------------------------------------------
 
     def _read_lines(self) -> None:
-        plunge = self._take("plunge")
-        trend = self._take("trend")
-        if trend is None and "dip" not in self.columns:
-            trend = self._take("azimuth")
+        plunge = self.columns.take("plunge")
+        trend = self.columns.take("trend")
+        if trend is None and self.columns.find("dip") is None:
+            trend = self.columns.take("azimuth")
         if plunge is None and trend is None:
             return
         if plunge is None or trend is None:
-            if self.said or (trend is not None and "trend" not in self.columns):
+            if self.said or (trend is not None and self.columns.find("trend") is None):
                 return
             missing = "plunge" if plunge is None else "trend"
             raise InputError(
-                f"there is a column {self._named(_first(trend, plunge))} but none for the "
+                f"there is a column {self.columns.named(_first(trend, plunge))} but none for the "
                 f"{missing}; name it '{missing}'.",
                 file=self.table.path,
                 line=self.table.header_line,
                 field=missing,
             )
-        self.plunge = self._inclinations(plunge, -90.0)
-        self.trend = self._azimuths(trend, np.abs(self.plunge) == 90.0)
-        self.said.append(f"lines by trend/plunge ({self._named(trend, plunge)})")
+        self.plunge = self.columns.inclinations(plunge, -90.0)
+        self.trend = self.columns.azimuths(trend, np.abs(self.plunge) == 90.0)
+        self.said.append(f"lines by trend/plunge ({self.columns.named(trend, plunge)})")
 
     def _geometry(
         self, has_plane: NDArray[np.bool_], has_line: NDArray[np.bool_]
     ) -> NDArray[np.int64]:
         """(n,) what each row is. A row with both is a plane that bears a line."""
         result = np.where(has_plane, _PLANE, np.where(has_line, _LINE, _NEITHER))
-        column = self.columns.get("geometry")
+        column = self.columns.find("geometry")
         if column is None:
             if both := int(np.count_nonzero(has_plane & has_line)):
                 self.warnings.append(
@@ -452,55 +380,6 @@ class _Reading:
                     field=self.table.label(column),
                 )
         return result
-
-    # -- angles ----------------------------------------------------------------------------------
-
-    def _azimuths(self, column: int, undefined: NDArray[np.bool_]) -> NDArray[np.float64]:
-        """(n,) in [0, 360); 0 where the direction is `undefined`, whatever is written there."""
-        values = self.table.numbers([column])[:, 0]
-        values = np.where(undefined, 0.0, values)
-        outside = np.isfinite(values) & ((values < 0.0) | (values > 360.0))
-        hopeless = np.isinf(values) | (outside & ((values < -360.0) | (values > 720.0)))
-        if hopeless.any():
-            raise self._outside(int(np.argmax(hopeless)), column, values, "0 to 360")
-        self._say_wrapped(column, [int(n) for n in self.table.line_numbers[outside]])
-        return np.asarray(wrap360(values))
-
-    def _say_wrapped(self, column: int, where: list[int]) -> None:
-        if where:
-            self.warnings.append(
-                f"{len(where)} azimuth{'s' if len(where) > 1 else ''} outside 0 to 360 in "
-                f"{self._named(column)} taken modulo 360: {lines_in_words(where)}"
-            )
-
-    def _inclinations(self, column: int, lowest: float) -> NDArray[np.float64]:
-        """(n,) dips or plunges, which must lie in [lowest, 90]."""
-        values = self.table.numbers([column])[:, 0]
-        outside = ~np.isnan(values) & ~((values >= lowest) & (values <= 90.0))
-        if outside.any():
-            raise self._outside(int(np.argmax(outside)), column, values, f"{lowest:g} to 90")
-        return values
-
-    def _outside(
-        self, row: int, column: int, values: NDArray[np.float64], wanted: str
-    ) -> InputError:
-        hint = ""
-        if wanted == "0 to 90":
-            hint = " (are the columns in another order? an overturned bed is a flag, not a dip)"
-        return InputError(
-            f"{values[row]:g} is outside {wanted} degrees; correct it{hint}.",
-            file=self.table.path,
-            line=int(self.table.line_numbers[row]),
-            field=self.table.label(column),
-        )
-
-    def _has_letters(self, column: int) -> bool:
-        """Whether a cell is a bearing or a quadrant, such as N30E or 40SE."""
-        return any(_BEARING.fullmatch(cell) for cell in self.table.cells(column))
-
-    def _are_winds(self, column: int) -> bool:
-        cells = [c for c in self.table.cells(column) if c]
-        return bool(cells) and all(_WIND.fullmatch(c) for c in cells)
 
     def _no_orientations(self) -> InputError:
         names = ", ".join(self.table.names or ())

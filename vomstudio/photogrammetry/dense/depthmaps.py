@@ -153,28 +153,6 @@ def memory_needed(width: int, height: int, sources: int = SOURCES) -> int:
     return int(width * height * (14 * sources + 80) + 20_000_000)
 
 
-def memory_of_all(side: int, sizes: Sequence[tuple[int, int]]) -> int:
-    """Bytes for the depths of photos whose long side is reduced to `side`, one at a time, and for
-    the cloud of them all, whichever is more. sizes : width and height as they were taken"""
-    from vomstudio.photogrammetry.dense import fusion
-
-    reduced = []
-    for width, height in sizes:
-        scale = min(1.0, side / max(width, height))
-        reduced.append((round(width * scale), round(height * scale)))
-    areas = [width * height for width, height in reduced]
-    one = max(memory_needed(*size) for size in reduced)
-    return max(one, fusion.memory_needed(sum(areas), max(areas)))
-
-
-def fitting_size(wanted_px: int, sizes: Sequence[tuple[int, int]]) -> int:
-    """The long side of the photos whose pixels get a depth, at most `wanted_px`, with which the
-    work fits into the memory that is free; sizes as in `memory_of_all`."""
-    from vomstudio.photogrammetry.base import memory
-
-    return memory.fitting_size(wanted_px, lambda side: memory_of_all(side, sizes))
-
-
 Photo = tuple[View, npt.NDArray[np.uint8], npt.NDArray[np.bool_]]
 
 

@@ -29,7 +29,7 @@ class MemoryNeed:
 def memory_need(settings: Settings, sizes: Sequence[tuple[int, int]]) -> MemoryNeed:
     """As the reconstruction itself decides it; sizes : width and height of the photos."""
     from vomstudio.photogrammetry.base.memory import available_bytes
-    from vomstudio.photogrammetry.dense.depthmaps import fitting_size, memory_of_all
+    from vomstudio.photogrammetry.dense.fitting import fitting_size, memory_of_all
 
     wanted = settings.steps.dense_px
     size = fitting_size(wanted, sizes)

@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
-import json
 import os
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from vomstudio.errors import GeometryError, InputError, TargetError
-from vomstudio.files.atomic import atomic_write
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.photogrammetry.align.scene_check import check_scene
-from vomstudio.photogrammetry.base.checkpoints import Checkpoints, Stage, key_of, write_whole
+from vomstudio.photogrammetry.base.checkpoints import Checkpoints, Stage, write_whole
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.base.settings import Settings
+from vomstudio.photogrammetry.base.stage_folders import WORK
 from vomstudio.photogrammetry.pipeline import report_data
-from vomstudio.photogrammetry.pipeline.outputs import WORK, Outputs, alone_in, claim, disk_watched
+from vomstudio.photogrammetry.pipeline.outputs import Outputs, alone_in, claim, disk_watched
+from vomstudio.photogrammetry.pipeline.photo_input import (
+    TakenPhoto,
+    bytes_of,
+    facts_of,
+    hash_file,
+    hash_of,
+    usable_photos,
+)
 from vomstudio.photogrammetry.pipeline.photo_results import (
     Kept,
     load_cloud,
@@ -30,15 +36,18 @@ from vomstudio.photogrammetry.pipeline.photo_results import (
     save_mesh,
     save_straight,
 )
-from vomstudio.photogrammetry.pipeline.report_data import tie_points
 from vomstudio.photogrammetry.pipeline.stage_log import Diary
+from vomstudio.photogrammetry.pipeline.written_models import (
+    write_cameras_of,
+    write_json,
+    write_models,
+)
 from vomstudio.progress import Ahead, Executor, Progress
 from vomstudio.version import __version__
 
 if TYPE_CHECKING:
-    from vomstudio.geometry.cameras import View
     from vomstudio.geometry.mesh import Mesh
-    from vomstudio.io.photos.reading import Photo, PhotoFolder
+    from vomstudio.io.photos.reading import PhotoFolder
     from vomstudio.photogrammetry.align.alignment import Alignment
     from vomstudio.photogrammetry.dense.depthmaps import DepthMap
     from vomstudio.photogrammetry.dense.pairs import Pairs
@@ -61,7 +70,7 @@ def reconstruct(
     written to `reconstruction.json`. Raises InputError for photos of which nothing can be made,
     TargetError for a disk that cannot hold it, and Cancelled.
     """
-    photos = _photos(folder, settings, progress)
+    photos = usable_photos(folder, settings, progress)
     outputs = claim(out)
     with alone_in(outputs), disk_watched(outputs.folder):
         run = _Run(photos, outputs, settings, executor, Diary(outputs.log, progress))
@@ -71,66 +80,11 @@ def reconstruct(
             run.pause()
 
 
-def _photos(folder: Path, settings: Settings, progress: Progress) -> PhotoFolder:
-    """The photos; what can be known to fail after hours is refused here.
-
-    Raises InputError.
-    """
-    from vomstudio.io.control.control_files import agreed_crs
-    from vomstudio.io.control.tables import read_control, read_marks
-    from vomstudio.io.photos.reading import read_photos
-    from vomstudio.photogrammetry.place.control_check import check_control
-
-    points = [] if settings.control is None else read_control(settings.control)
-    marks = [] if settings.marks is None else read_marks(settings.marks)
-    if settings.control is not None:
-        agreed_crs(settings.control, settings.crs)
-    found = read_photos(folder, progress)
-    if len(found.photos) < 2:
-        name, reason = found.skipped[0] if found.skipped else ("", "")
-        raise InputError(
-            "holds one photo only that can be used"
-            + (f" ({name} {reason})" if name else "")
-            + "; a model needs at least two that overlap, better ten",
-            file=folder,
-        )
-    if settings.control is not None:
-        checked = check_control(points, marks, found.photos, settings.crs)
-        if checked.problem is not None:
-            raise InputError(checked.problem, file=settings.marks)
-    if settings.crs is not None and settings.control is None:
-        placed = sum(p.latitude_deg is not None and p.altitude_m is not None for p in found.photos)
-        if placed < 3:
-            raise InputError(
-                f"{placed or 'none'} of the {len(found.photos)} photos state where they were taken "
-                f"(latitude, longitude and altitude), and {settings.crs} needs at least 3: name "
-                "control points with --gcp, or leave out --crs",
-                file=folder,
-            )
-    return found
-
-
 @dataclass(frozen=True)
 class _Placed:
     scene: SparseScene
     registration: dict[str, Any]
     stage: Stage
-
-
-@dataclass(frozen=True)
-class _Source:
-    """A photo as it was taken, for the texture; read when it is asked for."""
-
-    taken: Photo
-    view: View
-
-    @property
-    def photo(self) -> bytes:
-        return _bytes(self.taken.path)
-
-    @property
-    def mask(self) -> bytes | None:
-        return None if self.taken.mask is None else _bytes(self.taken.mask)
 
 
 class _Run:
@@ -153,13 +107,13 @@ class _Run:
         photos = self._checked()
         alignment, aligned = self._join(*self._align(photos))
         placed = self._place(alignment, photos, aligned)
-        self._write_cameras(alignment, placed)
+        write_cameras_of(self.outputs, self.folder, alignment, placed.scene)
         straight, flat = self._undistort(placed, photos)
         pairs, maps, deep = self._depths(placed.scene, straight, flat)
         cloud, fused = self._fuse(placed.scene, pairs, straight, maps, deep)
         mesh, surfaced = self._surface(cloud, placed, fused)
         textured, dressed = self._texture(mesh, placed, photos, surfaced)
-        self._write_model(placed.scene, cloud, textured)
+        write_models(self.outputs, placed.scene, cloud, textured, self.diary)
         return self._finish(photos, alignment, placed, cloud, textured, dressed)
 
     def pause(self) -> None:
@@ -179,7 +133,7 @@ class _Run:
         self.diary.stage("Checking photos", len(found.photos))
         for number, photo in enumerate(found.photos):
             self.diary.step(number)
-            self.hashes[photo.name] = _hash(photo)
+            self.hashes[photo.name] = hash_of(photo)
         return found
 
     def _align(self, photos: PhotoFolder) -> tuple[Alignment, Stage]:
@@ -187,7 +141,7 @@ class _Run:
 
         size, seed = self.settings.steps.align_px, self.settings.seed
         stage = self.checkpoints.stage(
-            "alignment", versions("pycolmap"), size, seed, self.hashes, _said(photos.photos)
+            "alignment", versions("pycolmap"), size, seed, self.hashes, facts_of(photos.photos)
         )
         if not stage.done:
             options = Options(max_size=size, seed=seed, threads=self.settings.threads)
@@ -218,7 +172,7 @@ class _Run:
 
     def _place(self, alignment: Alignment, photos: PhotoFolder, aligned: Stage) -> _Placed:
         """The largest part in World where control or GPS allow it, else upright and local."""
-        from vomstudio.photogrammetry.place import georeference
+        from vomstudio.photogrammetry.place import control, georeference
         from vomstudio.photogrammetry.place.local_frame import upright
 
         settings = self.settings
@@ -232,7 +186,7 @@ class _Run:
             threads = settings.threads or -1
             try:
                 if settings.control is not None:
-                    scene, fitted = georeference.by_control(
+                    scene, fitted = control.by_control(
                         part,
                         settings.control,
                         settings.marks,
@@ -271,8 +225,8 @@ class _Run:
 
         def task(number: int) -> undistortion.UndistortTask:
             photo = by_name[views[number].name]
-            mask = None if photo.mask is None else _bytes(photo.mask)
-            return undistortion.UndistortTask(_bytes(photo.path), mask, views[number], size)
+            mask = None if photo.mask is None else bytes_of(photo.mask)
+            return undistortion.UndistortTask(bytes_of(photo.path), mask, views[number], size)
 
         kept = Kept(stage.folder, [view.name for view in views], save_straight, load_straight)
         lenses = [view.intrinsics for view in views]
@@ -282,7 +236,7 @@ class _Run:
 
     def _dense_size(self, placed: _Placed) -> int:
         """What was chosen once is kept where it still fits, so that a run goes on with it."""
-        from vomstudio.photogrammetry.dense.depthmaps import fitting_size
+        from vomstudio.photogrammetry.dense.fitting import fitting_size
 
         wanted, lenses = self.settings.steps.dense_px, [v.intrinsics for v in placed.scene.views]
         size = fitting_size(wanted, [(lens.width, lens.height) for lens in lenses])
@@ -390,13 +344,13 @@ class _Run:
         stage = self.checkpoints.stage("texture", surfaced.key, steps.page_px, steps.pages)
         if not stage.done:
             by_name = {photo.name: photo for photo in photos.photos}
-            sources = [_Source(by_name[view.name], view) for view in placed.scene.views]
+            sources = [TakenPhoto(by_name[view.name], view) for view in placed.scene.views]
             options = TextureOptions(atlas=AtlasOptions(page=steps.page_px, most_pages=steps.pages))
             made = make_texture(mesh, sources, options, self.executor, self.diary)
             for material, page in zip(made.mesh.materials, made.pages, strict=True):
                 picture = jpeg(page)
                 path = stage.folder / f"{material.name}.jpg"
-                write_whole(path, lambda p, picture=picture: p.write_bytes(picture))  # type: ignore[misc]
+                write_whole(path, lambda p, picture=picture: p.writebytes_of(picture))  # type: ignore[misc]
             write_whole(stage.folder / _MESH, lambda path: save_mesh(path, made.mesh))
             stage.finish(report=asdict(made.report))
         for warning in stage.facts["report"]["warnings"]:
@@ -407,47 +361,7 @@ class _Run:
     def _remember(self) -> None:
         """What was asked for, so that an unfinished run can be offered again."""
         request = {"photos": str(self.folder), **self.settings.as_dict()}
-        write_whole(self.outputs.request, lambda path: _write_json(path, request))
-
-    def _write_cameras(self, alignment: Alignment, placed: _Placed) -> None:
-        """Cameras and tie points are there before the hours of dense work."""
-        from vomstudio.io.models.writing import write_model
-        from vomstudio.io.photos.cameras_file import Cameras, write_cameras, write_cameras_csv
-
-        scene = placed.scene
-        cameras = Cameras(scene.views, self.folder, scene.origin, scene.crs, scene.scaled)
-        write_cameras_csv(self.outputs.cameras, cameras, force=True)
-        write_cameras(self.outputs.poses, cameras, force=True)
-        write_model(tie_points(scene), scene.crs, self.outputs.sparse, force=True)
-        # Of an earlier run, before markers joined them.
-        for folder in self.outputs.folder.glob("part[0-9]*"):
-            for name in (self.outputs.poses.name, self.outputs.sparse.name):
-                (folder / name).unlink(missing_ok=True)
-            with contextlib.suppress(OSError):
-                folder.rmdir()
-        for number, part in enumerate(alignment.parts[1:], start=2):
-            folder = self.outputs.folder / f"part{number}"
-            folder.mkdir(exist_ok=True)
-            cameras = Cameras(part.views, self.folder)
-            write_cameras(folder / self.outputs.poses.name, cameras, force=True)
-            write_model(tie_points(part), None, folder / self.outputs.sparse.name, force=True)
-
-    def _write_model(self, scene: SparseScene, cloud: PointCloud, textured: Mesh) -> None:
-        from vomstudio.io.models.writing import write_model
-
-        outputs = self.outputs
-        self.diary.stage("Writing", 2 + len(outputs.others))
-        world = replace(cloud, points=cloud.points + scene.origin)
-        write_model(world, scene.crs, outputs.dense, force=True)
-        mesh = replace(textured, vertices=textured.vertices + scene.origin)
-        for done, path in enumerate((outputs.mesh, *outputs.others), start=1):
-            self.diary.step(done)
-            write_model(mesh, scene.crs, path, force=True)
-        if scene.crs is not None:
-            from pyproj import CRS
-
-            with atomic_write(outputs.mesh.with_suffix(".prj"), True) as path:
-                path.write_text(CRS.from_user_input(scene.crs).to_wkt(), encoding="utf-8")
+        write_whole(self.outputs.request, lambda path: write_json(path, request))
 
     def _finish(
         self,
@@ -518,30 +432,8 @@ class _Run:
         }
         self.checkpoints.sweep()
         result["work_mb"] = round(self.checkpoints.size() / 1e6, 1)
-        write_whole(outputs.result, lambda path: _write_json(path, result))
+        write_whole(outputs.result, lambda path: write_json(path, result))
         return result
-
-
-def _hash(photo: Photo) -> str:
-    """Of the file and its mask."""
-    return key_of(*(hash_file(path) for path in (photo.path, photo.mask) if path is not None))
-
-
-def _bytes(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise InputError(
-            f"cannot be read any more ({error.strerror}); put it back and start again", file=path
-        ) from error
-
-
-def hash_file(path: Path) -> str:
-    try:
-        with path.open("rb") as stream:
-            return hashlib.file_digest(stream, "sha256").hexdigest()
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", file=path) from error
 
 
 def versions(*packages: str) -> dict[str, str]:
@@ -554,18 +446,5 @@ def versions(*packages: str) -> dict[str, str]:
     return found
 
 
-def _said(photos: Sequence[Photo]) -> list[Any]:
-    """What the alignment takes from the photos besides their pixels."""
-    return [[p.name, str(p.camera_key), p.latitude_deg, p.longitude_deg] for p in photos]
-
-
 def _save_map(path: Path, made: DepthMap) -> None:
     made.save(path)
-
-
-def _write_json(path: Path, value: dict[str, Any]) -> None:
-    path.write_text(json.dumps(value, indent=1, default=_number), encoding="utf-8")
-
-
-def _number(value: Any) -> Any:
-    return value.tolist() if hasattr(value, "tolist") else str(value)

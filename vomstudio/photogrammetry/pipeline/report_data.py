@@ -13,7 +13,7 @@ from vomstudio.photogrammetry.base.scene import SparseScene
 
 if TYPE_CHECKING:
     from vomstudio.geometry.mesh import Mesh
-    from vomstudio.io.photos.reading import Photo
+    from vomstudio.io.photos.photo import Photo
     from vomstudio.photogrammetry.align.priors import Calibration
     from vomstudio.photogrammetry.place.control import ControlReport
     from vomstudio.photogrammetry.place.georeference import GpsReport

@@ -5,17 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import GeometryError
-from vomstudio.io.control.tables import ControlPoint, Mark
+from vomstudio.errors import GeometryError, UsageError
+from vomstudio.io.control.control_files import agreed_crs, read_control, read_marks
+from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.align.mapping import mean_error
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.place.ground_adjustment import KnownPoint
 from vomstudio.photogrammetry.place.ground_calibration import LensVerdict, adjust_to_ground
 from vomstudio.photogrammetry.place.mark_observations import NOWHERE, Sighting, sightings
+from vomstudio.photogrammetry.place.world_frame import integer_origin, moved
 from vomstudio.progress import Progress
 from vomstudio.registration.similarity import (
     Similarity,
@@ -84,6 +87,36 @@ class ControlReport:
     warnings: tuple[str, ...]
 
 
+def by_control(
+    scene: SparseScene,
+    control: Path,
+    marks: Path | None,
+    crs: str | None = None,
+    progress: Progress | None = None,
+    *,
+    threads: int = -1,
+) -> tuple[SparseScene, ControlReport]:
+    """Place the scene by the tables of control points and of their marks (see `io.control`).
+
+    crs : of the points; None for what their file states, else a local frame in metres
+    Raises InputError for tables that cannot be read, GeometryError where they cannot place it.
+    """
+    points = read_control(control)
+    if marks is None:
+        raise UsageError(
+            "control points need a table of their marks in the photos: label, photo, x, y",
+            field="--marks",
+        )
+    return place_by_control(
+        scene,
+        points,
+        read_marks(marks),
+        agreed_crs(control, crs),
+        threads=threads,
+        progress=progress,
+    )
+
+
 def place_by_control(
     scene: SparseScene,
     control: Sequence[ControlPoint],
@@ -100,66 +133,34 @@ def place_by_control(
     Raises GeometryError where fewer than three points, or points in one line, are marked in two or
     more placed photos.
     """
-    from vomstudio.photogrammetry.place.georeference import integer_origin, moved
-
-    seen, ties, unknown = _observations(scene, control, marks)
-    world = np.array([p.position for p in control], np.float64).reshape(-1, 3)
-    usable = [i for i, o in enumerate(seen) if np.isfinite(o.place(scene)).all()]
-    fitting = [i for i in usable if not control[i].check]
-    if len(fitting) < 3:
-        raise GeometryError(
-            f"{len(fitting) or 'none'} of the {sum(not p.check for p in control)} control points "
-            "can be found in the model; at least 3, each marked in two or more placed photos, are "
-            f"needed{unknown and '; ' + unknown[0]}"
-        )
-    origin = integer_origin(world[fitting])
-    local = world - origin
-    places = np.array([seen[i].place(scene) for i in fitting])
-    require_width(local[fitting])
-    stated = [p.sigma_m for p in (control[i] for i in fitting) if p.sigma_m is not None]
-    surveyed = float(np.median(stated)) if stated else 0.0
-    first = fit_similarity(places, local[fitting])
-    pixel = scene.pixel_at(places) * first.scale
-    floor = 3 * math.hypot(surveyed, 2 * pixel)
-
-    def judged(one: SparseScene) -> _Judged:
-        return _judge(one, fitting, seen, local, floor, surveyed)
-
-    def adjusted_with(used: Sequence[int]) -> tuple[SparseScene, tuple[LensVerdict, ...]]:
-        known = [
-            KnownPoint(
-                local[i], control[i].sigma_m or max(surveyed, pixel), seen[i].views, seen[i].pixels
-            )
-            for i in used
-        ]
-        known += [KnownPoint(None, 0.0, tie.views, tie.pixels) for tie in ties]
-        return adjust_to_ground(placed, known, threads=threads, progress=progress)
-
-    judgement = judged(scene)
+    ground, unknown = _ground(scene, control, marks)
+    judgement = ground.judged(scene)
     fit = judgement.fit
-    placed = moved(scene, fit, origin, crs)
+    placed = moved(scene, fit, ground.origin, crs)
     adjusted, decisions = False, []
     told: tuple[LensVerdict, ...] = ()
     if adjust:
-        better, lenses = adjusted_with(judgement.used)
+        better, lenses = ground.adjusted(placed, judgement.used, threads, progress)
         # A wrong lens makes good points contradict each other: judged again without it.
-        again = judged(better)
+        again = ground.judged(better)
         if again.used != judgement.used:
-            better, lenses = adjusted_with(again.used)
-            again = judged(better)
+            better, lenses = ground.adjusted(placed, again.used, threads, progress)
+            again = ground.judged(better)
         # Control points that no bundle of rays can meet bend the model: the tie points tell.
         adjusted = mean_error(better) <= 1.2 * mean_error(placed) + 0.1
         if adjusted:
             placed, judgement = better, again
             told, decisions = lenses, [lens.reason for lens in lenses]
-            if ties:
+            if ground.ties:
                 decisions.append(
-                    f"{len(ties)} markers without coordinates took part in the adjustment"
+                    f"{len(ground.ties)} markers without coordinates took part in the adjustment"
                 )
     used, sigma = judgement.used, judgement.sigma
-    turn = np.degrees(np.sqrt(np.diag(rotation_covariance(local[used], max(sigma, 1e-9)))))
+    covariance = rotation_covariance(ground.local[used], max(sigma, 1e-9))
+    turn = np.degrees(np.sqrt(np.diag(covariance)))
     points = tuple(
-        _fit_of(placed, point, local[i], seen[i], i in used) for i, point in enumerate(control)
+        _fit_of(placed, point, ground.local[i], ground.seen[i], i in used)
+        for i, point in enumerate(control)
     )
     report = ControlReport(
         points,
@@ -188,21 +189,82 @@ class _Judged:
     sigma: float
 
 
-def _judge(
-    scene: SparseScene,
-    fitting: Sequence[int],
-    seen: Sequence[Sighting],
-    local: Array,
-    floor: float,
-    surveyed: float,
-) -> _Judged:
+@dataclass(frozen=True, eq=False)
+class _Ground:
+    """What is known of the ground.
+
+    control, seen : the points, and where they are marked
+    local : (n, 3) their places less `origin`
+    fitting : rows of those that can place the scene
+    ties : markers without coordinates that tie photos together
+    surveyed : usual error of a coordinate, as stated; 0 where none is
+    pixel : metres of a pixel on the ground
+    floor : misses below it contradict nothing
+    """
+
+    control: Sequence[ControlPoint]
+    seen: list[Sighting]
+    local: Array
+    origin: tuple[int, int, int]
+    fitting: list[int]
+    ties: list[Sighting]
+    surveyed: float
+    pixel: float
+    floor: float
+
+    def judged(self, scene: SparseScene) -> _Judged:
+        places = np.array([self.seen[i].place(scene) for i in self.fitting])
+        wanted = self.local[list(self.fitting)]
+        fit, good = fit_robustly(places, wanted, floor=self.floor)
+        misses = (fit(places) - wanted)[good]
+        freedom = 3 * int(good.sum()) - 7
+        sigma = max(math.sqrt(float((misses**2).sum()) / freedom), self.surveyed)
+        return _Judged(fit, [i for i, keep in zip(self.fitting, good, strict=True) if keep], sigma)
+
+    def adjusted(
+        self, placed: SparseScene, used: Sequence[int], threads: int, progress: Progress | None
+    ) -> tuple[SparseScene, tuple[LensVerdict, ...]]:
+        """The scene after an adjustment with these points and all ties."""
+        usual = max(self.surveyed, self.pixel)
+        known = [
+            KnownPoint(
+                self.local[i],
+                self.control[i].sigma_m or usual,
+                self.seen[i].views,
+                self.seen[i].pixels,
+            )
+            for i in used
+        ]
+        known += [KnownPoint(None, 0.0, tie.views, tie.pixels) for tie in self.ties]
+        return adjust_to_ground(placed, known, threads=threads, progress=progress)
+
+
+def _ground(
+    scene: SparseScene, control: Sequence[ControlPoint], marks: Sequence[Mark]
+) -> tuple[_Ground, list[str]]:
+    """What there is to place the scene by, and sentences about marks that are of no use. Raises
+    GeometryError where it cannot place it."""
+    seen, ties, unknown = _observations(scene, control, marks)
+    world = np.array([p.position for p in control], np.float64).reshape(-1, 3)
+    usable = [i for i, o in enumerate(seen) if np.isfinite(o.place(scene)).all()]
+    fitting = [i for i in usable if not control[i].check]
+    if len(fitting) < 3:
+        raise GeometryError(
+            f"{len(fitting) or 'none'} of the {sum(not p.check for p in control)} control points "
+            "can be found in the model; at least 3, each marked in two or more placed photos, are "
+            f"needed{unknown and '; ' + unknown[0]}"
+        )
+    origin = integer_origin(world[fitting])
+    local = world - origin
     places = np.array([seen[i].place(scene) for i in fitting])
-    wanted = local[list(fitting)]
-    fit, good = fit_robustly(places, wanted, floor=floor)
-    misses = (fit(places) - wanted)[good]
-    freedom = 3 * int(good.sum()) - 7
-    sigma = max(math.sqrt(float((misses**2).sum()) / freedom), surveyed)
-    return _Judged(fit, [i for i, keep in zip(fitting, good, strict=True) if keep], sigma)
+    require_width(local[fitting])
+    stated = [p.sigma_m for p in (control[i] for i in fitting) if p.sigma_m is not None]
+    surveyed = float(np.median(stated)) if stated else 0.0
+    first = fit_similarity(places, local[fitting])
+    pixel = scene.pixel_at(places) * first.scale
+    floor = 3 * math.hypot(surveyed, 2 * pixel)
+    ground = _Ground(control, seen, local, origin, fitting, ties, surveyed, pixel, floor)
+    return ground, unknown
 
 
 def _observations(

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from vomstudio.errors import GeometryError
-from vomstudio.io.control.tables import ControlPoint, Mark
+from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.photos.names import photo_finder
 from vomstudio.photogrammetry.align.matching import PhotoLike
 from vomstudio.photogrammetry.place.control import WANTED_PHOTOS, WANTED_POINTS, require_width

@@ -1,11 +1,10 @@
-"""Where on Earth the model is: by the cameras' GPS, or by ground control points."""
+"""Where on Earth the model is, by the cameras' GPS."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,15 +15,14 @@ from vomstudio.photogrammetry.align.matching import PhotoLike
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.place.gps_priors import adjust_to_positions
 from vomstudio.photogrammetry.place.ground_calibration import LensVerdict
+from vomstudio.photogrammetry.place.world_frame import integer_origin, moved
 from vomstudio.registration.similarity import (
-    Similarity,
     fit_robustly,
     nearly_on_a_line,
     rotation_covariance,
 )
 
 if TYPE_CHECKING:
-    from vomstudio.photogrammetry.place.control import ControlReport
     from vomstudio.progress import Progress
 
 Array = npt.NDArray[np.float64]
@@ -186,54 +184,6 @@ def _quality(
     return _Quality(residuals, sigma, scale_error, np.degrees(np.sqrt(np.diag(covariance))))
 
 
-def by_control(
-    scene: SparseScene,
-    control: Path,
-    marks: Path | None,
-    crs: str | None = None,
-    progress: Progress | None = None,
-    *,
-    threads: int = -1,
-) -> tuple[SparseScene, ControlReport]:
-    """Place the scene by the tables of control points and of their marks (see `io.control`).
-
-    crs : of the points; None for what their file states, else a local frame in metres
-    Raises InputError for tables that cannot be read, GeometryError where they cannot place it.
-    """
-    from vomstudio.io.control.control_files import agreed_crs
-    from vomstudio.io.control.tables import read_control, read_marks
-    from vomstudio.photogrammetry.place.control import place_by_control
-
-    points = read_control(control)
-    if marks is None:
-        raise UsageError(
-            "control points need a table of their marks in the photos: label, photo, x, y",
-            field="--marks",
-        )
-    return place_by_control(
-        scene,
-        points,
-        read_marks(marks),
-        agreed_crs(control, crs),
-        threads=threads,
-        progress=progress,
-    )
-
-
-def moved(
-    scene: SparseScene, fit: Similarity, origin: tuple[int, int, int], crs: str | None
-) -> SparseScene:
-    """The scene after a similarity into World minus `origin`, in metres."""
-    return replace(
-        scene,
-        views=tuple(v.moved(fit.scale, fit.rotation, fit.translation) for v in scene.views),
-        points=fit(scene.points),
-        origin=origin,
-        crs=crs,
-        scaled=True,
-    )
-
-
 def crs_of(photos: Sequence[PhotoLike], crs: str | None) -> str:
     """The CRS asked for, checked, or the UTM zone of the photos."""
     from vomstudio.io.gis.crs import parse_crs, utm_zone
@@ -260,12 +210,6 @@ def world_positions(photos: Sequence[PhotoLike], crs: str) -> Array:
             raise GeometryError(f"{photo.name} was taken outside of the area of {crs}")
         rows.append((*place, float(photo.altitude_m or 0)))
     return np.array(rows, np.float64)
-
-
-def integer_origin(positions: Array) -> tuple[int, int, int]:
-    """Whole hundreds of metres near the positions."""
-    x, y, z = (int(math.floor(v / 100) * 100) for v in np.median(positions, axis=0))
-    return x, y, z
 
 
 def has_position(photo: PhotoLike) -> bool:

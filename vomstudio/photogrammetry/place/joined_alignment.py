@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vomstudio.io.control.tables import read_control, read_marks
+from vomstudio.io.control.control_files import read_control, read_marks
 from vomstudio.photogrammetry.align import mapping
 from vomstudio.photogrammetry.align.alignment import Alignment
 from vomstudio.photogrammetry.base.checkpoints import Stage

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from vomstudio.photogrammetry.base.scene import SparseScene
 
 if TYPE_CHECKING:
-    from vomstudio.io.photos.reading import Photo
+    from vomstudio.io.photos.photo import Photo
 
 Array = npt.NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.io.control.tables import Mark
+from vomstudio.io.control.points import Mark
 from vomstudio.io.photos.names import photo_finder
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.place.ground_adjustment import triangulate

@@ -14,7 +14,8 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import View
-from vomstudio.io.control.tables import ControlPoint, Mark, read_control, read_marks
+from vomstudio.io.control.control_files import read_control, read_marks
+from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.photos.cameras_file import FILE_NAME, Cameras, read_cameras
 from vomstudio.io.photos.names import photo_finder
 from vomstudio.photogrammetry.place.ground_adjustment import triangulate

@@ -7,7 +7,6 @@ import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,24 +15,17 @@ from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.photogrammetry.surface.atlas import Atlas, AtlasOptions, make_atlas, uv_mesh
 from vomstudio.photogrammetry.surface.blending import Blend, blend
-from vomstudio.photogrammetry.surface.topology import Array, Faces, compact, cross_products
+from vomstudio.photogrammetry.surface.pages import draw_pages
+from vomstudio.photogrammetry.surface.topology import Array, Faces, cross_products
 from vomstudio.photogrammetry.surface.visibility import (
     Look,
     LookTask,
     Photo,
-    decode,
     look,
-    project,
-    pyramid,
 )
 from vomstudio.photogrammetry.surface.visibility import memory_needed as look_memory
 from vomstudio.progress import Executor, Inline, Progress, Silent
 
-# A photo is decoded once for each tile that it has a part in.
-_TILE = 2048
-# Where two photos meet they fade into each other: the higher, the narrower.
-_SEAM = 4.0
-_MAX_LEVEL = 6
 JPEG_QUALITY = 95
 
 
@@ -181,7 +173,9 @@ def make_texture(
     atlas = make_atlas(vertices, faces, resolved, options.atlas, progress)
     made = blend(vertices, faces, looks, atlas.texel, progress)
     colors = _all_colors(made, mesh)
-    pages = _pages(moved, vertices, faces, atlas, made, colors, options, executor, progress)
+    pages = draw_pages(
+        moved, vertices, faces, atlas, made, colors, options.atlas.gutter, executor, progress
+    )
     old, fresh, uv, order = uv_mesh(atlas, faces)
     counts = np.bincount(atlas.page, minlength=len(pages))
     finished = Mesh(
@@ -283,241 +277,3 @@ def _report(
         unseen,
         tuple(warnings),
     )
-
-
-# --- pages -------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, eq=False)
-class TilePhoto:
-    """One photo's part in a tile. face (e,) rows of the tile's faces; pixels (e, 3, 2), depths and
-    weights (e, 3), offsets (e, 3, 3) at their corners; gain RGB"""
-
-    photo: bytes
-    view: Any
-    gain: tuple[float, float, float]
-    face: npt.NDArray[np.int32]
-    pixels: npt.NDArray[np.float32]
-    depths: npt.NDArray[np.float32]
-    weights: npt.NDArray[np.float32]
-    offsets: npt.NDArray[np.float32]
-
-
-@dataclass(frozen=True, eq=False)
-class TileTask:
-    """A rectangle of a page. left, top, width, height : texels of the page. corners (m, 3, 2) of
-    the faces on the page; fallback (m, 3, 3) colours at them"""
-
-    left: int
-    top: int
-    width: int
-    height: int
-    gutter: int
-    corners: Array
-    fallback: npt.NDArray[np.float32]
-    photos: tuple[TilePhoto, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class Tile:
-    """rgb (h, w, 3); filled (h, w) where charts and their gutters are"""
-
-    rgb: npt.NDArray[np.uint8]
-    filled: npt.NDArray[np.bool_]
-
-
-def draw_tile(task: TileTask) -> Tile:
-    """Colours of one tile; one photo is decoded at a time."""
-    from vomstudio.photogrammetry.surface._texture_kernels import (
-        add_view,
-        draw_faces,
-        finish,
-        grow_faces,
-    )
-
-    # Gutters of charts beyond the tile reach into it.
-    rim = task.gutter + 1
-    left, top = float(task.left - rim), float(task.top - rim)
-    shape = (task.height + 2 * rim, task.width + 2 * rim)
-    owner = np.full(shape, -1, np.int32)
-    draw_faces(task.corners, left, top, owner)
-    grow_faces(owner, np.empty_like(owner), task.gutter)
-    owner = np.ascontiguousarray(owner[rim:-rim, rim:-rim])
-    total = np.zeros((*owner.shape, 4), np.float32)
-    at = (float(task.left), float(task.top))
-    for part in task.photos:
-        layers = pyramid(decode(part.photo, part.view), _MAX_LEVEL)
-        entry = np.full(len(task.corners), -1, np.int32)
-        entry[part.face] = np.arange(len(part.face), dtype=np.int32)
-        level = np.minimum(_levels(task.corners[part.face], part.pixels), len(layers) - 1)
-        level = level.astype(np.int32)
-        for wanted in np.unique(level):
-            add_view(
-                owner, task.corners, *at, entry, part.pixels, part.depths, part.weights,
-                part.offsets, level, int(wanted), np.ascontiguousarray(layers[wanted]),
-                np.array(part.gain), _SEAM, total,
-            )  # fmt: skip
-    rgb = np.zeros((*owner.shape, 3), np.uint8)
-    finish(owner, task.corners, *at, task.fallback, total, rgb)
-    return Tile(rgb, owner >= 0)
-
-
-def _levels(corners: Array, pixels: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
-    """Level of the pyramid at which a pixel is about a texel."""
-
-    def area(p: Any) -> Any:
-        a, b = p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]
-        return np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
-
-    ratio = area(pixels.astype(np.float64)) / np.maximum(area(corners), 1e-12)
-    return np.clip(np.floor(0.5 * np.log2(np.maximum(ratio, 1e-12)) + 0.4), 0, _MAX_LEVEL).astype(
-        np.int64
-    )
-
-
-def _pages(
-    photos: Sequence[_Moved],
-    vertices: Array,
-    faces: Faces,
-    atlas: Atlas,
-    made: Blend,
-    colors: npt.NDArray[np.float32],
-    options: TextureOptions,
-    executor: Executor,
-    progress: Progress,
-) -> list[npt.NDArray[np.uint8]]:
-    places = [
-        (page, left, top)
-        for page, (width, height) in enumerate(atlas.sizes.tolist())
-        for top in range(0, height, _TILE)
-        for left in range(0, width, _TILE)
-    ]
-    pages = [np.zeros((h, w, 3), np.uint8) for w, h in atlas.sizes.tolist()]
-    filled = [np.zeros((h, w), bool) for w, h in atlas.sizes.tolist()]
-    progress.stage("Drawing the texture", len(places))
-    tasks = _Tasks(photos, vertices, faces, atlas, made, colors, options.atlas.gutter)
-    tiles = (tasks.tile(*place) for place in places)
-    for number, tile in executor.map(draw_tile, tiles, progress, _tile_memory(photos)):
-        page, left, top = places[number]
-        h, w = tile.filled.shape
-        pages[page][top : top + h, left : left + w] = tile.rgb
-        filled[page][top : top + h, left : left + w] = tile.filled
-    progress.stage("Filling between the charts", len(pages))
-    for number, (page_rgb, there) in enumerate(zip(pages, filled, strict=True)):
-        progress.step(number)
-        fill_between(page_rgb, there)
-    return pages
-
-
-def _tile_memory(photos: Sequence[_Moved]) -> int:
-    """Bytes that `draw_tile` takes at most: the sums of a tile, and one photo with its halves."""
-    largest = max(p.view.intrinsics.width * p.view.intrinsics.height for p in photos)
-    return 35 * _TILE**2 + 6 * largest + 20_000_000
-
-
-class _Tasks:
-    def __init__(
-        self,
-        photos: Sequence[_Moved],
-        vertices: Array,
-        faces: Faces,
-        atlas: Atlas,
-        made: Blend,
-        colors: npt.NDArray[np.float32],
-        gutter: int,
-    ) -> None:
-        self._photos, self._vertices, self._faces = photos, vertices, faces
-        self._atlas, self._made, self._colors, self._gutter = atlas, made, colors, gutter
-        self._low = atlas.corners.min(axis=1)
-        self._high = atlas.corners.max(axis=1)
-        starts = np.zeros(len(faces) + 1, np.int64)
-        np.cumsum(np.bincount(made.draw_face, minlength=len(faces)), out=starts[1:])
-        self._starts = starts
-
-    def tile(self, page: int, left: int, top: int) -> TileTask:
-        width, height = self._atlas.sizes[page].tolist()
-        width, height = min(_TILE, width - left), min(_TILE, height - top)
-        rim = self._gutter + 1
-        low, high = self._low, self._high
-        here = np.flatnonzero(
-            (self._atlas.page == page)
-            & (high[:, 0] > left - rim)
-            & (low[:, 0] < left + width + rim)
-            & (high[:, 1] > top - rim)
-            & (low[:, 1] < top + height + rim)
-        )
-        made = self._made
-        many = self._starts[here + 1] - self._starts[here]
-        draws = np.repeat(self._starts[here], many) + (
-            np.arange(many.sum()) - np.repeat(np.cumsum(many) - many, many)
-        )
-        local = np.repeat(np.arange(len(here)), many).astype(np.int32)
-        view = made.draw_view[draws]
-        parts = []
-        for k in np.unique(view).tolist():
-            mine = view == k
-            rows, face = draws[mine], local[mine]
-            _, corners, used = compact(self._vertices, self._faces[here[face]])
-            pixels, depths = project(self._photos[k].view, self._vertices[used])
-            parts.append(
-                TilePhoto(
-                    self._photos[k].photo,
-                    self._photos[k].view,
-                    tuple(made.gains[k].tolist()),
-                    face,
-                    pixels[corners].astype(np.float32),
-                    depths[corners].astype(np.float32),
-                    made.draw_weights[rows],
-                    made.draw_offsets[rows],
-                )
-            )
-        return TileTask(
-            left,
-            top,
-            width,
-            height,
-            self._gutter,
-            np.ascontiguousarray(self._atlas.corners[here]),
-            self._colors[self._faces[here]],
-            tuple(parts),
-        )
-
-
-def fill_between(page: npt.NDArray[np.uint8], filled: npt.NDArray[np.bool_]) -> None:
-    """Give the free texels smooth colours of the charts about them, so that neither JPEG nor the
-    smaller copies of a renderer bring black lines into the charts (pull-push)."""
-    if filled.all() or not filled.any():
-        return
-    # The page itself stays in bytes, four times smaller than as float.
-    page[~filled] = 0
-    levels = [_halved(page, filled.astype(np.uint8) * np.uint8(255), 255.0)]
-    while min(levels[-1][1].shape) > 1:
-        levels.append(_halved(*levels[-1], 1.0))
-    color, weight = levels[-1]
-    below = color / np.maximum(weight, 1e-12)[..., None]
-    for color, weight in reversed(levels[:-1]):
-        below = color + (1 - weight)[..., None] * _enlarged(below, color.shape)
-    grown = _enlarged(np.clip(np.rint(below), 0, 255).astype(np.uint8), page.shape)
-    np.copyto(page, grown, where=~filled[..., None])
-
-
-def _halved(color: Any, weight: Any, full: float) -> tuple[Any, Any]:
-    """Means of what counts, times how much of it there is; `full` is the weight of a texel that
-    counts wholly. Colours come multiplied by their weights."""
-    import cv2
-
-    size = (max(1, (weight.shape[1] + 1) // 2), max(1, (weight.shape[0] + 1) // 2))
-    share = cv2.resize(weight, size, interpolation=cv2.INTER_AREA).astype(np.float32) / full
-    mean = cv2.resize(color, size, interpolation=cv2.INTER_AREA).astype(np.float32)
-    enough = np.minimum(share * 4, 1)
-    ratio = np.where(share > 0, enough / np.maximum(share, 1e-12), 0)
-    return mean * ratio[..., None], enough
-
-
-def _enlarged(picture: Any, shape: tuple[int, ...]) -> Any:
-    import cv2
-
-    large = cv2.resize(
-        np.ascontiguousarray(picture), (shape[1], shape[0]), interpolation=cv2.INTER_LINEAR
-    )
-    return large.reshape(shape)

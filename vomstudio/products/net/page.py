@@ -14,6 +14,7 @@ from vomstudio.geology.folds import FoldAxis
 from vomstudio.geology.notation import format_line
 from vomstudio.geology.orientation import Array
 from vomstudio.products.net.contents import AUTO_CIRCLES, NetContents, circles_shown
+from vomstudio.products.net.labels import Box, free_place
 from vomstudio.products.net.legend import Entry, legend_entries, shortened, text_width
 from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, crowding
 
@@ -29,8 +30,6 @@ DENSITY_NAMES = {
 }
 
 PROJECTION_NAMES = {"area": "Equal area", "angle": "Equal angle"}
-
-Box = tuple[float, float, float, float]
 
 
 class Page:
@@ -351,44 +350,9 @@ class Page:
         crowd = np.array([self.cx, self.cy]) + self.radius * crowd
         marks = [np.array([self.cx, self.cy]) + self.radius * at for at, _, _ in wanted]
         for mark, (_, text, color) in zip(marks, wanted, strict=True):
-            place = self._free_place(mark, text, crowd, marks)
+            place = free_place(self, mark, text, crowd, marks)
             if place is not None:
                 self.text(*place, text, color=color, halo=True)
-
-    def _free_place(
-        self, mark: Array, text: str, crowd: Array, marks: list[Array]
-    ) -> tuple[float, float] | None:
-        """Left end and middle height of a label near a mark: the place that meets no other text
-        or mark, stays in the figure, and hides the fewest poles; None where there is no room."""
-        width, half = text_width(text, self.font), 0.62 * self.font
-        best, cost = None, math.inf
-        for reach in (1.0, 1.7, 2.6, 4.0):
-            away = reach * 1.1 * self.font
-            for i in range(12):
-                angle = math.radians(30.0 * i)
-                dx, dy = math.cos(angle), math.sin(angle)
-                x = float(mark[0]) + away * dx - width * (0.5 - 0.5 * dx)
-                y = float(mark[1]) + away * dy
-                box = (x - 2, y - half, x + width + 2, y + half)
-                if box[0] < 2 or box[2] > self.width - 2:
-                    continue
-                if box[1] < 2 or box[3] > self.height - 2:
-                    continue
-                if any(_meet(box, other) for other in self.text_boxes):
-                    continue
-                gaps = [_gap(box, m) for m in marks]
-                if min(gaps) < _gap(box, mark):  # it would be read as another mark's
-                    continue
-                hits = sum(_holds(box, m, 0.6 * self.font) for m in marks)
-                inside = ((crowd > [box[0], box[1]]) & (crowd < [box[2], box[3]])).all(axis=1).sum()
-                corner = max(
-                    math.hypot(cx - self.cx, cy - self.cy) for cx in box[::2] for cy in box[1::2]
-                )
-                rim = 3.0 if corner > self.radius else 0.0  # would lie across the rim
-                now = 30.0 * hits + float(inside) + rim + 1.5 * reach
-                if now < cost:
-                    best, cost = (x, y), now
-        return best
 
     def draw_legend(self) -> None:
         if self.net.title:
@@ -450,19 +414,3 @@ def _levels(top: float, method: str) -> list[float]:
             count = math.ceil(top / step) - 1
             return [float(step * (i + 1)) for i in range(max(count, 0))]
     return [float(steps[-1])]
-
-
-def _meet(a: Box, b: Box) -> bool:
-    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
-
-
-def _gap(box: Box, mark: Array) -> float:
-    """Distance of a mark from a box."""
-    dx = max(box[0] - float(mark[0]), 0.0, float(mark[0]) - box[2])
-    dy = max(box[1] - float(mark[1]), 0.0, float(mark[1]) - box[3])
-    return math.hypot(dx, dy)
-
-
-def _holds(box: Box, mark: Array, margin: float) -> bool:
-    x, y = float(mark[0]), float(mark[1])
-    return box[0] - margin < x < box[2] + margin and box[1] - margin < y < box[3] + margin

@@ -12,202 +12,38 @@ import contextlib
 import json
 import math
 import os
+from collections.abc import Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import GeometryError, InputError, UsageError
-from vomstudio.geology.orientation import Plane, lines_to_vectors, vectors_to_lines, wrap360
+from vomstudio.errors import UsageError
+from vomstudio.files.atomic import atomic_write, check_target
+from vomstudio.geology.orientation import wrap360
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.view_frame import ViewFrame
-from vomstudio.products.ortho.tiles import Grid, Source, TilePicture
+from vomstudio.io.gis.raster import (
+    VIEW_PLANE_CRS,
+    Affine,
+    Raster,
+    open_geotiff,
+    world_file,
+    write_tile,
+)
+from vomstudio.products.ortho.planning import Plan
+from vomstudio.products.ortho.sheet import draw_sheet
+from vomstudio.products.ortho.tiles import TILE, Grid, Source, Tile, TilePicture
 from vomstudio.progress import Progress, Silent
 from vomstudio.version import __version__
 
 Array = npt.NDArray[np.float64]
 
-MAX_PIXELS = 300_000_000
 MAX_THREADS = 8
-
-Basis = Literal["line", "plane", "fold"]
-
-
-@dataclass(frozen=True)
-class View:
-    """A directed view, and in words why it looks this way and not the other.
-
-    trend_deg, plunge_deg : the way the viewer looks; a negative plunge looks up
-    sense : "as given", "against the upward normal", "along the upward normal", "down-plunge",
-        "up-plunge"
-    reason : one sentence
-    north_known, metric : False for a model whose north or whose scale is not known: the sheet then
-        names no winds, and counts units
-    """
-
-    trend_deg: float
-    plunge_deg: float
-    sense: str
-    reason: str
-    north_known: bool = True
-    metric: bool = True
-
-    @property
-    def frame(self) -> ViewFrame:
-        return ViewFrame.looking(lines_to_vectors(self.trend_deg, self.plunge_deg))
-
-    def flipped(self) -> View:
-        """From the other side: a mirror image."""
-        other = {
-            "down-plunge": "up-plunge",
-            "up-plunge": "down-plunge",
-            "against the upward normal": "along the upward normal",
-            "along the upward normal": "against the upward normal",
-            "as given": "against the given direction",
-            "against the given direction": "as given",
-        }
-        return View(
-            wrap360(self.trend_deg + 180.0),
-            0.0 - self.plunge_deg,
-            other[self.sense],
-            f"Flipped by request; {_lower(self.reason)}",
-        )
-
-
-def view_along_line(trend_deg: float, plunge_deg: float) -> View:
-    """A view as typed. Raises UsageError for a plunge beyond 90 degrees."""
-    if not (math.isfinite(trend_deg) and math.isfinite(plunge_deg)) or abs(plunge_deg) > 90:
-        raise UsageError(
-            "a view needs a trend in degrees and a plunge from -90 (up) to 90 (down).",
-            field="--plunge",
-        )
-    return View(
-        wrap360(trend_deg), plunge_deg, "as given", "The viewer looks along the direction given."
-    )
-
-
-def view_of_plane(plane: Plane) -> View:
-    """Against the plane's upward normal; a vertical plane is looked at toward its dip direction
-    + 180."""
-    return _along(
-        -plane.normal(),
-        "against the upward normal",
-        "The viewer looks against the upward normal of the plane.",
-    )
-
-
-def view_along_axis(
-    trend_deg: float, plunge_deg: float, data: Mesh | PointCloud, to_world: npt.ArrayLike
-) -> View:
-    """Along a fold axis (axial): down-plunge, unless most of what that view hits turns its back to
-    the viewer, which is a cliff seen from inside: then up-plunge."""
-    down = lines_to_vectors(trend_deg, plunge_deg)
-    if plunge_deg < 0:
-        down = -down
-    away, guessed = _facing_away(data, ViewFrame.looking(down), to_world)
-    how = ", judged by surfaces taken to face up" if guessed else ""
-    if math.isfinite(away) and away > 0.5:
-        return _along(
-            -down,
-            "up-plunge",
-            f"Down-plunge {away:.0%} of what is hit faces away from the viewer{how}.",
-        )
-    share = "" if math.isnan(away) else f": {1 - away:.0%} of what is hit faces the viewer{how}"
-    return _along(down, "down-plunge", f"Down-plunge{share}.")
-
-
-@dataclass(frozen=True, eq=False)
-class Plan:
-    """What an orthophoto will be, before a ray is cast.
-
-    reference : (3,) World, the centre of the model's bounds, where depth is 0
-    notes : what was chosen for the user, one sentence each
-    """
-
-    view: View
-    frame: ViewFrame
-    grid: Grid
-    reference: Array
-    points: Array
-    notes: tuple[str, ...]
-
-    @property
-    def pixel_to_world(self) -> Array:
-        return self.frame.pixel_to_world(
-            self.grid.gsd, self.reference, self.grid.left, self.grid.top
-        )
-
-
-@dataclass(frozen=True)
-class Region:
-    """A part of the view plane: so many metres to the right and up, about a World point."""
-
-    centre: tuple[float, float, float]
-    width: float
-    height: float
-
-
-def plan(
-    data: Mesh | PointCloud,
-    view: View,
-    *,
-    to_world: npt.ArrayLike,
-    gsd: float | None = None,
-    region: Region | None = None,
-) -> Plan:
-    """Fix the grid. `points` of the result are the model's vertices in the view's axes.
-
-    gsd : metres per pixel; None takes the resolution of texture or cloud. region : only this part
-    of the model is drawn. Raises UsageError where the picture would be too large, with the gsd that
-    would do, and InputError for an empty model or where the region shows nothing of it.
-    """
-    vertices = data.vertices if isinstance(data, Mesh) else data.points
-    if not len(vertices) or (isinstance(data, Mesh) and not len(data.faces)):
-        raise InputError("there is no surface in this model to look at.")
-    world = _to_world(to_world, vertices)
-    if isinstance(data, Mesh):
-        used = np.zeros(len(world), bool)
-        used[data.faces.ravel()] = True
-        seen = world if used.all() else world[used]
-    else:
-        seen = world
-    reference = seen.min(axis=0) + (seen.max(axis=0) - seen.min(axis=0)) / 2
-    frame = view.frame
-    points = frame.to_view(world, reference)
-    low, high = (f(points if seen is world else points[used], axis=0) for f in (np.min, np.max))
-    notes: list[str] = []
-    if region is not None:
-        centre = frame.to_view(np.array([region.centre]), reference)[0]
-        half = 0.5 * np.array([region.width, region.height])
-        low[:2], high[:2] = (
-            np.maximum(low[:2], centre[:2] - half),
-            np.minimum(high[:2], centre[:2] + half),
-        )
-        if (low[:2] > high[:2]).any():
-            raise InputError("nothing of this model is in the chosen part of the view.")
-    extent = np.maximum(high - low, 0.0)[:2]
-    if gsd is None:
-        gsd, why = default_gsd(data, to_world, float(extent.max()))
-        least = _least_gsd(extent)
-        if least > gsd:
-            gsd = least
-            why = f"the finest that stays under {MAX_PIXELS // 1_000_000} million pixels"
-        notes.append(f"gsd {gsd:g} m per pixel: {why}")
-    if not math.isfinite(gsd) or gsd <= 0:
-        raise UsageError("the size of a pixel must be a length in metres.", field="--gsd")
-    least = _least_gsd(extent)
-    pixels = math.prod(max(1, math.ceil(v / gsd)) for v in extent.tolist())
-    if pixels > MAX_PIXELS:
-        raise UsageError(
-            f"pixels of {gsd:g} m would make a picture of {pixels / 1e6:.0f} million pixels; at "
-            f"most {MAX_PIXELS // 1_000_000} million are made: --gsd {least:g} would do.",
-            field="--gsd",
-        )
-    return Plan(view, frame, Grid.over(low, high, gsd), reference, points, tuple(notes))
+_NO_CRS = "the model names no CRS, so the picture has the model's coordinates without one."
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,9 +93,6 @@ def write_orthophoto(
     crs : of World ("EPSG:n" or WKT). model, content_hash : for the sidecar. sheet : a picture for
     people (PNG, JPG or PDF) with scale bar and orientation. Raises TargetError, Cancelled.
     """
-    from vomstudio.files.atomic import atomic_write, check_target
-    from vomstudio.io.gis.raster import VIEW_PLANE_CRS, Raster, open_geotiff, world_file
-
     progress = progress or Silent()
     image = Path(image)
     depth, sidecar, world = outputs_of(image)
@@ -267,33 +100,16 @@ def write_orthophoto(
     targets = [image, depth, sidecar]
     targets += [world] if is_map else []
     targets += [Path(sheet)] if sheet is not None else []
-    for target in [*targets, *([world] if world.exists() and not is_map else [])]:
+    for target in targets if is_map or not world.exists() else [*targets, world]:
         check_target(target, force=force)
-    grid, matrix = plan.grid, plan.pixel_to_world
-    warnings = list(plan.notes)
-    if is_map and crs is None:
-        warnings.append(
-            "the model names no CRS, so the picture has the model's coordinates without one."
-        )
-    transform = (
-        (*matrix[0, [0, 1, 3]].tolist(), *matrix[1, [0, 1, 3]].tolist())
-        if is_map
-        else (grid.gsd, 0.0, grid.left, 0.0, -grid.gsd, -grid.top)
-    )
+    grid = plan.grid
+    warnings = [*plan.notes, *([_NO_CRS] if is_map and crs is None else [])]
+    transform = _transform(plan)
     facts = _facts(plan, crs if is_map else None, transform)
-    trend = wrap360(round(plan.view.trend_deg, 4))
-    tags = {
-        "VOMSTUDIO_VERSION": __version__,
-        "VOMSTUDIO_VIEW": f"trend {trend:.4f} plunge {plan.view.plunge_deg:.4f} deg",
-        "VOMSTUDIO_SENSE": f"{plan.view.sense}. {plan.view.reason}",
-        "VOMSTUDIO_PIXEL_TO_WORLD": json.dumps(matrix.tolist()),
-    }
-    raster = Raster(
-        grid.width, grid.height, "rgba", transform, crs if is_map else VIEW_PLANE_CRS, tags
-    )
+    shown_crs = crs if is_map else VIEW_PLANE_CRS
+    raster = Raster(grid.width, grid.height, "rgba", transform, shown_crs, _tags(plan))
     progress.stage("preparing the model")
     source = _source(data, plan)
-    covered = filled = 0
     small = _Reduced(grid) if sheet is not None else None
     with contextlib.ExitStack() as files:
         paths = {target: files.enter_context(atomic_write(target, force)) for target in targets}
@@ -301,15 +117,9 @@ def write_orthophoto(
             open_geotiff(paths[image], raster, image) as picture_file,
             open_geotiff(paths[depth], replace(raster, kind="float"), depth) as depth_file,
         ):
-            for tile, drawn in _drawn(source, grid, progress, threads):
-                from vomstudio.io.gis.raster import write_tile
-
-                write_tile(picture_file, tile.column, tile.row, drawn.rgba)
-                write_tile(depth_file, tile.column, tile.row, drawn.depth)
-                covered += int(np.isfinite(drawn.depth).sum())
-                filled += drawn.filled
-                if small is not None:
-                    small.add(tile.column, tile.row, drawn.rgba)
+            covered, filled = _draw(
+                _drawn(source, grid, progress, threads), picture_file, depth_file, small
+            )
         coverage = covered / (grid.width * grid.height)
         warnings += source.warnings()
         facts |= {
@@ -328,8 +138,6 @@ def write_orthophoto(
         if is_map:
             paths[world].write_text(world_file(transform), "ascii")
         if sheet is not None and small is not None:
-            from vomstudio.products.ortho.sheet import draw_sheet
-
             draw_sheet(paths[Path(sheet)], small.picture(), small.factor * grid.gsd, plan.view)
     if not is_map:
         # One of an earlier picture of this name would put this one on the map.
@@ -346,13 +154,54 @@ def write_orthophoto(
     )
 
 
-def _drawn(source: Source, grid: Grid, progress: Progress, threads: int | None) -> Any:
+def _transform(plan: Plan) -> Affine:
+    """Of a map from pixels to World; of any other picture to metres in its own plane."""
+    grid, matrix = plan.grid, plan.pixel_to_world
+    if plan.frame.is_vertical:
+        a, b, c, d, e, f = [*matrix[0, [0, 1, 3]].tolist(), *matrix[1, [0, 1, 3]].tolist()]
+        return (a, b, c, d, e, f)
+    return (grid.gsd, 0.0, grid.left, 0.0, -grid.gsd, -grid.top)
+
+
+def _tags(plan: Plan) -> dict[str, str]:
+    view = plan.view
+    trend = wrap360(round(view.trend_deg, 4))
+    return {
+        "VOMSTUDIO_VERSION": __version__,
+        "VOMSTUDIO_VIEW": f"trend {trend:.4f} plunge {view.plunge_deg:.4f} deg",
+        "VOMSTUDIO_SENSE": f"{view.sense}. {view.reason}",
+        "VOMSTUDIO_PIXEL_TO_WORLD": json.dumps(plan.pixel_to_world.tolist()),
+    }
+
+
+def _draw(
+    drawn: Iterable[tuple[Tile, TilePicture]],
+    picture_file: Any,
+    depth_file: Any,
+    small: _Reduced | None,
+) -> tuple[int, int]:
+    """Write the tiles to both rasters. Returns how many pixels show the model, and how many of them
+    were holes."""
+    covered = filled = 0
+    for tile, picture in drawn:
+        write_tile(picture_file, tile.column, tile.row, picture.rgba)
+        write_tile(depth_file, tile.column, tile.row, picture.depth)
+        covered += int(np.isfinite(picture.depth).sum())
+        filled += picture.filled
+        if small is not None:
+            small.add(tile.column, tile.row, picture.rgba)
+    return covered, filled
+
+
+def _drawn(
+    source: Source, grid: Grid, progress: Progress, threads: int | None
+) -> Iterator[tuple[Tile, TilePicture]]:
     """Yield (tile, picture) as they are done; a few at a time, so that memory stays bounded."""
     tiles = grid.tiles()
     progress.stage("casting rays", len(tiles))
     workers = max(1, min(threads or os.cpu_count() or 1, MAX_THREADS, len(tiles)))
     waiting = iter(tiles)
-    running: dict[Future[TilePicture], Any] = {}
+    running: dict[Future[TilePicture], Tile] = {}
     done = 0
     with ThreadPoolExecutor(workers) as pool:
         try:
@@ -378,8 +227,6 @@ class _Reduced:
     LONGEST = 2400
 
     def __init__(self, grid: Grid) -> None:
-        from vomstudio.products.ortho.tiles import TILE
-
         factor = 1
         while max(grid.width, grid.height) / factor > self.LONGEST and factor < TILE:
             factor *= 2
@@ -444,101 +291,3 @@ def _facts(plan: Plan, crs: str | None, transform: tuple[float, ...]) -> dict[st
         if frame.is_vertical
         else f"{unit} right and up of the reference point",
     }
-
-
-def cost_of_direction(error_deg: float | None, depth_m: float, *, metric: bool = True) -> str:
-    """What a direction that is off costs in a picture so deep (CONVENTIONS: lengths times cos d in
-    the direction of tilt, displacements h sin d along the view), in a sentence. error_deg: the
-    larger 95 % semi-axis of the direction; None where unknown, and 5 degrees are supposed."""
-    off = 5.0 if error_deg is None else error_deg
-    unit = "m" if metric else "units"
-    known = "" if error_deg is None else ", the semi-axis of its 95 % confidence,"
-    return (
-        f"an axis wrong by {off:.1f} deg{known} shortens lengths in the direction of tilt by "
-        f"{1 - math.cos(math.radians(off)):.1%} and displaces points against each other by up to "
-        f"{depth_m * math.sin(math.radians(off)):.3g} {unit} over the {depth_m:.3g} {unit} that "
-        "this view is deep."
-    )
-
-
-def default_gsd(
-    data: Mesh | PointCloud, to_world: npt.ArrayLike, extent: float
-) -> tuple[float, str]:
-    """Two significant digits of what the model can show, and where that comes from."""
-    from vomstudio.geometry.transform import matrix, scale_of
-    from vomstudio.io.models.opening import resolution
-
-    scale = scale_of(matrix(np.asarray(to_world, np.float64)))
-    found, why = math.nan, ""
-    if isinstance(data, Mesh):
-        from vomstudio.products.ortho.mesh_picture import texel_sizes
-
-        sizes = sorted((size, area) for _, size, area in texel_sizes(data, data.vertices).values())
-        if sizes:
-            share = np.cumsum([area for _, area in sizes])
-            found = sizes[int(np.searchsorted(share, 0.5 * share[-1]))][0] * scale
-            why = "the texture's own resolution on the surface"
-    if not math.isfinite(found) or found <= 0:
-        found = resolution(data) * scale
-        why = (
-            "the mean length of the mesh's edges"
-            if isinstance(data, Mesh)
-            else "the cloud's mean spacing"
-        )
-    if not math.isfinite(found) or found <= 0:
-        found, why = max(extent, 1.0) / 1000, "a thousandth of the model's size"
-    return float(f"{found:.2g}"), why
-
-
-def _least_gsd(extent: Array) -> float:
-    """The smallest gsd, of two digits, whose picture has no more than MAX_PIXELS."""
-    width, height = (float(v) for v in extent)
-    gsd = max(math.sqrt(width * height / MAX_PIXELS), max(width, height) / MAX_PIXELS, 1e-12)
-    step = 10.0 ** (math.floor(math.log10(gsd)) - 1)
-    digits = math.ceil(gsd / step)
-    while math.ceil(width / (digits * step) + 1) * math.ceil(height / (digits * step) + 1) > (
-        MAX_PIXELS
-    ):
-        digits += 1
-    return float(f"{digits * step:.3g}")
-
-
-def _facing_away(
-    data: Mesh | PointCloud, frame: ViewFrame, to_world: npt.ArrayLike
-) -> tuple[float, bool]:
-    if isinstance(data, Mesh):
-        from vomstudio.products.ortho import mesh_picture
-
-        if not len(data.faces):
-            raise InputError("there is no surface in this model to look at.")
-        world = _to_world(to_world, data.vertices)
-        return mesh_picture.share_facing_away(frame.to_view(world, world[0]), data.faces), False
-    from vomstudio.geometry.transform import rotate
-    from vomstudio.products.ortho import cloud_picture
-
-    if not len(data.points):
-        raise InputError("there is no point in this model to look at.")
-    world = _to_world(to_world, data.points)
-    normals = None
-    if data.normals is not None:
-        normals = rotate(np.asarray(to_world, np.float64), data.normals) @ frame.axes
-    up = np.array([0.0, 0.0, 1.0]) @ frame.axes
-    return cloud_picture.share_facing_away(data, frame.to_view(world, world[0]), normals, up)
-
-
-def _to_world(to_world: npt.ArrayLike, points: Array) -> Array:
-    from vomstudio.geometry.transform import apply
-
-    m = np.asarray(to_world, np.float64)
-    if m.shape != (4, 4) or not np.isfinite(m).all():
-        raise GeometryError("The model's transform to World is not a matrix of 4 x 4 numbers.")
-    return points if np.array_equal(m, np.eye(4)) else apply(m, points)
-
-
-def _along(direction: Array, sense: str, reason: str) -> View:
-    trend, plunge, _ = vectors_to_lines(direction, directed=True)
-    return View(float(trend[0]), float(plunge[0]), sense, reason)
-
-
-def _lower(text: str) -> str:
-    return text[:1].lower() + text[1:]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,9 +12,7 @@ import numpy.typing as npt
 from vomstudio.errors import UsageError
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geometry.view_frame import STEEP_DEG
-
-if TYPE_CHECKING:
-    from vomstudio.products.ortho.orthophoto import View
+from vomstudio.products.ortho.views import View
 
 FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".pdf": "PDF"}
 

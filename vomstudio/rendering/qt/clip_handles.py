@@ -4,71 +4,73 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
+from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QPainter
 
 from vomstudio.rendering.qt import bar_painting
+from vomstudio.rendering.qt.annotations import Annotations
+from vomstudio.rendering.qt.pane import Pane
+from vomstudio.rendering.qt.scene_life import SceneLife
+from vomstudio.rendering.qt.scene_picture import ScenePicture
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.clipping import FACES, ClipBox, along_axis
 from vomstudio.rendering.view.drawing import FeatureDrawing
 
 Array = npt.NDArray[np.float64]
-Size = tuple[float, float]
 
 FACE_PIXELS = 14.0
 
 
-class ClipHandles:
+class ClipHandles(QObject):
     """box : what is shown and picked, None for everything; handles : whether its faces can be
     dragged; hot : the face under the cursor."""
 
-    def __init__(self, camera: Camera) -> None:
-        self._camera = camera
+    changed = Signal(object)
+    """ClipBox, while a handle is dragged"""
+
+    def __init__(
+        self,
+        camera: Camera,
+        pane: Pane,
+        life: SceneLife,
+        picture: ScenePicture,
+        annotations: Annotations,
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
         self.box: ClipBox | None = None
         self.handles = True
         self.hot: int | None = None
+        self._camera, self._pane = camera, pane
+        self._life, self._picture, self._annotations = life, picture, annotations
 
-    def places(self, size: Size) -> tuple[Array, Array, list[bool]]:
-        """Pixels of the box's corners and handles, and which handles can be dragged from here."""
-        assert self.box is not None
-        corners, _ = self._camera.project(self.box.corners(), size)
-        centres = np.stack([self.box.face_centre(*face) for face in FACES])
-        pixels, _ = self._camera.project(centres, size)
-        usable = []
-        for (axis, _side), at in zip(FACES, pixels, strict=True):
-            good = bool(np.isfinite(at).all())
-            if good:
-                origin, direction = self._camera.ray(float(at[0]), float(at[1]), size)
-                good = along_axis(origin, direction, np.zeros(3), axis) is not None
-            usable.append(good)
-        return corners, pixels, usable
+    def set_box(self, box: ClipBox | None, *, handles: bool = True) -> None:
+        """Show and pick only what lies in a box; None for everything. `handles` to drag its faces
+        with are drawn or not."""
+        if handles != self.handles:
+            self.handles = handles
+            self._pane.update()
+        if box != self.box:
+            self.box = box
+            self._annotations.forget()
 
-    def face_at(self, x: float, y: float, size: Size) -> int | None:
-        """Which handle lies under a pixel."""
-        if self.box is None or not self.handles:
-            return None
-        _, pixels, usable = self.places(size)
-        off = np.hypot(pixels[:, 0] - x, pixels[:, 1] - y)
-        off = np.where(np.isfinite(off) & np.array(usable), off, np.inf)
-        best = int(np.argmin(off))
-        return best if off[best] <= FACE_PIXELS else None
+            def apply() -> None:
+                self._cut()
+                self._picture.redraw()
 
-    def drag(self, face: int, x: float, y: float, size: Size) -> bool:
-        """Move a face to where the line of sight through a pixel passes; False where that is
-        nowhere."""
-        assert self.box is not None
-        axis, side = FACES[face]
-        origin, direction = self._camera.ray(x, y, size)
-        value = along_axis(origin, direction, self.box.face_centre(axis, side), axis)
-        if value is None:
-            return False
-        self.box = self.box.with_face(axis, side, value)
-        return True
+            self._life.when_started(apply)
 
-    def paint(self, painter: QPainter, size: Size, held: int | None, letters: str) -> None:
-        if self.box is not None and self.handles:
-            corners, centres, usable = self.places(size)
-            hot = self.hot if held is None else held
-            bar_painting.draw_clip_box(painter, corners, centres, usable, hot, letters)
+    def _cut(self) -> None:
+        if self._life.scene is not None:
+            self._life.scene.set_clip(self.box)
+
+    # -- what is inside
+
+    def holds(self, points: Array) -> npt.NDArray[np.bool_]:
+        """(n,) whether World points (n, 3) are inside the box."""
+        if self.box is None:
+            return np.ones(len(points), np.bool_)
+        return self.box.holds(points)
 
     def meets(self, drawing: FeatureDrawing) -> bool:
         """Whether a part of a feature is inside the box."""
@@ -76,3 +78,63 @@ class ClipHandles:
             return True
         points = drawing.line if len(drawing.line) else drawing.anchor
         return bool(self.box.holds(points).any())
+
+    # -- dragging a face
+
+    def places(self) -> tuple[Array, Array, list[bool]]:
+        """Pixels of the box's corners and handles, and which handles can be dragged from here."""
+        assert self.box is not None
+        extent = self._pane.extent()
+        corners, _ = self._camera.project(self.box.corners(), extent)
+        centres = np.stack([self.box.face_centre(*face) for face in FACES])
+        pixels, _ = self._camera.project(centres, extent)
+        usable = []
+        for (axis, _side), at in zip(FACES, pixels, strict=True):
+            good = bool(np.isfinite(at).all())
+            if good:
+                origin, direction = self._camera.ray(float(at[0]), float(at[1]), extent)
+                good = along_axis(origin, direction, np.zeros(3), axis) is not None
+            usable.append(good)
+        return corners, pixels, usable
+
+    def face_at(self, x: float, y: float) -> int | None:
+        """Which handle lies under a pixel."""
+        if self.box is None or not self.handles:
+            return None
+        _, pixels, usable = self.places()
+        off = np.hypot(pixels[:, 0] - x, pixels[:, 1] - y)
+        off = np.where(np.isfinite(off) & np.array(usable), off, np.inf)
+        best = int(np.argmin(off))
+        return best if off[best] <= FACE_PIXELS else None
+
+    def drag_face(self, face: int, x: float, y: float) -> None:
+        """Move a face to where the line of sight through a pixel passes, if it passes anywhere."""
+        assert self.box is not None
+        axis, side = FACES[face]
+        origin, direction = self._camera.ray(x, y, self._pane.extent())
+        value = along_axis(origin, direction, self.box.face_centre(axis, side), axis)
+        if value is None:
+            return
+        self.box = self.box.with_face(axis, side, value)
+        self._annotations.forget()
+        self._cut()
+        self._picture.stir()
+        self.changed.emit(self.box)
+
+    def face_left(self) -> None:
+        """The face that was dragged is let go."""
+        self._picture.rest()
+        self._pane.update()
+
+    def hover(self, x: float, y: float, *, free: bool) -> None:
+        """The cursor stands at a pixel; `free` where nothing else is under it."""
+        face = self.face_at(x, y) if free else None
+        if face != self.hot:
+            self.hot = face
+            self._pane.update()
+
+    def paint(self, painter: QPainter, held: int | None, letters: str) -> None:
+        if self.box is not None and self.handles:
+            corners, centres, usable = self.places()
+            hot = self.hot if held is None else held
+            bar_painting.draw_clip_box(painter, corners, centres, usable, hot, letters)

@@ -9,16 +9,18 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
+import numpy.typing as npt
 from PySide6.QtCore import QObject, QPointF, Qt, QTimer, Signal
 from PySide6.QtGui import QMouseEvent, QWheelEvent
 
-from vomstudio.tools.types import Button, Pointer, PointerEvent
+from vomstudio.rendering.qt.pane import Pane
+from vomstudio.rendering.view.camera import Camera
+from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent, Preview
 
-if TYPE_CHECKING:
-    from vomstudio.rendering.qt.viewport import Viewport
+Array = npt.NDArray[np.float64]
 
 CLICK_PIXELS = 4.0
 HANDLE_PIXELS = 9.0
@@ -35,6 +37,40 @@ BUTTONS = {
 }
 
 
+class View(Pane, Protocol):
+    """What the gestures ask of the widget."""
+
+    preview: Preview | None
+
+    def pick(self, x: float, y: float) -> Hit | None: ...
+
+    def world_of(self, hit: Hit) -> Array: ...
+
+    def hover(self, x: float, y: float, *, free: bool) -> None:
+        """The cursor stands at a pixel; `free` where no vertex of the preview is under it."""
+
+
+class Moves(Protocol):
+    """What moves the camera."""
+
+    camera: Camera
+
+    def moved(self) -> None:
+        """The camera has been moved."""
+
+    def set_pivot(self, point_world: Array) -> None: ...
+
+
+class Faces(Protocol):
+    """Handles on the faces of a box."""
+
+    def face_at(self, x: float, y: float) -> int | None: ...
+
+    def drag_face(self, face: int, x: float, y: float) -> None: ...
+
+    def face_left(self) -> None: ...
+
+
 class Gestures(QObject):
     """orbit_button : the right one leaves drags with the left one to the tool, from the press on
     cursor : where the mouse is, None outside; hot_handle : the vertex of the preview under it
@@ -44,9 +80,10 @@ class Gestures(QObject):
     pointer = Signal(object)
     """PointerEvent"""
 
-    def __init__(self, view: Viewport) -> None:
-        super().__init__(view)
-        self._view = view
+    def __init__(self, view: View, moves: Moves, faces: Faces, parent: QObject) -> None:
+        super().__init__(parent)
+        self._view, self._moves, self._faces = view, moves, faces
+        self._camera = moves.camera
         self.orbit_button = Qt.MouseButton.LeftButton
         self._turntable = True
         self.cursor: QPointF | None = None
@@ -82,7 +119,7 @@ class Gestures(QObject):
         preview = self._view.preview
         if preview is None or not len(preview.line):
             return None
-        pixels, _ = self._view.camera.project(np.asarray(preview.line, float), self._view.extent())
+        pixels, _ = self._camera.project(np.asarray(preview.line, float), self._view.extent())
         off = np.hypot(pixels[:, 0] - x, pixels[:, 1] - y)
         off = np.where(np.isfinite(off), off, np.inf)
         best = int(np.argmin(off))
@@ -121,7 +158,7 @@ class Gestures(QObject):
         shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
         self._held_handle = self.handle_at(at.x(), at.y()) if left and not shift else None
         free = left and not shift and self._held_handle is None
-        self.held_face = self._view.face_at(at.x(), at.y()) if free else None
+        self.held_face = self._faces.face_at(at.x(), at.y()) if free else None
         event.accept()
 
     def _begin_action(self, event: QMouseEvent) -> None:
@@ -144,19 +181,19 @@ class Gestures(QObject):
         ):
             self._action = "pan"
             self._action_depth = (
-                None if at is None else float((at - view.camera.position) @ view.camera.direction)
+                None if at is None else float((at - self._camera.position) @ self._camera.direction)
             )
         elif button == self.orbit_button:
             self._action = "orbit"
             if at is not None:
-                view.camera.set_pivot(at)
+                self._camera.set_pivot(at)
         elif button == Qt.MouseButton.LeftButton:
             self._action = "tool"
             self.pointer.emit(self._event(Pointer.DRAG_START, self._press, button, event))
         elif button == Qt.MouseButton.RightButton:
             self._action = "zoom"
             if at is not None:
-                view.camera.set_pivot(at)
+                self._camera.set_pivot(at)
         else:
             self._action = "none"
 
@@ -175,7 +212,7 @@ class Gestures(QObject):
         self._last = at
         if self._action == "face":
             assert self.held_face is not None
-            self._view.drag_face(self.held_face, at.x(), at.y())
+            self._faces.drag_face(self.held_face, at.x(), at.y())
         elif self._action == "handle":
             move = self._event(Pointer.DRAG_MOVE, at, self._button, event)
             self.pointer.emit(replace(move, handle=self._held_handle))
@@ -185,7 +222,7 @@ class Gestures(QObject):
             self._move_camera(dx, dy)
 
     def _move_camera(self, dx: float, dy: float) -> None:
-        camera = self._view.camera
+        camera = self._camera
         if self._action == "orbit":
             turn = camera.orbit if self._turntable else camera.tumble
             turn(dx * DEGREES_PER_PIXEL, dy * DEGREES_PER_PIXEL)
@@ -193,13 +230,13 @@ class Gestures(QObject):
             camera.pan(dx, dy, self._view.extent()[1], self._action_depth)
         else:
             camera.zoom(ZOOM_PER_NOTCH ** (-dy / 30.0), camera.pivot)
-        self._view.moved()
+        self._moves.moved()
 
     def _drag_tool(self, event: QMouseEvent, at: QPointF, last: QPointF) -> None:
         """Tell the tool of the way from `last` to `at`, in steps that leave no gap between the
         places of its brush."""
         way, steps = at - last, 1
-        preview, camera = self._view.preview, self._view.camera
+        preview, camera = self._view.preview, self._camera
         brush = preview.brush if preview is not None else None
         if brush is not None:
             depth = float((brush.centre - camera.position) @ camera.direction)
@@ -227,7 +264,7 @@ class Gestures(QObject):
         press, self._press = self._press, None
         face, self.held_face = self.held_face, None
         if face is not None:
-            self._view.face_left()
+            self._faces.face_left()
             return
         if action == "handle":
             end = self._event(Pointer.DRAG_END, event.position(), event.button(), event)
@@ -253,7 +290,7 @@ class Gestures(QObject):
         self._after_double_click = True
         made = self._event(Pointer.DOUBLE_CLICK, event.position(), event.button(), event)
         if event.button() == Qt.MouseButton.LeftButton and made.hit is not None:
-            self._view.set_pivot(self._view.world_of(made.hit))
+            self._moves.set_pivot(self._view.world_of(made.hit))
         self.pointer.emit(made)
 
     def wheel(self, event: QWheelEvent) -> None:
@@ -265,9 +302,9 @@ class Gestures(QObject):
         if hit is not None:
             about = view.world_of(hit)
         else:
-            about = view.camera.at_depth(at.x(), at.y(), view.extent(), view.camera.distance)
-        view.camera.zoom(ZOOM_PER_NOTCH**notches, about)
-        view.moved()
+            about = self._camera.at_depth(at.x(), at.y(), view.extent(), self._camera.distance)
+        self._camera.zoom(ZOOM_PER_NOTCH**notches, about)
+        self._moves.moved()
         event.accept()
 
     # -- hovering

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from PySide6.QtGui import QPainter
 
-from vomstudio.rendering.qt import bar_painting, painting
+from vomstudio.rendering.qt import bar_painting, map_signs
 from vomstudio.rendering.qt.annotations import Annotations
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.drawing import FeatureDrawing
@@ -23,15 +23,16 @@ class Overlays:
     """Labels, colour bars, compass and scale bar.
 
     north_known, unit_known : whether World's y is North and its unit the metre
-    captions : names the models by id where several show a field
+    bars : the colour bars as they were last painted
     """
 
-    def __init__(self, camera: Camera) -> None:
+    def __init__(self, camera: Camera, captions: Mapping[str, str]) -> None:
+        """captions : names of the models by id, where several show a field."""
         self._camera = camera
+        self._captions = captions
         self.annotations = Annotations()
         self.north_known = True
         self.unit_known = True
-        self.captions: dict[str, str] = {}
         self.bars: list[bar_painting.ColorBar] = []
 
     def paint(
@@ -57,16 +58,16 @@ class Overlays:
             project,
             size,
             kept_free=(
-                painting.compass_box(height),
-                painting.scale_bar_box(width, height),
+                map_signs.compass_box(height),
+                map_signs.scale_bar_box(width, height),
                 *(bar.box for bar in self.bars),
             ),
             moving=moving,
         )
         for bar in self.bars:
             bar.paint(painter)
-        painting.draw_compass(painter, self._camera.frame, height, self.north_known)
-        painting.draw_scale_bar(
+        map_signs.draw_compass(painter, self._camera.frame, height, self.north_known)
+        map_signs.draw_scale_bar(
             painter,
             self._camera.metres_per_pixel(height),
             width,
@@ -82,7 +83,7 @@ class Overlays:
             scales = [(replace(s, unit="units") if s.unit == "m" else s, id_) for s, id_ in scales]
         several = len(scales) > 1
         captioned = [
-            (scale, (scale.title, self.captions.get(model_id, "") if several else ""))
+            (scale, (scale.title, self._captions.get(model_id, "") if several else ""))
             for scale, model_id in scales
         ]
         return bar_painting.lay_out_bars(captioned, *size)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.rendering.scene import skins, vtk_data
+from vomstudio.rendering.prepare import vtk_data
+from vomstudio.rendering.scene import skins
 from vomstudio.rendering.scene.model_scene import ModelScene, Part
 from vomstudio.rendering.view.scalars import reader
 

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from vtkmodules.vtkCommonDataModel import vtkPlaneCollection, vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
 
-from vomstudio.rendering.scene import vtk_data
+from vomstudio.rendering.prepare import vtk_data
 from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.tools.types import Area
 
@@ -69,13 +69,13 @@ class _Piece:
         edges = [(a, a.border, color) for a, _, color in areas]
         data = _points(faces, origin)
         data.SetPolys(vtk_data.runs_of_cells(0, data.GetNumberOfPoints() // 3, 3))
-        self.fill.GetMapper().SetInputData(data)
+        vtk_data.show(self.fill, data)
         data = _points(dots, origin)
         data.SetVerts(vtk_data.runs_of_cells(0, data.GetNumberOfPoints(), 1))
-        self.dots.GetMapper().SetInputData(data)
+        vtk_data.show(self.dots, data)
         data = _points(edges, origin)
         data.SetLines(vtk_data.runs_of_cells(0, data.GetNumberOfPoints() // 2, 2))
-        self.border.GetMapper().SetInputData(data)
+        vtk_data.show(self.border, data)
         for actor in (self.fill, self.dots, self.border):
             actor.SetVisibility(actor.GetMapper().GetInput().GetNumberOfPoints() > 0)
         self.place = dots[0][0].origin if dots else None

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from vtkmodules.vtkRenderingCore import vtkRenderWindow
-from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLFramebufferObject
+from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLFramebufferObject, vtkOpenGLRenderWindow
 
 GL_READ_FRAMEBUFFER = 0x8CA8
 GL_DRAW_FRAMEBUFFER = 0x8CA9
@@ -14,7 +13,7 @@ GL_NEAREST = 0x2600
 class Buffers:
     """Of one window, by name, each as large as the window was when it was saved."""
 
-    def __init__(self, window: vtkRenderWindow) -> None:
+    def __init__(self, window: vtkOpenGLRenderWindow) -> None:
         self._window = window
         self._buffers: dict[str, vtkOpenGLFramebufferObject] = {}
 

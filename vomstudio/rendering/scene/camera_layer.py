@@ -10,7 +10,7 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
 
 from vomstudio.geometry.frusta import Frustum
-from vomstudio.rendering.scene import vtk_data
+from vomstudio.rendering.prepare import vtk_data
 
 Array = npt.NDArray[np.float64]
 
@@ -91,7 +91,7 @@ class CameraLayer:
         ):  # fmt: skip
             actor = self._actors[name]
             make = self._faces if name.startswith("faces") else self._lines
-            actor.GetMapper().SetInputData(make(shown))
+            vtk_data.show(actor, make(shown))
             actor.SetVisibility(bool(shown))
             if name in width:
                 actor.GetProperty().SetLineWidth(width[name] * self.scale)

@@ -10,8 +10,11 @@ horizontal bands so that a software renderer can do it between the events of a w
 
 from __future__ import annotations
 
-from vtkmodules.vtkRenderingCore import vtkRenderWindow
-from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLFramebufferObject, vtkOpenGLQuadHelper
+from vtkmodules.vtkRenderingOpenGL2 import (
+    vtkOpenGLFramebufferObject,
+    vtkOpenGLQuadHelper,
+    vtkOpenGLRenderWindow,
+)
 
 STRENGTH = 200.0
 REACH_PIXELS = 1.4
@@ -75,7 +78,7 @@ class EyeDome:
 
     def shade(
         self,
-        window: vtkRenderWindow,
+        window: vtkOpenGLRenderWindow,
         source: vtkOpenGLFramebufferObject,
         size: tuple[int, int],
         rows: tuple[int, int],
@@ -120,7 +123,7 @@ class EyeDome:
         state.vtkglScissor(0, 0, *size)
         state.PopFramebufferBindings()
 
-    def release(self, window: vtkRenderWindow) -> None:
+    def release(self, window: vtkOpenGLRenderWindow) -> None:
         if self._quad is not None:
             self._quad.ReleaseGraphicsResources(window)
             self._quad = None

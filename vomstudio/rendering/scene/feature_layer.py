@@ -9,9 +9,10 @@ import numpy.typing as npt
 from vtkmodules.vtkCommonDataModel import vtkPlaneCollection, vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkMapper, vtkPolyDataMapper, vtkRenderer
 
-from vomstudio.rendering.scene import vtk_data
+from vomstudio.rendering.prepare import vtk_data
 from vomstudio.rendering.scene.area_layer import AreaLayer, Pixel, area_box
 from vomstudio.rendering.view.drawing import FeatureDrawing
+from vomstudio.tools.types import Area
 
 Array = npt.NDArray[np.float64]
 
@@ -126,6 +127,10 @@ class FeatureLayer:
         self.areas.select(ids)
         self._chosen_stale = True
 
+    def set_live(self, area: Area | None, color: tuple[float, float, float]) -> None:
+        """What a brush is touching; None for nothing."""
+        self.areas.set_live(area, color)
+
     def shown(self) -> list[FeatureDrawing]:
         return [d for d in self.drawings.values() if d.visible]
 
@@ -145,7 +150,7 @@ class FeatureLayer:
             shown = self.shown()
             self._dress("", self._lines(shown), LINE_WIDTH, HALO_EXTRA)
             discs = self._discs([d for d in shown if d.disc is not None])
-            self._actors["discs"].GetMapper().SetInputData(discs)
+            vtk_data.show(self._actors["discs"], discs)
         if self._chosen_stale:
             # The selected ones are drawn once more over all the others, so that a change of the
             # selection leaves the large arrays alone.
@@ -162,7 +167,7 @@ class FeatureLayer:
     def _dress(self, mark: str, data: vtkPolyData, width: float, halo: float) -> None:
         for name, wide in (("halo", width + halo), ("line", width), ("hidden", width)):
             actor = self._actors[name + mark]
-            actor.GetMapper().SetInputData(data)
+            vtk_data.show(actor, data)
             actor.GetProperty().SetLineWidth(wide * self.scale)
 
     def _lines(self, drawings: list[FeatureDrawing]) -> vtkPolyData:

@@ -14,9 +14,8 @@ from vtkmodules.vtkRenderingCore import vtkActor
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import Piece, StreamedCloud
-from vomstudio.rendering.scene.preparation import FieldReady
+from vomstudio.rendering.prepare.events import FieldReady, NodeStream
 from vomstudio.rendering.scene.skins import Skin
-from vomstudio.rendering.scene.streaming import Streamer
 from vomstudio.rendering.view.blocks import FaceChunk, PointChunk
 
 Array = npt.NDArray[np.float64]
@@ -69,7 +68,7 @@ class ModelScene:
     point_chunks: list[PointChunk] = field(default_factory=list)
     skins: dict[int, Skin] = field(default_factory=dict)
     locators: list[vtkStaticCellLocator] = field(default_factory=list)
-    streamer: Streamer | None = None
+    streamer: NodeStream | None = None
     shown_rows: dict[int, float] = field(default_factory=dict)
     """Nodes of a cloud that the view needs, and the spacing that their points close now."""
     needed: dict[int, float] = field(default_factory=dict)

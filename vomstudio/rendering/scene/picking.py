@@ -14,13 +14,12 @@ import numpy.typing as npt
 from vtkmodules.vtkCommonCore import mutable
 from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
 
+from vomstudio.geometry.boxes import box_range, boxes_hit
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.rendering.view.blocks import (
     FaceChunk,
     PointChunk,
-    box_range,
-    boxes_hit,
     first_face,
     points_near_ray,
 )

@@ -8,11 +8,13 @@ are there, the level before stays.
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 from vtkmodules.vtkRenderingCore import vtkActor, vtkRenderer, vtkRenderWindow, vtkTexture
 
-from vomstudio.rendering.scene import vtk_data
-from vomstudio.rendering.scene.textures import Texture
+from vomstudio.rendering.prepare import vtk_data
+from vomstudio.rendering.prepare.textures import Texture
 
 QUARTER_NAMES = ("actortexture", "quarter1", "quarter2", "quarter3")
 """The first is what VTK calls an actor's own texture."""
@@ -122,6 +124,7 @@ def wear(actor: vtkActor, pieces: list[vtkTexture]) -> None:
 
 
 def take_off(actor: vtkActor) -> None:
-    actor.SetTexture(None)  # VTK takes None
+    # VTK takes None for no texture; its stubs do not say so.
+    actor.SetTexture(cast(vtkTexture, None))
     actor.GetProperty().RemoveAllTextures()
     actor.GetShaderProperty().ClearAllFragmentShaderReplacements()

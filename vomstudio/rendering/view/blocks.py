@@ -14,6 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.geometry.boxes import box_range, boxes_hit
+
 FACES_PER_BLOCK = 64
 POINTS_PER_BLOCK = 128
 
@@ -39,28 +41,6 @@ def morton(points: Float32, low: Float32, size: float) -> npt.NDArray[np.uint32]
         np.clip(cell, 0.0, 1023.0, out=cell)
         code |= spread_bits(cell.astype(np.uint32)) << np.uint32(axis)
     return code
-
-
-def box_range(low: Float, high: Float, origin: Float, direction: Float) -> tuple[Float, Float]:
-    """Where a ray enters and leaves each box (n, 3) .. (n, 3); it misses where leave < enter."""
-    enter, leave = np.full(len(low), -np.inf), np.full(len(low), np.inf)
-    # Column by column: a reduction along rows of three is four times slower.
-    for k in range(3):
-        start, slope = origin[k], direction[k]
-        if abs(slope) < 1e-200:
-            beside = (low[:, k] > start) | (high[:, k] < start)
-            enter[beside] = np.inf
-        else:
-            a, b = (low[:, k] - start) / slope, (high[:, k] - start) / slope
-            np.maximum(enter, np.minimum(a, b), out=enter)
-            np.minimum(leave, np.maximum(a, b), out=leave)
-    return enter, leave
-
-
-def boxes_hit(low: Float, high: Float, origin: Float, direction: Float) -> npt.NDArray[np.bool_]:
-    """Which boxes (n, 3) .. (n, 3) a ray meets ahead of its origin."""
-    enter, leave = box_range(low, high, origin, direction)
-    return np.asarray(leave >= np.maximum(enter, 0.0))
 
 
 def ray_triangles(

@@ -98,7 +98,8 @@ def rotation(axis: Array, angle_deg: float) -> Array:
     a = math.radians(angle_deg)
     x, y, z = axis
     k = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + math.sin(a) * k + (1.0 - math.cos(a)) * (k @ k)
+    turn: Array = np.eye(3) + math.sin(a) * k + (1.0 - math.cos(a)) * (k @ k)
+    return turn
 
 
 class Camera:
@@ -119,21 +120,12 @@ class Camera:
 
     @property
     def direction(self) -> Array:
-        return self.frame[2]
+        direction: Array = self.frame[2]
+        return direction
 
     @property
     def tangent(self) -> float:
         return math.tan(math.radians(self.view_angle_deg) / 2.0)
-
-    def copy(self) -> Camera:
-        other = Camera()
-        other.position = self.position.copy()
-        other.frame = self.frame.copy()
-        other.distance = self.distance
-        other.pivot = self.pivot.copy()
-        other.view_angle_deg = self.view_angle_deg
-        other.orthographic = self.orthographic
-        return other
 
     # -- what is seen
 

@@ -42,7 +42,7 @@ class Symbol:
 class FeatureDrawing:
     """One feature of the document as the viewport draws it.
 
-    id : the record's id, given back by `Viewport.pick_feature`
+    id : the record's id, given back by `FeaturesShown.at`
     line : (k, 3) float64 World vertices joined in order; k may be 0
     disc : (c, 3) float64 World corners of a convex ring, drawn translucent, or None
     color : RGB 0..1

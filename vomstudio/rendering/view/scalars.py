@@ -11,28 +11,42 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.field_style import (
+    ELEVATION,
+    PALETTES,
+    PERCENTILES,
+    FieldStyle,
+    Kind,
+    field_names,
+)
 from vomstudio.geometry.mesh import Mesh
 
-ELEVATION = "elevation"
-PERCENTILES = (2.0, 98.0)
+__all__ = [
+    "ELEVATION",
+    "MISSING",
+    "PALETTES",
+    "PERCENTILES",
+    "Category",
+    "FieldStyle",
+    "Kind",
+    "Scale",
+    "field_names",
+    "make_scale",
+    "map_table",
+    "reader",
+    "title_of",
+    "unit_of",
+]
+
 MISSING = (128, 128, 128)
 """Colour of what has no value."""
-
-Kind = Literal["sequential", "diverging", "cyclic", "categories"]
-
-PALETTES: dict[Kind, tuple[str, ...]] = {
-    "sequential": ("viridis", "cividis", "magma", "gray"),
-    "diverging": ("RdBu_r", "PuOr_r"),
-    "cyclic": ("twilight", "hsv"),
-}
-"""Names of matplotlib's maps, the default first."""
 
 SAMPLE = 200_000
 PIECE = 1 << 19
@@ -79,38 +93,6 @@ _UNITS = (
     (("azimuth", "dip", "strike", "trend", "plunge", "aspect", "slope", "angle"), "°"),
     (("gps_time",), "s"),
 )
-
-
-@dataclass(frozen=True)
-class FieldStyle:
-    """How a field of one model is to be shown.
-
-    low, high : the range that was typed; None takes the percentile
-    percentiles : lowest and highest, 0..100
-    palette : a name of PALETTES; None is the kind's own
-    """
-
-    name: str
-    low: float | None = None
-    high: float | None = None
-    percentiles: tuple[float, float] = PERCENTILES
-    palette: str | None = None
-
-    def as_dict(self) -> dict[str, Any]:
-        return asdict(self)
-
-    @classmethod
-    def from_dict(cls, values: Any) -> FieldStyle:
-        """Raises ValueError where it is none."""
-        try:
-            ends = [None if values[k] is None else float(values[k]) for k in ("low", "high")]
-            first, last = (float(v) for v in values["percentiles"])
-            palette = values["palette"]
-            if palette is not None and palette not in sum(PALETTES.values(), ()):
-                raise ValueError(f"palette {palette!r}")
-            return cls(str(values["name"]), ends[0], ends[1], (first, last), palette)
-        except (KeyError, TypeError) as error:
-            raise ValueError(f"not the style of a field: {values!r}") from error
 
 
 @dataclass(frozen=True)
@@ -197,17 +179,6 @@ def round_step(smallest: float) -> float:
 
 
 # -- fields of a model
-
-
-def field_names(data: Mesh | PointCloud) -> tuple[str, ...]:
-    """What can be shown of a model: ELEVATION and its own numeric fields."""
-    count = len(data.vertices) if isinstance(data, Mesh) else len(data.points)
-    own = [
-        name
-        for name, values in data.fields.items()
-        if values.shape == (count,) and values.dtype.kind in "biuf"
-    ]
-    return (ELEVATION, *own)
 
 
 def title_of(name: str) -> str:

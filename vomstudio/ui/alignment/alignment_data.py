@@ -18,11 +18,26 @@ from PySide6.QtGui import QImage
 
 from vomstudio.errors import VomError
 from vomstudio.io.photos.pixels import orientation_of, stored, turned_upright, upright_pixels
+from vomstudio.jobs import job as jobs
 from vomstudio.jobs.events import Failed
+from vomstudio.jobs.inspection_tasks import (
+    INSPECT_ALIGNMENT,
+    INSPECT_DEPTHS,
+    INSPECT_PAIR,
+    INSPECT_RESIDUALS,
+    NOTHING_ALIGNED,
+    AlignedPhoto,
+    AlignmentIn,
+    AlignmentOverview,
+    DepthFacts,
+    PairIn,
+    PhotoIn,
+)
+from vomstudio.jobs.job import Request, Result
 from vomstudio.ui.common.background import Background
-from vomstudio.ui.common.job_bridge import Job
 from vomstudio.ui.common.picture_panes import Picture
 from vomstudio.ui.common.studio import Studio
+from vomstudio.workspace.jobs import RunningJob
 
 LONG_SIDE = 3200
 _KEPT = 4
@@ -78,9 +93,9 @@ class AlignmentData(QObject):
         self._studio, self.folder = studio, folder
         self._background = Background(self)
         self._photos: OrderedDict[str, ShownPhoto] = OrderedDict()
-        self._asked: dict[str, tuple[object, Job]] = {}
+        self._asked: dict[str, tuple[object, RunningJob]] = {}
         self._closed = False
-        self.overview: dict[str, Any] = {}
+        self.overview = NOTHING_ALIGNED
 
     def close(self) -> None:
         self._closed = True
@@ -89,50 +104,61 @@ class AlignmentData(QObject):
             self._studio.jobs.cancel(job)
 
     def read(self, then: Callable[[], None], failed: Callable[[str], None]) -> None:
-        def arrived(result: dict[str, Any], _: Arrays) -> None:
+        def arrived(result: AlignmentOverview, _: Arrays) -> None:
             self.overview = result
             then()
 
-        self._ask("inspect_alignment", {}, arrived, failed, arrays=False)
+        self._ask(INSPECT_ALIGNMENT, lambda _: AlignmentIn(self.folder), arrived, failed, None)
 
     def pair(
         self, a: str, b: str, then: Callable[[Arrays], None], failed: Callable[[str], None]
     ) -> None:
-        self._ask("inspect_pair", {"a": a, "b": b}, lambda _, arrays: then(arrays), failed)
+        def asked(into: Path) -> PairIn:
+            return PairIn(self.folder, into, a, b)
+
+        self._ask(INSPECT_PAIR, asked, lambda _, arrays: then(arrays), failed, _as_read)
 
     def residuals(
         self, name: str, then: Callable[[Arrays], None], failed: Callable[[str], None]
     ) -> None:
-        self._ask("inspect_residuals", {"name": name}, lambda _, arrays: then(arrays), failed)
+        def asked(into: Path) -> PhotoIn:
+            return PhotoIn(self.folder, into, name)
+
+        self._ask(INSPECT_RESIDUALS, asked, lambda _, arrays: then(arrays), failed, _as_read)
 
     def depths(
         self,
         name: str,
-        then: Callable[[dict[str, Any], Arrays], None],
+        then: Callable[[DepthFacts, Arrays], None],
         failed: Callable[[str], None],
     ) -> None:
         """Pictures and depths are turned upright."""
         path = self._path(name)
-        self._ask(
-            "inspect_depths", {"name": name}, then, failed, lambda arrays: _turn(arrays, path)
-        )
+
+        def asked(into: Path) -> PhotoIn:
+            return PhotoIn(self.folder, into, name)
+
+        self._ask(INSPECT_DEPTHS, asked, then, failed, lambda arrays: _turn(arrays, path))
 
     def _ask(
         self,
-        task: str,
-        args: dict[str, Any],
-        then: Callable[[dict[str, Any], Arrays], None],
+        task: jobs.Job[Request, Result],
+        asked: Callable[[Path], Request],
+        then: Callable[[Result, Arrays], None],
         failed: Callable[[str], None],
-        prepare: Callable[[Arrays], Arrays] = lambda arrays: arrays,
-        *,
-        arrays: bool = True,
+        prepare: Callable[[Arrays], Arrays] | None,
     ) -> None:
-        """Have a worker read something; of several wishes of one kind only the last is heard."""
-        if task in self._asked:
-            self._studio.jobs.cancel(self._asked[task][1])
+        """Have a worker read something; of several wishes of one kind only the last is heard.
+
+        asked : of the file for the arrays; prepare : of the arrays that come, None for a job that
+        answers without arrays
+        """
+        kind = task.name
+        if kind in self._asked:
+            self._studio.jobs.cancel(self._asked[kind][1])
         mark = object()
         into: Path | None = None
-        if arrays:
+        if prepare is not None:
             try:
                 descriptor, name = tempfile.mkstemp(".npz", "vomstudio-")
             except OSError as error:
@@ -142,20 +168,20 @@ class AlignmentData(QObject):
             into = Path(name)
 
         def current() -> bool:
-            return not self._closed and self._asked.get(task, (None,))[0] is mark
+            return not self._closed and self._asked.get(kind, (None,))[0] is mark
 
-        def arrived(result: dict[str, Any]) -> None:
-            if into is None:
+        def arrived(result: Result) -> None:
+            if into is None or prepare is None:
                 if current():
-                    del self._asked[task]
+                    del self._asked[kind]
                     then(result, {})
                 return
             self._background.run(lambda: _take(into, prepare), lambda made: read(result, made))
 
-        def read(result: dict[str, Any], made: object) -> None:
+        def read(result: Result, made: object) -> None:
             if not current():
                 return
-            del self._asked[task]
+            del self._asked[kind]
             if isinstance(made, dict):
                 then(result, made)
             else:
@@ -165,20 +191,19 @@ class AlignmentData(QObject):
             if into is not None:
                 into.unlink(missing_ok=True)
             if current():
-                del self._asked[task]
+                del self._asked[kind]
                 if not event.cancelled:
                     failed(event.message)
 
         job = self._studio.jobs.submit(
-            "inspection",
             task,
-            {"out": str(self.folder), "into": None if into is None else str(into), **args},
+            asked(into or Path()),
             title=self.tr("Reading the alignment"),
             on_done=arrived,
             on_failed=failing,
             quiet=True,
         )
-        self._asked[task] = (mark, job)
+        self._asked[kind] = (mark, job)
 
     def coverage(self, name: str, then: Callable[[float | None], None]) -> None:
         """Share of a photo's pixels that have a depth, as soon as a thread has counted."""
@@ -193,12 +218,12 @@ class AlignmentData(QObject):
         self._background.run(work, lambda made: then(made if isinstance(made, float) else None))
 
     # --- photos ------------------------------------------------------------------------------
-    def row(self, name: str) -> dict[str, Any]:
-        return next(photo for photo in self.overview["photos"] if photo["name"] == name)
+    def row(self, name: str) -> AlignedPhoto:
+        return next(photo for photo in self.overview.photos if photo.name == name)
 
     def _path(self, name: str) -> Path:
         """Where the photos were, or where they are once the folder was moved along with them."""
-        were = Path(self.overview["folder"] or ".")
+        were = Path(self.overview.folder or ".")
         places = (were, self.folder.parent / were.name, self.folder / "photos")
         return next((p / name for p in places if (p / name).is_file()), were / name)
 
@@ -209,7 +234,7 @@ class AlignmentData(QObject):
             then(self._photos[name])
             return
         row = self.row(name)
-        width, height = int(row["width"]), int(row["height"])
+        width, height = row.width, row.height
 
         def arrived(made: object) -> None:
             assert isinstance(made, ShownPhoto)
@@ -220,6 +245,10 @@ class AlignmentData(QObject):
 
         path = self._path(name)
         self._background.run(lambda: _read_photo(name, path, width, height), arrived)
+
+
+def _as_read(arrays: Arrays) -> Arrays:
+    return arrays
 
 
 def _turn(arrays: Arrays, photo: Path) -> Arrays:

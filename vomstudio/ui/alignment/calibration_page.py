@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QBrush, QColor
 from PySide6.QtWidgets import (
@@ -17,6 +15,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.jobs.inspection_tasks import AlignedCamera
 from vomstudio.rendering.view.scalars import map_table
 from vomstudio.ui.alignment.alignment_data import AlignmentData
 from vomstudio.ui.common.widgets import ComboBox
@@ -70,18 +69,18 @@ class CalibrationPage(QWidget):
         layout.addLayout(tables, 1)
 
     def fill(self) -> None:
-        cameras = self._data.overview["cameras"]
+        cameras = self._data.overview.cameras
         self.camera.clear()
         for number, camera in enumerate(cameras):
-            count = len(camera["photos"])
-            text = self.tr("{0}: {1} photos ({2} …)").format(number + 1, count, camera["photos"][0])
+            count = len(camera.photos)
+            text = self.tr("{0}: {1} photos ({2} …)").format(number + 1, count, camera.photos[0])
             if count == 1:
-                text = self.tr("{0}: {1}").format(number + 1, camera["photos"][0])
+                text = self.tr("{0}: {1}").format(number + 1, camera.photos[0])
             self.camera.addItem(text)
         self._show()
 
     def _show(self) -> None:
-        cameras = self._data.overview.get("cameras", [])
+        cameras = self._data.overview.cameras
         row = self.camera.currentIndex()
         if not 0 <= row < len(cameras):
             return
@@ -90,38 +89,38 @@ class CalibrationPage(QWidget):
         self._fill_parameters(camera)
         self._fill_correlation(camera)
 
-    def _sentences(self, camera: dict[str, Any]) -> str:
-        focal, sigma = camera["values"][0], camera["sigma"][0]
-        held = camera["focal"] == "held"
+    def _sentences(self, camera: AlignedCamera) -> str:
+        focal, sigma = camera.values[0], camera.sigma[0]
+        held = camera.focal == "held"
         state = self.tr("held") if held else self.tr("estimated")
         lines = [
             self.tr("Focal length {0}: <b>{1:,.1f} px</b>{2}. {3}.").format(
                 state,
                 focal,
                 "" if held or sigma is None else f" ± {sigma:,.1f} px",
-                camera["reason"][:1].upper() + camera["reason"][1:],
+                camera.reason[:1].upper() + camera.reason[1:],
             )
         ]
-        if camera["exif_px"] is None:
+        if camera.exif_px is None:
             lines.append(self.tr("EXIF does not tell it."))
         elif not held:
             lines.append(
                 self.tr("EXIF says {0:,.1f} px; the difference is {1:+.1f} %.").format(
-                    camera["exif_px"], 100 * (focal / camera["exif_px"] - 1)
+                    camera.exif_px, 100 * (focal / camera.exif_px - 1)
                 )
             )
-        lines.append(self.tr("Lens model {0}.").format(camera["model"]))
+        lines.append(self.tr("Lens model {0}.").format(camera.model))
         return " ".join(lines)
 
-    def _fill_parameters(self, camera: dict[str, Any]) -> None:
+    def _fill_parameters(self, camera: AlignedCamera) -> None:
         table = self.parameters
         table.setColumnCount(4)
         table.setHorizontalHeaderLabels(
             [self.tr("Parameter"), self.tr("Value"), self.tr("1 sigma"), self.tr("State")]
         )
-        table.setRowCount(len(camera["names"]))
-        for row, name in enumerate(camera["names"]):
-            value, sigma = camera["values"][row], camera["sigma"][row]
+        table.setRowCount(len(camera.names))
+        for row, name in enumerate(camera.names):
+            value, sigma = camera.values[row], camera.sigma[row]
             pixels = name[0] in "fc"
             free = sigma is None or sigma > 0
             if not free:
@@ -161,11 +160,11 @@ class CalibrationPage(QWidget):
             return self.tr("radial distortion")
         return self.tr("tangential distortion")
 
-    def _fill_correlation(self, camera: dict[str, Any]) -> None:
-        matrix = camera["correlation"]
+    def _fill_correlation(self, camera: AlignedCamera) -> None:
+        matrix = camera.correlation
         free = [k for k in range(len(matrix)) if matrix[k][k] is not None]
         table = self.correlation
-        names = [camera["names"][k] for k in free]
+        names = [camera.names[k] for k in free]
         table.setRowCount(len(free))
         table.setColumnCount(len(free))
         table.setHorizontalHeaderLabels(names)
@@ -190,14 +189,14 @@ class CalibrationPage(QWidget):
         table.setFixedWidth(len(free) * _CELL + table.verticalHeader().sizeHint().width() + 4)
         self._pairing.setText(self._strongest(camera, len(free)))
 
-    def _strongest(self, camera: dict[str, Any], free: int) -> str:
+    def _strongest(self, camera: AlignedCamera, free: int) -> str:
         if free == 0:
             return self.tr("Nothing of this camera was estimated.")
         if free == 1:
             return self.tr("Only one parameter was estimated: there is nothing to mistake it for.")
-        if camera["strongest"] is None:
+        if camera.strongest is None:
             return ""
-        a, b, value = camera["strongest"]
+        a, b, value = camera.strongest
         if abs(value) > STRONG:
             return self.tr(
                 "{0} and {1} can hardly be told apart ({2:+.2f}): each is worth less than its own "

@@ -12,12 +12,14 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QConicalGradient, QFontMetricsF, QImage, QPainter, QPen
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
+from vomstudio.jobs.inspection_tasks import DepthFacts
 from vomstudio.rendering.qt.bar_painting import ColorBar
 from vomstudio.rendering.qt.painting import DARK, PANEL, TEXT, system_font
 from vomstudio.rendering.view.scalars import Scale, map_table
 from vomstudio.ui.alignment.alignment_data import AlignmentData, Arrays, to_image
 from vomstudio.ui.common.number_table import Column, NumberTable
-from vomstudio.ui.common.picture_panes import Painter, Picture, PicturePanes
+from vomstudio.ui.common.pane_painters import Painter
+from vomstudio.ui.common.picture_panes import Picture, PicturePanes
 from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, column_of, side_by_side
 
 _WIDTH = 260
@@ -30,7 +32,7 @@ class DepthPage(QWidget):
         super().__init__()
         self._data = data
         self._wanted = ""
-        self._facts: dict[str, Any] = {}
+        self._facts = DepthFacts(0.0, 1.0, 0.0)
         self._arrays: Arrays | None = None
         self._images: dict[str, QImage] = {}
         self._has: dict[str, bool] = {}
@@ -82,13 +84,13 @@ class DepthPage(QWidget):
 
     @property
     def unit(self) -> str:
-        return "m" if self._data.overview.get("scaled") else self.tr("units")
+        return "m" if self._data.overview.scaled else self.tr("units")
 
     def fill(self) -> None:
         rows: list[tuple[tuple[Any, ...], str]] = []
-        for photo in self._data.overview["photos"]:
-            self._has[photo["name"]] = photo["has_depths"]
-            rows.append(((photo["name"], None), "" if photo["has_depths"] else self.tr("No map")))
+        for photo in self._data.overview.photos:
+            self._has[photo.name] = photo.has_depths
+            rows.append(((photo.name, None), "" if photo.has_depths else self.tr("No map")))
         self.table.fill(rows)
         if not any(self._has.values()):
             self.panes.say(self.tr("Depth maps are made after the alignment; there are none yet."))
@@ -115,7 +117,7 @@ class DepthPage(QWidget):
             self.panes.say(self.tr("Reading…"))
         self._data.depths(name, partial(self._there, name), self.panes.say)
 
-    def _there(self, name: str, facts: dict[str, Any], arrays: Arrays) -> None:
+    def _there(self, name: str, facts: DepthFacts, arrays: Arrays) -> None:
         if name != self._wanted:
             return
         self._facts, self._arrays = facts, arrays
@@ -125,7 +127,7 @@ class DepthPage(QWidget):
         self._said.setText(
             self.tr(
                 "{0:.0%} of the pixels of {1} have a depth, from {2:.2f} to {3:.2f} {4}"
-            ).format(facts["coverage"], name, facts["low"], facts["high"], self.unit)
+            ).format(facts.coverage, name, facts.low, facts.high, self.unit)
         )
 
     def _draw(self) -> None:
@@ -143,7 +145,7 @@ class DepthPage(QWidget):
         )
         over: Painter
         if what == "normals":
-            over = partial(_compass, letters="NESW" if self._data.overview.get("crs") else "yx")
+            over = partial(_compass, letters="NESW" if self._data.overview.crs else "yx")
         else:
             over = partial(_bar, scale=self._scale(what))
         self.panes.draw_over([None, over])
@@ -161,8 +163,8 @@ class DepthPage(QWidget):
             return Scale(self.tr("Confidence"), "", "sequential", 0.0, 1.0, table)
         facts = self._facts
         return Scale(
-            self.tr("Depth"), self.unit, "sequential", facts["low"], facts["high"], table,
-            below=True, above=True, missing=facts["coverage"] < 1.0,
+            self.tr("Depth"), self.unit, "sequential", facts.low, facts.high, table,
+            below=True, above=True, missing=facts.coverage < 1.0,
         )  # fmt: skip
 
     def _hovered(self, place: tuple[int, float, float] | None) -> None:

@@ -12,7 +12,8 @@ from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLabel, QWidget
 from vomstudio.ui.alignment.alignment_data import AlignmentData, Arrays, ShownPhoto
 from vomstudio.ui.alignment.pair_matrix import PairMatrix
 from vomstudio.ui.common.number_table import Column, NumberTable
-from vomstudio.ui.common.picture_panes import Links, PicturePanes, both, dots
+from vomstudio.ui.common.pane_painters import both, dots
+from vomstudio.ui.common.picture_panes import Links, PicturePanes
 from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, column_of, side_by_side
 
 _LINES = (60, 250, 1000)
@@ -94,18 +95,18 @@ class MatchPage(QWidget):
     # --- choosing ----------------------------------------------------------------------------
     def fill(self) -> None:
         facts = self._data.overview
-        self._names = [photo["name"] for photo in facts["photos"]]
-        weak = facts["weak_below"]
-        flagged = sum(0 < pair[3] < weak for pair in facts["pairs"])
+        self._names = [photo.name for photo in facts.photos]
+        weak = facts.weak_below
+        flagged = sum(0 < pair[3] < weak for pair in facts.pairs)
         words = self.tr("Agreeing matches of every two photos, the brighter the more.")
         if flagged:
             words += " " + self.tr("Orange: weak, with fewer than {0} ({1} of {2} pairs).").format(
-                weak, flagged, len(facts["pairs"])
+                weak, flagged, len(facts.pairs)
             )
         self._legend.setText(words)
-        self.matrix.fill(self._names, facts["pairs"], weak)
+        self.matrix.fill(self._names, facts.pairs, weak)
         rows: list[tuple[tuple[Any, ...], str]] = []
-        for i, j, tried, kept in facts["pairs"]:
+        for i, j, tried, kept in facts.pairs:
             share = kept / tried if tried else None
             note = ""
             if 0 < kept < weak:

@@ -9,10 +9,12 @@ import numpy as np
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
+from vomstudio.jobs.inspection_tasks import AlignmentOverview
 from vomstudio.registration.residual_scale import exaggeration
 from vomstudio.ui.alignment.alignment_data import AlignmentData, Arrays, ShownPhoto
 from vomstudio.ui.common.number_table import Column, NumberTable
-from vomstudio.ui.common.picture_panes import PicturePanes, vectors
+from vomstudio.ui.common.pane_painters import vectors
+from vomstudio.ui.common.picture_panes import PicturePanes
 from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, column_of, side_by_side
 
 _FACTORS = (1, 10, 20, 50, 100, 200, 500, 1000)
@@ -78,18 +80,18 @@ class ResidualPage(QWidget):
     def fill(self) -> None:
         facts = self._data.overview
         rows: list[tuple[tuple[Any, ...], str]] = []
-        for photo in facts["photos"]:
+        for photo in facts.photos:
             note = ""
-            if photo["part"] is None:
-                note = self.tr("Not placed: it {0}").format(photo["reason"] or "–")
-            elif photo["part"] > 0:
+            if photo.part is None:
+                note = self.tr("Not placed: it {0}").format(photo.reason or "–")
+            elif photo.part > 0:
                 note = self.tr("Placed in a part of its own that does not join the model")
             values = (
-                photo["name"],
-                photo["tie_points"],
-                photo["error_px"],
-                photo["largest_px"],
-                photo["gps_m"],
+                photo.name,
+                photo.tie_points,
+                photo.error_px,
+                photo.largest_px,
+                photo.gps_m,
             )
             rows.append((values, note))
         self._summary.setText(self._words(facts))
@@ -97,13 +99,13 @@ class ResidualPage(QWidget):
         if rows:
             self.table.choose(lambda values: values[2] is not None)
 
-    def _words(self, facts: dict[str, Any]) -> str:
+    def _words(self, facts: AlignmentOverview) -> str:
         words = self.tr("{0:,} tie points, mean error {1} px.").format(
-            facts["tie_points"],
-            "–" if facts["reprojection_error_px"] is None
-            else f"{facts['reprojection_error_px']:.2f}",
+            facts.tie_points,
+            "–" if facts.reprojection_error_px is None
+            else f"{facts.reprojection_error_px:.2f}",
         )  # fmt: skip
-        registered = facts["registration"]
+        registered = facts.registration
         if "refused" in registered:
             words += " " + self.tr("No GPS residuals: {0}.").format(registered["refused"])
         elif registered.get("rms_m") is not None:

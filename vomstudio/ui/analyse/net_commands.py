@@ -2,65 +2,75 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFileDialog
+from PySide6.QtWidgets import QFileDialog, QWidget
 
 from vomstudio.document import comparison, edits
 from vomstudio.document.records import Model
 from vomstudio.errors import VomError
 from vomstudio.geometry import transform
 from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.chosen import start_folder
+from vomstudio.ui.common.studio import Studio
 
 if TYPE_CHECKING:
     from vomstudio.ui.analyse.readings_dialog import Place
-    from vomstudio.ui.common.studio import Studio
-    from vomstudio.ui.shell.main_window import MainWindow
+    from vomstudio.ui.analyse.stereonet_panel import StereonetPanel
 
 
-def commands(w: MainWindow) -> list[Command]:
+def commands(
+    studio: Studio, net: Callable[[], StereonetPanel | None], parent: QWidget
+) -> list[Command]:
+    """net : None until its library is there. parent : of the dialogs."""
+
     def no_net() -> str | None:
-        if not hasattr(w, "net"):
+        if net() is None:
             return "the net is still being made"
-        return None if w.studio.session.features() else "there is nothing on the net yet"
+        return None if studio.session.features() else "there is nothing on the net yet"
+
+    def export() -> None:
+        if (panel := net()) is not None:
+            choose_picture(parent, studio, panel)
 
     return [
-        Command("import_readings", "Import &field measurements…", lambda: choose_readings(w),
+        Command("import_readings", "Import &field measurements…",
+                lambda: choose_readings(parent, studio),
                 "compass-outline", (), "Compass readings from a table, to compare with what is "
                 "picked on the model"),
-        Command("export_net", "Export stereo&net…", lambda: choose_picture(w), "export-variant", (),
+        Command("export_net", "Export stereo&net…", export, "export-variant", (),
                 "The net as a figure: SVG, PDF or PNG", no_net),
     ]  # fmt: skip
 
 
 # --- field measurements ----------------------------------------------------------------------
-def choose_readings(w: MainWindow) -> None:
+def choose_readings(parent: QWidget, studio: Studio) -> None:
     name, _ = QFileDialog.getOpenFileName(
-        w,
-        w.tr("Import field measurements"),
-        w.files.folder(),
+        parent,
+        parent.tr("Import field measurements"),
+        start_folder(studio),
         "Tables (*.csv *.txt *.tsv *.dat);;All files (*)",
     )
     if name:
-        import_readings(w, Path(name))
+        import_readings(parent, studio, Path(name))
 
 
-def import_readings(w: MainWindow, path: Path) -> None:
+def import_readings(parent: QWidget, studio: Studio, path: Path) -> None:
     """Ask what the columns are and add the readings."""
-    from vomstudio.io.project.readings import read_field_table
+    from vomstudio.io.project.field_table import read_field_table
     from vomstudio.ui.analyse.readings_dialog import ReadingsDialog
 
-    studio = w.studio
     try:
         table = read_field_table(path)
     except VomError as error:
         studio.fail(error)
         return
     dialog = ReadingsDialog(
-        w, table, dict(studio.records), place_of(studio), type_id=studio.next_type_id
+        parent, table, dict(studio.records), place_of(studio), type_id=studio.next_type_id
     )
     dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 
@@ -104,33 +114,35 @@ _PATTERNS = {
 _LEGEND_ROW_MM = 4.8
 
 
-def choose_picture(w: MainWindow) -> None:
-    stem = "stereonet" if w.studio.project.untitled else f"{w.studio.project.name}-stereonet"
+def choose_picture(parent: QWidget, studio: Studio, panel: StereonetPanel) -> None:
+    project = studio.project
+    stem = "stereonet" if project.untitled else f"{project.name}-stereonet"
     name, pattern = QFileDialog.getSaveFileName(
-        w,
-        w.tr("Export stereonet"),
-        str(Path(w.files.folder()) / f"{stem}.svg"),
+        parent,
+        parent.tr("Export stereonet"),
+        str(Path(start_folder(studio)) / f"{stem}.svg"),
         ";;".join(_PATTERNS),
     )
     if name:
         path = Path(name)
         if path.suffix.lower().removeprefix(".") not in _PATTERNS.values():
             path = Path(f"{name}.{_PATTERNS.get(pattern, 'svg')}")
-        export_net(w, path)
+        export_net(studio, panel, path)
 
 
-def export_net(w: MainWindow, path: Path) -> None:
+def export_net(studio: Studio, panel: StereonetPanel, path: Path) -> None:
     """Write what the net shows, on white, at the size of a figure."""
     from vomstudio.files.atomic import atomic_write
     from vomstudio.products.net.figure import PRINT_SIZE_MM, write_stereonet
 
-    def write() -> None:
-        net = w.net.for_print()
+    try:
+        net = panel.for_print()
         wide, high = PRINT_SIZE_MM
         high = max(high, _LEGEND_ROW_MM * (len(net.sets) + 8))  # a figure shows the whole legend
         format_ = path.suffix.lower().removeprefix(".")
         with atomic_write(path, True) as temporary:
             write_stereonet(temporary, net, format=format_, size_mm=(wide, high))
-        w.studio.info(f"Written: {path}")
-
-    w.files.attempt(write)
+    except VomError as error:
+        studio.fail(error)
+    else:
+        studio.info(f"Written: {path}")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from PySide6.QtCore import Qt, QTimer
@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
     QMessageBox,
     QRadioButton,
     QVBoxLayout,
+    QWidget,
 )
 
 from vomstudio.document.records import Model
@@ -26,96 +27,37 @@ from vomstudio.errors import VomError
 from vomstudio.geology.notation import format_line
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry import transform
+from vomstudio.geometry.units import length_text as length
 from vomstudio.jobs.events import Failed
-from vomstudio.products.ortho import orthophoto
-from vomstudio.ui.common.actions import Command
+from vomstudio.jobs.product_tasks import ORTHOPHOTO, OrthophotoOrder, WrittenOrthophoto
+from vomstudio.products.ortho import orthophoto, planning, views
+from vomstudio.rendering.qt.viewport import Viewport
+from vomstudio.ui.common.chosen import current_model, start_folder
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import ComboBox, file_field
-from vomstudio.ui.common.wording import length
-from vomstudio.ui.interpret.trace_panel import parse_number
-
-if TYPE_CHECKING:
-    from vomstudio.ui.shell.main_window import MainWindow
-
-WHOLE, SEEN = "whole", "seen"
-
-
-def commands(w: MainWindow) -> list[Command]:
-    def why_not() -> str | None:
-        return None if w.viewport is not None and w.studio.models else "open a model first"
-
-    return [
-        Command("orthophoto", "&Orthophoto along this view…", lambda: OrthoDialog(w).open(),
-                "camera-metering-matrix", "Ctrl+P",
-                "A scale-true picture of the model as it is looked at now, as GeoTIFF", why_not),
-    ]  # fmt: skip
+from vomstudio.ui.scene.view_panel import ViewPanel
 
 
 class OrthoDialog(QDialog):
     """Accepting it starts the job; the window goes on meanwhile."""
 
-    def __init__(self, window: MainWindow) -> None:
-        super().__init__(window)
+    def __init__(
+        self, parent: QWidget, studio: Studio, viewport: Viewport, directions: ViewPanel
+    ) -> None:
+        """directions : knows what the view's direction was taken from"""
+        super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(self.tr("Orthophoto along this view"))
         self.setMinimumWidth(640)
-        self._window, self._studio = window, window.studio
-        assert window.viewport is not None
-        trend, plunge = window.viewport.view_direction()
+        self._studio = studio
+        trend, plunge = viewport.moves.view_direction()
         self._direction = Line(trend % 360.0, plunge)
-        centre, width, height = window.viewport.seen()
+        centre, width, height = viewport.moves.seen()
         x, y, z = (float(v) for v in centre)
-        self._seen = orthophoto.Region((x, y, z), width, height)
-        self._words, self._error_deg = window.view_panel.judged(self._direction)
-
-        self.model = ComboBox()
-        for record in self._studio.session.of(Model):
-            if record.id in self._studio.models:
-                self.model.addItem(record.name, record.id)
-        chosen = window.files.current_model()
-        if chosen is not None:
-            self.model.setCurrentIndex(max(0, self.model.findData(chosen.id)))
-        direction = QLabel(f"<b>{format_line(self._direction, 1)}</b>  {self._words}")
-        direction.setWordWrap(True)
-        self._cost = QLabel()
-        self._cost.setWordWrap(True)
-        self.flip = QCheckBox(self.tr("from the other side (a mirror image)"))
-        self.whole = QRadioButton(self.tr("the whole model"))
-        self.seen = QRadioButton(self.tr("what the view shows"))
-        self.whole.setChecked(True)
-        area = QHBoxLayout()
-        area.addWidget(self.whole)
-        area.addWidget(self.seen)
-        area.addStretch()
-        self.gsd = QLineEdit()
-        self.gsd.setObjectName("ortho_gsd")
-        self.gsd.setFixedWidth(90)
-        self._size = QLabel()
-        self._size.setWordWrap(True)
-        pixel = QHBoxLayout()
-        pixel.addWidget(self.gsd)
-        self._unit = QLabel()
-        pixel.addWidget(self._unit)
-        pixel.addWidget(self._size, 1)
-        self.sheet = QCheckBox(self.tr("a sheet to look at beside it, with scale bar and labels"))
-        self.sheet_format = ComboBox()
-        for name in ("png", "pdf"):
-            self.sheet_format.addItem(name.upper(), name)
-        self.sheet.setChecked(True)
-        sheet = QHBoxLayout()
-        sheet.addWidget(self.sheet)
-        sheet.addWidget(self.sheet_format)
-        sheet.addStretch()
-        self.target, file = file_field("ortho_target", self.tr("Choose…"), self._browse)
-        form = QFormLayout()
-        form.setVerticalSpacing(8)
-        form.addRow(self.tr("Model"), self.model)
-        form.addRow(self.tr("Looking"), direction)
-        form.addRow("", self.flip)
-        form.addRow(self.tr("If it is off"), self._cost)
-        form.addRow(self.tr("Area"), area)
-        form.addRow(self.tr("Pixel size"), pixel)
-        form.addRow(self.tr("Sheet"), sheet)
-        form.addRow(self.tr("Write to"), file)
+        self._seen = planning.Region((x, y, z), width, height)
+        self._words, self._error_deg = directions.judged(self._direction)
+        form = self._make_form()
         self._buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
         self._start = self._buttons.addButton(
             self.tr("Make the orthophoto"), QDialogButtonBox.ButtonRole.AcceptRole
@@ -128,16 +70,75 @@ class OrthoDialog(QDialog):
         self.model.currentIndexChanged.connect(self._propose)
         for signal in (self.whole.toggled, self.gsd.textChanged, self.target.textChanged):
             signal.connect(self._check)
-        folder = (
-            Path(window.files.folder())
-            if self._studio.project.untitled
-            else self._studio.project.folder.parent
-        )
+        project = studio.project
+        folder = Path(start_folder(studio)) if project.untitled else project.folder.parent
         stem = f"ortho_{trend % 360.0:03.0f}_{plunge:+03.0f}"
         self.target.setText(str(folder / f"{stem}.tif"))
         # The texture's resolution is looked for once the dialog is on the screen.
         self._size.setText(self.tr("looking at the model…"))
         QTimer.singleShot(0, self._propose)
+
+    # --- parts -------------------------------------------------------------------------------
+    def _make_form(self) -> QFormLayout:
+        self.model = ComboBox()
+        for record in self._studio.session.of(Model):
+            if record.id in self._studio.models:
+                self.model.addItem(record.name, record.id)
+        chosen = current_model(self._studio)
+        if chosen is not None:
+            self.model.setCurrentIndex(max(0, self.model.findData(chosen.id)))
+        direction = QLabel(f"<b>{format_line(self._direction, 1)}</b>  {self._words}")
+        direction.setWordWrap(True)
+        self._cost = QLabel()
+        self._cost.setWordWrap(True)
+        self.flip = QCheckBox(self.tr("from the other side (a mirror image)"))
+        self.target, file = file_field("ortho_target", self.tr("Choose…"), self._browse)
+        form = QFormLayout()
+        form.setVerticalSpacing(8)
+        form.addRow(self.tr("Model"), self.model)
+        form.addRow(self.tr("Looking"), direction)
+        form.addRow("", self.flip)
+        form.addRow(self.tr("If it is off"), self._cost)
+        form.addRow(self.tr("Area"), self._make_area())
+        form.addRow(self.tr("Pixel size"), self._make_pixel())
+        form.addRow(self.tr("Sheet"), self._make_sheet())
+        form.addRow(self.tr("Write to"), file)
+        return form
+
+    def _make_area(self) -> QHBoxLayout:
+        self.whole = QRadioButton(self.tr("the whole model"))
+        self.seen = QRadioButton(self.tr("what the view shows"))
+        self.whole.setChecked(True)
+        area = QHBoxLayout()
+        area.addWidget(self.whole)
+        area.addWidget(self.seen)
+        area.addStretch()
+        return area
+
+    def _make_pixel(self) -> QHBoxLayout:
+        self.gsd = QLineEdit()
+        self.gsd.setObjectName("ortho_gsd")
+        self.gsd.setFixedWidth(90)
+        self._size = QLabel()
+        self._size.setWordWrap(True)
+        pixel = QHBoxLayout()
+        pixel.addWidget(self.gsd)
+        self._unit = QLabel()
+        pixel.addWidget(self._unit)
+        pixel.addWidget(self._size, 1)
+        return pixel
+
+    def _make_sheet(self) -> QHBoxLayout:
+        self.sheet = QCheckBox(self.tr("a sheet to look at beside it, with scale bar and labels"))
+        self.sheet_format = ComboBox()
+        for name in ("png", "pdf"):
+            self.sheet_format.addItem(name.upper(), name)
+        self.sheet.setChecked(True)
+        sheet = QHBoxLayout()
+        sheet.addWidget(self.sheet)
+        sheet.addWidget(self.sheet_format)
+        sheet.addStretch()
+        return sheet
 
     # --- what it will be ----------------------------------------------------------------------
     def _model(self) -> Model:
@@ -151,7 +152,7 @@ class OrthoDialog(QDialog):
         low, high = self._studio.models[model.id].data.bounds
         grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
         corners = transform.apply(model.to_world, np.where(grid == 1, high, low))
-        view = orthophoto.view_along_line(self._direction.trend_deg, self._direction.plunge_deg)
+        view = views.view_along_line(self._direction.trend_deg, self._direction.plunge_deg)
         return view.frame.to_view(corners, np.asarray(self._seen.centre))
 
     def _extent(self) -> tuple[float, float]:
@@ -167,13 +168,13 @@ class OrthoDialog(QDialog):
     def _propose(self) -> None:
         model = self._model()
         data = self._studio.models[model.id].data
-        gsd, self._why = orthophoto.default_gsd(data, model.to_world, max(self._extent()))
+        gsd, self._why = planning.default_gsd(data, model.to_world, max(self._extent()))
         self.gsd.setText(f"{gsd:g}")
         box = self._box()
         deep = float(np.ptp(box[:, 2]))
         metric = model.frame.has_metres
         self._unit.setText("m  " if metric else self.tr("units  "))
-        cost = orthophoto.cost_of_direction(self._error_deg, deep, metric=metric)
+        cost = views.cost_of_direction(self._error_deg, deep, metric=metric)
         self._cost.setText(cost[:1].upper() + cost[1:])
         self._check()
         # Labels of several lines have their text only now.
@@ -195,7 +196,7 @@ class OrthoDialog(QDialog):
                 f"up to {width / gsd:,.0f} × {height / gsd:,.0f} pixels, "
                 f"{' × '.join(size)}\nproposed: {self._why}"
             )
-            if pixels > orthophoto.MAX_PIXELS:
+            if pixels > planning.MAX_PIXELS:
                 why = f"{pixels / 1e6:,.0f} million pixels are too many; make them larger"
         if why is None and not self.target.text().lower().endswith((".tif", ".tiff")):
             why = "the file's name must end in .tif"
@@ -219,14 +220,12 @@ class OrthoDialog(QDialog):
             studio.warn(f"The file of {model.name} is not where it was; locate it first.")
             return
         out = Path(self.target.text()).expanduser()
-        view = orthophoto.View(
+        view = views.View(
             self._direction.trend_deg, self._direction.plunge_deg, "as given", self._words
         )
         if self.flip.isChecked():
             view = view.flipped()
-        region = None
-        if self.seen.isChecked():
-            region = [list(self._seen.centre), self._seen.width, self._seen.height]
+        region = self._seen if self.seen.isChecked() else None
         ending = str(self.sheet_format.currentData())
         sheet = out.with_name(f"{out.stem}_sheet.{ending}") if self.sheet.isChecked() else None
         try:
@@ -238,29 +237,21 @@ class OrthoDialog(QDialog):
         if there and not self._replace(there):
             return
         studio.jobs.submit(
-            "products",
-            "orthophoto",
-            {
-                "path": str(path),
-                "cache": str(studio.project.cache),
-                "view": {
-                    "trend_deg": view.trend_deg,
-                    "plunge_deg": view.plunge_deg,
-                    "sense": view.sense,
-                    "reason": view.reason,
-                    "north_known": model.frame.has_north,
-                    "metric": model.frame.has_metres,
-                },
-                "to_world": [list(row) for row in model.to_world],
-                "crs": model.frame.crs,
-                "gsd": parse_number(self.gsd.text()),
-                "region": region,
-                "out": str(out),
-                "sheet": None if sheet is None else str(sheet),
-            },
+            ORTHOPHOTO,
+            OrthophotoOrder(
+                path,
+                studio.project.cache,
+                replace(view, north_known=model.frame.has_north, metric=model.frame.has_metres),
+                model.to_world,
+                model.frame.crs,
+                parse_number(self.gsd.text()),
+                region,
+                out,
+                sheet,
+            ),
             title=f"Orthophoto {out.name}",
-            on_done=lambda result: _say_done(self._window, result),
-            on_failed=lambda event: _say_failed(self._window, event),
+            on_done=lambda result: _say_done(studio, result),
+            on_failed=lambda event: _say_failed(studio, event),
         )
         super().accept()
 
@@ -273,16 +264,16 @@ class OrthoDialog(QDialog):
         return answer == QMessageBox.StandardButton.Yes
 
 
-def _say_done(window: MainWindow, result: dict[str, Any]) -> None:
+def _say_done(studio: Studio, made: WrittenOrthophoto) -> None:
     words = (
-        f"Written: {result['image']}, {result['width']} × {result['height']} pixels of "
-        f"{result['gsd_m']:g} {result['unit']}, {result['coverage']:.0%} covered by the model"
+        f"Written: {made.image}, {made.width} × {made.height} pixels of "
+        f"{made.gsd_m:g} {made.unit}, {made.coverage:.0%} covered by the model"
     )
-    window.studio.info(words + (f"; sheet: {result['sheet']}" if result["sheet"] else "") + ".")
-    if result["warnings"]:
-        window.studio.info("\n".join(result["warnings"]))
+    studio.info(words + (f"; sheet: {made.sheet}" if made.sheet else "") + ".")
+    if made.warnings:
+        studio.info("\n".join(made.warnings))
 
 
-def _say_failed(window: MainWindow, event: Failed) -> None:
+def _say_failed(studio: Studio, event: Failed) -> None:
     if not event.cancelled:
-        window.studio.warn(event.message, "error")
+        studio.warn(event.message, "error")

@@ -24,13 +24,14 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.document.edits import suggest_type
-from vomstudio.document.records import FeatureType, Reading, Record
+from vomstudio.document.kinds.reading import Reading
+from vomstudio.document.records import FeatureType, Record
 from vomstudio.io.gis.crs import convergence_deg, crs_name, from_degrees
+from vomstudio.io.project.field_columns import guess
+from vomstudio.io.project.field_table import FieldTable
 from vomstudio.io.project.readings import (
     FieldReadings,
-    FieldTable,
     Turn,
-    guess,
     make_readings,
     understand,
     what_is_missing,

@@ -31,8 +31,10 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.document.edit import Edit
-from vomstudio.document.measurements import Measurement
-from vomstudio.document.records import FEATURES, TYPED, FeatureType, Intersection, Reading, Typed
+from vomstudio.document.kind import Evidence, NetLook
+from vomstudio.document.kinds import KINDS, kind_of
+from vomstudio.document.measurement import Measurement
+from vomstudio.document.records import FeatureType, Typed, get_feature
 from vomstudio.errors import VomError
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.notation import format_line
@@ -203,7 +205,10 @@ class StereonetPanel(QWidget):
         features = [
             f
             for f in studio.session.features()
-            if isinstance(f, TYPED) and studio.visible(f.id) and studio.visible(f.type_id)
+            if isinstance(f, Typed)
+            and kind_of(f).net is not None
+            and studio.visible(f.id)
+            and studio.visible(f.type_id)
         ]
         measured = studio.measured(f.id for f in features)
         by_type: dict[str, list[Typed]] = {}
@@ -218,16 +223,12 @@ class StereonetPanel(QWidget):
             for variant, name in enumerate(names):
                 title = f"{kind.name}: {name}" if name else kind.name
                 there = [f for f in own if f.set_name == name]
-                picked = [f for f in there if not isinstance(f, Reading | Intersection)]
-                crossings = [f for f in there if isinstance(f, Intersection)]
-                read = [f for f in there if isinstance(f, Reading)]
-                marker = _MARKERS.get(kind.symbol, "o")
-                new = _sets(kind, title, picked, measured, marker, variant)
-                if kind.id == "bedding":
-                    beds += [s for s in new if s.kind == "plane"]
-                sets += new
-                sets += _sets(kind, f"{title} (intersections)", crossings, measured, "X", variant)
-                sets += _sets(kind, f"{title} (compass)", read, measured, "P", variant)
+                for look, evidence, alike in _alike(there):
+                    marker = look.marker or _MARKERS.get(kind.symbol, "o")
+                    new = _sets(kind, f"{title}{look.suffix}", alike, measured, marker, variant)
+                    if kind.id == "bedding" and evidence == "picked":
+                        beds += [s for s in new if s.kind == "plane"]
+                    sets += new
         return NetContents(
             sets=tuple(sets),
             projection=str(self._projection.currentData()),
@@ -254,7 +255,7 @@ class StereonetPanel(QWidget):
     def _ellipses(self) -> tuple[AnyEllipse, ...]:
         """Of the current plane or line, where its error is known."""
         current = self._studio.selection.current
-        if current is None or not isinstance(self._studio.records.get(current), FEATURES):
+        if current is None or get_feature(self._studio.records, current) is None:
             return ()
         measured = self._studio.measured([current])[current]
         if measured.line is not None:
@@ -357,11 +358,25 @@ class StereonetPanel(QWidget):
         record = self._studio.records.get(here[-1]) if here else None
         if len(here) > 1:
             text = self.tr("{0:,} selected").format(len(here))
-        elif isinstance(record, TYPED):
+        elif isinstance(record, Typed):
             text = f"{record.name} ± 95 %" if shown and shown.ellipses else record.name
         else:
             text = ""
         self._under.setText(text)
+
+
+def _alike(features: Sequence[Typed]) -> list[tuple[NetLook, Evidence, list[Typed]]]:
+    """Features by where they come from and how their kinds stand on the net, in the order of the
+    kinds."""
+    result: dict[tuple[NetLook, Evidence], list[Typed]] = {}
+    for kind in KINDS:
+        if kind.net is not None:
+            result.setdefault((kind.net, kind.evidence), [])
+    for feature in features:
+        kind = kind_of(feature)
+        if kind.net is not None:
+            result[kind.net, kind.evidence].append(feature)
+    return [(look, evidence, own) for (look, evidence), own in result.items()]
 
 
 def _fold(beds: Sequence[NetSet]) -> FoldAxis | None:

@@ -2,26 +2,73 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
-from vomstudio.document.measurements import Measurement
-from vomstudio.tools.measure import dimension_lines
+from vomstudio.document import catalogue
+from vomstudio.document.figures import Figure, Subject
+from vomstudio.document.kinds import kind_named
+from vomstudio.document.measurement import Measurement
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.wording import area, degrees, length, number, orientation_text
+from vomstudio.ui.common.wording import orientation_text
 
-_FIELDS = (
-    ("confidence", "95 % conf.", "Half-angles of the joint 95 % confidence region of the plane, "
-     "largest × smallest"),
-    ("split", "± dip / dir.", "The same confidence along and across the dip; the dip direction "
-     "is undefined near horizontal"),
-    ("angular", "Ang. error", "Hyperbolic angular error of the scatter (Quinn and Ehlmann 2019), "
-     "largest × smallest"),
-    ("indices", "M / K", "M = ln(l1/l3), good over 4; K = ln(l1/l2)/ln(l2/l3), good under 0.8"),
-    ("textbook", "Copl. / coll.", "Coplanarity 1/l3 and collinearity l1/l2 (textbook eq. 20, 21)"),
-    ("size", "Extent / RMS", "Longest axis of the trace, and the root mean square distance of its "
-     "points from the plane"),
-)  # fmt: skip
+
+@dataclass(frozen=True)
+class _Line:
+    """Two figures side by side under a title of their own."""
+
+    title: str
+    tip: str
+    first: Figure
+    second: Figure
+    between: str = " / "
+
+
+_CONFIDENCE = _Line(
+    "95 % conf.",
+    "Half-angles of the joint 95 % confidence region of the plane, largest × smallest",
+    catalogue.MAX_CONFIDENCE,
+    catalogue.MIN_CONFIDENCE,
+    " × ",
+)
+_SIZE = _Line(
+    "Extent / RMS",
+    "Longest axis of the trace, and the root mean square distance of its points from the plane",
+    catalogue.EXTENT,
+    catalogue.RMS,
+)
+_LINES = (
+    _CONFIDENCE,
+    _Line(
+        "± dip / dir.",
+        "The same confidence along and across the dip; the dip direction is undefined near "
+        "horizontal",
+        catalogue.DIP_ERROR,
+        catalogue.DIP_DIRECTION_ERROR,
+    ),
+    _Line(
+        "Ang. error",
+        "Hyperbolic angular error of the scatter (Quinn and Ehlmann 2019), largest × smallest",
+        catalogue.MAX_ANGULAR_ERROR,
+        catalogue.MIN_ANGULAR_ERROR,
+        " × ",
+    ),
+    _Line(
+        "M / K",
+        "M = ln(l1/l3), good over 4; K = ln(l1/l2)/ln(l2/l3), good under 0.8",
+        catalogue.M,
+        catalogue.K,
+    ),
+    _Line(
+        "Copl. / coll.",
+        "Coplanarity 1/l3 and collinearity l1/l2 (textbook eq. 20, 21)",
+        catalogue.COPLANARITY,
+        catalogue.COLLINEARITY,
+    ),
+    _SIZE,
+)
 
 
 class FitView(QWidget):
@@ -47,18 +94,18 @@ class FitView(QWidget):
         grid = QGridLayout()
         grid.setVerticalSpacing(1)
         grid.setColumnStretch(1, 1)
-        self._values: dict[str, QLabel] = {}
-        self._titles: dict[str, QLabel] = {}
-        for row, (name, title, tip) in enumerate(_FIELDS):
-            label, value = QLabel(title), QLabel("–")
-            label.setToolTip(tip)
-            value.setToolTip(tip)
+        self._values: list[QLabel] = []
+        self._titles: list[QLabel] = []
+        for row, line in enumerate(_LINES):
+            label, value = QLabel(line.title), QLabel("–")
+            label.setToolTip(line.tip)
+            value.setToolTip(line.tip)
             value.setAlignment(Qt.AlignmentFlag.AlignRight)
             value.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
             grid.addWidget(label, row, 0)
             grid.addWidget(value, row, 1)
-            self._values[name] = value
-            self._titles[name] = label
+            self._values.append(value)
+            self._titles.append(label)
         self._more = QLabel()
         self._more.setWordWrap(True)
         self._more.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
@@ -81,27 +128,14 @@ class FitView(QWidget):
         quality = verdict.quality if verdict else None
         self._badge.setPixmap(theme.verdict_icon(quality).pixmap(18, 18))
         self._word.setText(quality or "")
-        values = dict.fromkeys(self._values, "–")
-        if measured is not None and fit is not None:
-            values = {
-                "confidence": f"{degrees(fit.max_confidence95_deg)} × "
-                f"{degrees(fit.min_confidence95_deg)}",
-                "split": f"{degrees(fit.dip_error_deg)} / {degrees(fit.dip_direction_error_deg)}",
-                "angular": f"{degrees(fit.max_angular_error_deg)} × "
-                f"{degrees(fit.min_angular_error_deg)}",
-                "indices": f"{number(fit.M)} / {number(fit.K)}",
-                "textbook": f"{number(fit.coplanarity)} / {number(fit.collinearity)}",
-                "size": f"{length(fit.extent, metric=measured.metric)} / "
-                f"{length(fit.rms, metric=measured.metric)}   (n {fit.n})",
-            }
-        elif measured is not None:
-            values |= _line_values(measured)
-        for name, text in values.items():
-            self._values[name].setText(text)
+        texts = ["–" if measured is None else _text(line, measured) for line in _LINES]
+        for value, title, text in zip(self._values, self._titles, texts, strict=True):
+            value.setText(text)
             # What has no fit has no indices; an unfinished trace keeps its rows: nothing jumps.
-            for widget in (self._values[name], self._titles[name]):
+            for widget in (value, title):
                 widget.setVisible(measured is None or fit is not None or text != "–")
-        self._more.setText("\n".join(_more(measured)) if measured else "")
+        kind = kind_named(measured.kind) if measured else None
+        self._more.setText("\n".join(kind.words(measured)) if kind and measured else "")
         self._more.setVisible(bool(self._more.text()))
         reasons = verdict.reasons if verdict else ()
         if not reasons and measured is not None and measured.problem:
@@ -115,32 +149,15 @@ class FitView(QWidget):
         self._reasons.setVisible(bool(reasons))
 
 
-def _line_values(measured: Measurement) -> dict[str, str]:
-    values = {}
-    if measured.max_confidence95_deg is not None:
-        values["confidence"] = degrees(measured.max_confidence95_deg)
+def _text(line: _Line, measured: Measurement) -> str:
+    """Both figures; of a line there are only its error and its size."""
+    subject = Subject(None, measured)
+    first, second = line.first.text(subject), line.second.text(subject)
+    if measured.fit is None:
+        if line not in (_CONFIDENCE, _SIZE) or line.first.value(subject) is None:
+            return "–"
         # Without an axis it is a round cone.
-        if measured.confidence_axis is not None:
-            values["confidence"] += f" × {degrees(measured.min_confidence95_deg)}"
-    if (fit := measured.line_fit) is not None:
-        sizes = (length(size, metric=measured.metric) for size in (fit.length, fit.rms))
-        values["size"] = f"{' / '.join(sizes)}   (n {fit.n})"
-    return values
-
-
-def _more(measured: Measurement) -> list[str]:
-    """What only lines, patches, intersections and dimensions have."""
-    lines = []
-    if measured.area_m2 is not None:
-        lines.append(f"Area {area(measured.area_m2, metric=measured.metric)}")
-    if measured.rake_deg is not None:
-        lines.append(
-            f"Rake {measured.rake_deg:.0f}°, {degrees(measured.off_plane_deg)} off its plane"
-        )
-    if measured.slip_rake_deg is not None:
-        lines.append(f"Slip of the hanging wall: rake {measured.slip_rake_deg:.0f}°")
-    if measured.angle_deg is not None:
-        lines.append(f"Angle between the planes {degrees(measured.angle_deg)}")
-    if measured.dimension:
-        lines += dimension_lines(measured.dimension, metric=measured.metric)
-    return lines
+        if line is _CONFIDENCE and measured.confidence_axis is None:
+            return first
+    size = f"   (n {catalogue.N_POINTS.value(subject)})" if line is _SIZE else ""
+    return f"{first}{line.between}{second}{size}"

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -25,6 +24,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from vomstudio.rendering.qt.painting import DARK, PANEL, TEXT, system_font
+from vomstudio.ui.common.pane_painters import Painter, inside, nothing
 
 Array = npt.NDArray[np.float64]
 
@@ -56,10 +56,6 @@ class _Sight:
 
     centre: Array | None = None
     zoom: float = 1.0
-
-
-Painter = Callable[[QPainter, QRectF, Callable[[Array], Array], float], None]
-"""Draws over a pane: painter, the pane, its pixels to screen, screen pixels for one of them."""
 
 
 @dataclass(eq=False)
@@ -124,7 +120,7 @@ class PicturePanes(QWidget):
 
     def draw_over(self, painters: Sequence[Painter | None]) -> None:
         """What is drawn over each pane."""
-        self._over = [each or _nothing for each in painters]
+        self._over = [each or nothing for each in painters]
         self._renew()
 
     # --- geometry ----------------------------------------------------------------------------
@@ -305,7 +301,7 @@ class PicturePanes(QWidget):
         """Between places (n, 2) that both panes show; null lines for the others."""
         ends = np.hstack([self.to_screen(0, left), self.to_screen(1, right)])
         for pane, at in ((0, ends[:, :2]), (1, ends[:, 2:])):
-            ends[~_inside(self.box(pane), at)] = 0.0
+            ends[~inside(self.box(pane), at)] = 0.0
         return [QLineF(*row) for row in ends.tolist()]
 
     # --- mouse and keys ----------------------------------------------------------------------
@@ -390,13 +386,6 @@ class PicturePanes(QWidget):
         self._renew()
 
 
-def _inside(box: QRectF, at: Array) -> npt.NDArray[np.bool_]:
-    """Which points (n, 2) of the screen lie in a box."""
-    x, y = at[:, 0], at[:, 1]
-    across, down = (x >= box.left()) & (x <= box.right()), (y >= box.top()) & (y <= box.bottom())
-    return np.asarray(across & down)
-
-
 def _by_color(
     colors: npt.NDArray[np.uint8],
 ) -> Iterator[tuple[QColor, npt.NDArray[np.intp]]]:
@@ -406,94 +395,3 @@ def _by_color(
         for number, rgb in enumerate(found.tolist()):
             red, green, blue = (int(v) for v in rgb)
             yield QColor(red, green, blue, 220), np.flatnonzero(which.reshape(-1) == number)
-
-
-def _premultiplied(color: QColor) -> int:
-    """As a pixel of Format_ARGB32_Premultiplied."""
-    alpha = color.alpha()
-    red, green, blue = (round(v * alpha / 255) for v in (color.red(), color.green(), color.blue()))
-    return alpha << 24 | red << 16 | green << 8 | blue
-
-
-def _nothing(painter: QPainter, box: QRectF, place: Callable[[Array], Array], zoom: float) -> None:
-    return
-
-
-def dots(places: Array, color: QColor, size: float) -> Painter:
-    """Marks at places (n, 2) of a picture."""
-
-    def paint(
-        painter: QPainter, box: QRectF, on_screen: Callable[[Array], Array], zoom: float
-    ) -> None:
-        ratio = painter.device().devicePixelRatioF()
-        at = on_screen(places)
-        at = (at[_inside(box, at)] - [box.left(), box.top()]) * ratio
-        wide, high = max(1, int(box.width() * ratio)), max(1, int(box.height() * ratio))
-        # Thousands of marks: written into a picture, since drawing them takes half a second.
-        marks = np.zeros((high, wide), np.uint32)
-        reach = max(1, round(size * ratio / 2))
-        columns, rows = at.astype(np.intp).T
-        for ring, tint in ((reach + 1, QColor(0, 0, 0, 120)), (reach, color)):
-            value = _premultiplied(tint)
-            for dx in range(-ring, ring + 1):
-                for dy in range(-ring, ring + 1):
-                    if dx * dx + dy * dy <= ring * ring:
-                        x, y = (columns + dx).clip(0, wide - 1), (rows + dy).clip(0, high - 1)
-                        marks[y, x] = value
-        shown = QImage(marks.data, wide, high, 4 * wide, QImage.Format.Format_ARGB32_Premultiplied)
-        shown.setDevicePixelRatio(ratio)
-        painter.drawImage(box.topLeft(), shown)
-
-    return paint
-
-
-def both(*painters: Painter) -> Painter:
-    """One after the other."""
-
-    def paint(
-        painter: QPainter, box: QRectF, on_screen: Callable[[Array], Array], zoom: float
-    ) -> None:
-        for each in painters:
-            each(painter, box, on_screen, zoom)
-
-    return paint
-
-
-def vectors(places: Array, ways: Array, factor: float, color: QColor) -> Painter:
-    """Lines from places (n, 2) along `ways` (n, 2) times `factor`, with a dot where they begin, and
-    the length of a pixel at the bottom left."""
-
-    def paint(
-        painter: QPainter, box: QRectF, on_screen: Callable[[Array], Array], zoom: float
-    ) -> None:
-        ends = np.hstack([on_screen(places), on_screen(places + factor * ways)])
-        lines = [QLineF(*row) for row in ends.tolist()]
-        for tint, wide in ((QColor(0, 0, 0, 130), 2.8), (color, 1.4)):
-            painter.setPen(QPen(tint, wide))
-            painter.drawLines(lines)
-        dots(places, color, 2.0)(painter, box, on_screen, zoom)
-        _key(painter, box, factor * zoom)
-
-    return paint
-
-
-def _key(painter: QPainter, box: QRectF, per_pixel: float) -> None:
-    """The length at which an error of a round number of pixels is drawn."""
-    power = 10.0 ** math.floor(math.log10(110.0 / per_pixel))
-    error = max(step * power for step in (1, 2, 5) if step * power * per_pixel <= 111.0)
-    font = system_font()
-    metrics = QFontMetricsF(font)
-    text = f"{error:g} px"
-    long = error * per_pixel
-    wide = max(long, 20.0) + metrics.horizontalAdvance(text) + 26.0
-    ground = QRectF(
-        box.left() + 6, box.bottom() - metrics.height() - 16, wide, metrics.height() + 10
-    )
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(PANEL)
-    painter.drawRoundedRect(ground, 4, 4)
-    y = ground.center().y()
-    painter.setPen(QPen(TEXT, 2.0))
-    painter.drawLine(QPointF(ground.left() + 8, y), QPointF(ground.left() + 8 + long, y))
-    painter.setFont(font)
-    painter.drawText(QPointF(ground.left() + 16 + long, y + metrics.ascent() / 2 - 1), text)

@@ -4,18 +4,12 @@ from __future__ import annotations
 
 from PySide6.QtCore import QSignalBlocker, Signal
 
-from vomstudio.document.records import Patch, Reading, Record, Trace
+from vomstudio.document.kinds import has_plane
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.ui.common.wording import natural, orientation_text
 
 SELECTED = "*"
-
-
-def is_plane(record: Record | None) -> bool:
-    return isinstance(record, Trace | Patch) or (
-        isinstance(record, Reading) and record.geometry == "plane"
-    )
 
 
 class PlaneBox(ComboBox):
@@ -55,7 +49,7 @@ class PlaneBox(ComboBox):
     def showPopup(self) -> None:  # noqa: N802
         """All planes are listed only when they are asked for: there may be thousands."""
         features = self._studio.session.features()
-        planes = sorted((f for f in features if is_plane(f)), key=lambda f: natural(f.name))
+        planes = sorted((f for f in features if has_plane(f)), key=lambda f: natural(f.name))
         self._studio.measured(f.id for f in planes)
         self._fill([f.id for f in planes])
         super().showPopup()
@@ -77,7 +71,7 @@ class PlaneBox(ComboBox):
 
     def _text(self, id_: str) -> str:
         record = self._studio.records.get(id_)
-        if not is_plane(record) or record is None:
+        if not has_plane(record) or record is None:
             return self.tr("a plane that is gone")
         measured = self._studio.measured([id_])[id_]
         return f"{record.name}  {orientation_text(measured, self._studio.settings.notation)}"
@@ -90,7 +84,7 @@ class PlaneBox(ComboBox):
         self.chosen.emit(self._shown)
 
     def _selected(self, ids: tuple[str, ...]) -> None:
-        planes = [i for i in ids if is_plane(self._studio.records.get(i))]
+        planes = [i for i in ids if has_plane(self._studio.records.get(i))]
         if not planes or planes[-1] == self._last:
             return
         self._last = planes[-1]
@@ -100,7 +94,7 @@ class PlaneBox(ComboBox):
         self.show_plane(self._shown)
 
     def _edited(self, *_: object) -> None:
-        if self._last and not is_plane(self._studio.records.get(self._last)):
+        if self._last and not has_plane(self._studio.records.get(self._last)):
             self._last = ""
             if self._follows:
                 self._shown = ""

@@ -19,27 +19,18 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QApplication
 
-# One icon for each class of feature, in tree and toolbar.
-FEATURE_ICONS = {
-    "Trace": "vector-polyline",
-    "Patch": "texture-box",
-    "Lineation": "arrow-top-right",
-    "Reading": "compass-outline",
-    "Dimension": "ruler",
-    "Intersection": "vector-intersection",
-}
-
 
 def icon(name: str) -> QIcon:
     """A Material Design icon in the palette's text colour."""
     import qtawesome
 
     palette = QApplication.palette()
-    return qtawesome.icon(
+    made: QIcon = qtawesome.icon(
         f"mdi6.{name}",
         color=palette.color(QPalette.ColorRole.ButtonText),
         color_disabled=palette.color(QPalette.ColorGroup.Disabled, QPalette.ColorRole.ButtonText),
     )
+    return made
 
 
 def verdict_icon(verdict: str | None) -> QIcon:

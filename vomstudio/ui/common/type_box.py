@@ -19,7 +19,7 @@ class TypeBox(ComboBox):
         self._studio = studio
         studio.project_opened.connect(self.fill)
         studio.edited.connect(self._edited)
-        if studio.project is not None:
+        if studio.has_project:
             self.fill()
 
     def fill(self) -> None:

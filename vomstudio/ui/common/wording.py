@@ -3,37 +3,38 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from math import floor, isfinite, log10
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.document.measurements import Measurement
-from vomstudio.document.records import DimensionKind
+from vomstudio.document.figures import degrees, number
+from vomstudio.document.kinds import kind_named
+from vomstudio.document.kinds.lineation import SENSES
+from vomstudio.document.measurement import Measurement
 from vomstudio.geology.notation import format_line, format_plane
-from vomstudio.geology.orientation import Plane
-from vomstudio.geometry.planes import PlaneFit
-from vomstudio.geometry.units import area_text as area
-from vomstudio.geometry.units import length_text as length
+from vomstudio.geometry.units import area_text, length_text
+from vomstudio.workspace.wording import plane_text
 
+area, length = area_text, length_text
+"""In words, with a unit that fits."""
 
-def plane_text(
-    fit: PlaneFit | None, notation: str, *, local: bool = False, decimals: int | None = None
-) -> str:
-    """A plane, with a decimal only where its error is under a degree, or with `decimals`, so that
-    a column of planes has the same number of digits."""
-    if fit is None:
-        return "–"
-    if decimals is None:
-        error = fit.max_confidence95_deg
-        decimals = 1 if error is not None and error < 1.0 else 0
-    text = format_plane(Plane.from_normal(fit.normal), notation, decimals)
-    return f"{text} (local frame)" if local else text
+__all__ = [
+    "area",
+    "degrees",
+    "drawn_points",
+    "gigabytes",
+    "length",
+    "natural",
+    "number",
+    "orientation_text",
+    "plane_text",
+    "slip_names",
+]
 
 
 def orientation_text(measured: Measurement, notation: str, decimals: int | None = 0) -> str:
-    """A feature's plane or line in the notation of the house, or the figure of a dimension."""
+    """A feature's plane or line in the notation of the house, or what its kind says
+    instead."""
     if measured.fit is not None:
         return plane_text(measured.fit, notation, decimals=decimals)
     if measured.plane is not None:
@@ -43,44 +44,13 @@ def orientation_text(measured: Measurement, notation: str, decimals: int | None 
         if decimals is None:
             decimals = 1 if error is not None and error < 1.0 else 0
         return format_line(measured.line, decimals)
-    if measured.dimension:
-        return dimension_text(measured.dimension, metric=measured.metric)
-    return "–"
-
-
-# The figure that a dimension is made for, first in this order where it has it.
-_MAIN: tuple[str, ...] = ("thickness_m", "area_m2", "length_m", "distance_m")
-
-
-def dimension_text(figures: Mapping[str, float], *, metric: bool = True) -> str:
-    """The main figure of a dimension, with its error where that is known."""
-    for name in _MAIN:
-        if name in figures:
-            if name == "area_m2":
-                return area(figures[name], metric=metric)
-            error = figures.get(name.replace("_m", "_error95_m"))
-            text = length(figures[name], metric=metric)
-            return text if error is None else f"{text} ± {length(error, 2, metric=metric)}"
-    return "–"
-
-
-DIMENSION_NAMES: dict[DimensionKind, str] = {
-    "distance": "Distance",
-    "polyline": "Polyline",
-    "area": "Area",
-    "thickness": "Thickness",
-}
+    kind = kind_named(measured.kind)
+    return (kind.headline(measured) if kind is not None else None) or "–"
 
 
 def slip_names() -> dict[str, str]:
     """Senses of slip as they are offered."""
-    return {
-        "": "none",
-        "normal": "normal",
-        "reverse": "reverse",
-        "sinistral": "sinistral (left-lateral)",
-        "dextral": "dextral (right-lateral)",
-    }
+    return dict(SENSES)
 
 
 def drawn_points(measured: Measurement) -> npt.NDArray[np.float64]:
@@ -90,26 +60,6 @@ def drawn_points(measured: Measurement) -> npt.NDArray[np.float64]:
         return measured.points
     reach = 0.5 * fit.extent * fit.axes[:2]
     return np.concatenate([measured.points, fit.centroid + reach, fit.centroid - reach])
-
-
-def degrees(value: float | None) -> str:
-    """An error: two digits that mean something."""
-    if value is None:
-        return "–"
-    decimals = 2 if value < 0.995 else 1 if value < 9.95 else 0
-    return f"{value:.{decimals}f}°"
-
-
-def number(value: float | None, digits: int = 3) -> str:
-    """A ratio or an index, to so many significant digits."""
-    if value is None:
-        return "–"
-    if not isfinite(value):
-        return "∞"
-    if value == 0 or abs(value) >= 1e6:
-        return f"{value:.{digits}g}"
-    decimals = max(0, digits - 1 - floor(log10(abs(value))))
-    return f"{value:.{decimals}f}"
 
 
 def gigabytes(size: float) -> str:

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from vomstudio.document.records import FEATURES
+from PySide6.QtWidgets import QWidget
+
 from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.chosen import chosen_features, why_none_chosen
+from vomstudio.ui.common.open_dialogs import OpenDialogs
+from vomstudio.ui.common.studio import Studio
 
 if TYPE_CHECKING:
     from vomstudio.ui.interpret.types_dialog import TypesDialog
-    from vomstudio.ui.shell.main_window import MainWindow
 
 PLANES_AS = (
     ("planes_discs", "&Discs", "discs", "Each plane as a translucent disc of its feature's extent"),
@@ -20,14 +23,12 @@ PLANES_AS = (
 )  # fmt: skip
 
 
-def commands(w: MainWindow) -> list[Command]:
-    studio = w.studio
-
+def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
     def chosen() -> list[str]:
-        return [i for i in studio.selection.ids if isinstance(studio.records.get(i), FEATURES)]
+        return chosen_features(studio)
 
     def none_chosen() -> str | None:
-        return None if chosen() else "select a feature first"
+        return why_none_chosen(studio)
 
     def nothing_hidden() -> str | None:
         return None if studio.hidden else "nothing is hidden"
@@ -43,7 +44,7 @@ def commands(w: MainWindow) -> list[Command]:
         return lambda: studio.settings.planes_as == value
 
     table = [
-        Command("feature_types", "Feature &types…", lambda: open_types(w), "shape-outline", (),
+        Command("feature_types", "Feature &types…", open_types, "shape-outline", (),
                 "Add, rename, colour and remove what is measured: bedding, fault, joint …"),
         Command("show_chosen", "&Show", lambda: studio.set_visible(chosen(), True),
                 "eye-outline", (), "The selected features, in the outcrop and on the net",
@@ -61,18 +62,13 @@ def commands(w: MainWindow) -> list[Command]:
     return table
 
 
-def open_types(w: MainWindow, type_id: str = "") -> TypesDialog:
+def open_types(
+    parent: QWidget, studio: Studio, dialogs: OpenDialogs, type_id: str = ""
+) -> TypesDialog:
     """The dialog, beside the window, so that the outcrop shows what is changed."""
     from vomstudio.ui.interpret.types_dialog import TypesDialog
 
-    for dialog in w.findChildren(TypesDialog):
-        if dialog.isVisible():
-            if type_id:
-                dialog.select(type_id)
-            dialog.raise_()
-            dialog.activateWindow()
-            return dialog
-        dialog.deleteLater()
-    dialog = TypesDialog(w, w.studio, type_id)
-    dialog.show()
-    return dialog
+    there = dialogs.shown(TypesDialog)
+    if there is not None and type_id:
+        there.select(type_id)
+    return dialogs.show(TypesDialog, lambda: TypesDialog(parent, studio, type_id))

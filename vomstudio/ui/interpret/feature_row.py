@@ -2,38 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
-from vomstudio.document.comparison import NearestPick
-from vomstudio.document.measurements import Measurement
-from vomstudio.document.records import Dimension, Feature, FeatureType, Reading
+from vomstudio.document import catalogue
+from vomstudio.document.figures import Figure, Subject
+from vomstudio.document.kinds import KINDS, kind_of
+from vomstudio.document.measurement import Measurement
+from vomstudio.document.records import Feature
 from vomstudio.ui.common.studio import Studio
+
+CLASS = Figure(
+    "class", "Class", "What it is: trace, patch, lineation, reading, intersection; the kind of a "
+    "dimension", lambda s: kind_of(s.feature).called(s.feature), "text", words=("kind", "class"),
+)  # fmt: skip
+# What the window says of planes alone, though files have it of lines too.
+_OF_PLANES = (catalogue.N_POINTS, catalogue.EXTENT, catalogue.RMS)
+_OWN = {kind.name: {figure.name: figure for figure in kind.figures} for kind in KINDS}
 
 
 @dataclass(frozen=True, eq=False)
-class Row:
-    """kind : None for a dimension. notation : in which its orientation is written."""
+class Row(Subject):
+    """notation : in which its orientation is written."""
 
-    feature: Feature
-    kind: FeatureType | None
-    measured: Measurement
-    notation: str
-    nearest: Callable[[], NearestPick | None] = lambda: None
-    """Of a compass reading: asked for when shown, since it rests on the other rows."""
-
-    @property
-    def type_name(self) -> str:
-        return self.kind.name if self.kind else ""
+    notation: str = ""
 
     @property
     def class_name(self) -> str:
-        """trace, patch, lineation, reading, intersection; the kind of a dimension."""
-        if isinstance(self.feature, Dimension):
-            return self.feature.kind
-        return type(self.feature).__name__.lower()
+        return kind_of(self.feature).called(self.feature)
 
     @property
     def set_name(self) -> str:
@@ -53,60 +49,30 @@ class Row:
         return None if self.measured.line is None else self.measured.line.trend_deg
 
     @property
-    def dip(self) -> float | None:
-        return None if self.measured.plane is None else self.measured.plane.dip_deg
-
-    @property
-    def dip_direction(self) -> float | None:
-        return None if self.measured.plane is None else self.measured.plane.dip_direction_deg
-
-    @property
-    def strike(self) -> float | None:
-        return None if self.measured.plane is None else self.measured.plane.strike_rhr_deg
-
-    @property
-    def trend(self) -> float | None:
-        return None if self.measured.line is None else self.measured.line.trend_deg
-
-    @property
-    def plunge(self) -> float | None:
-        return None if self.measured.line is None else self.measured.line.plunge_deg
-
-    @property
-    def rake(self) -> float | None:
-        slip = self.measured.slip_rake_deg
-        return self.measured.rake_deg if slip is None else slip
-
-    def fit(self, name: str) -> Any:
-        return None if self.measured.fit is None else getattr(self.measured.fit, name)
-
-    @property
     def quality(self) -> str | None:
         return self.measured.verdict.quality if self.measured.verdict else None
 
     @property
     def reasons(self) -> str:
-        if self.measured.verdict is None:
-            return self.measured.problem or ""
-        return "; ".join(self.measured.verdict.reasons)
+        return str(catalogue.REASONS.value(self) or "")
 
-    @property
-    def to_pick(self) -> float | None:
-        found = self.nearest()
-        return None if found is None else found.angle_deg
+    def _own(self, figure: Figure) -> Figure | None:
+        """The figure as the feature's kind has it; None where it has none of that name."""
+        if figure is CLASS:
+            return figure
+        own = _OWN[kind_of(self.feature).name].get(figure.name)
+        return None if figure in _OF_PLANES and self.measured.fit is None else own
 
-    @property
-    def ratio(self) -> float | None:
-        extent, resolution = self.fit("extent"), self.measured.resolution_m
-        return extent / resolution if extent and resolution else None
+    def value(self, figure: Figure) -> Any:
+        own = self._own(figure)
+        return None if own is None else own.value(self)
+
+    def text(self, figure: Figure) -> str:
+        """The figure in words; what the feature cannot have is not there."""
+        own = self._own(figure)
+        return figure.words_for(None) if own is None else own.text(self)
 
 
 def row_of(studio: Studio, feature: Feature, measured: Measurement) -> Row:
-    kind = studio.records.get(getattr(feature, "type_id", ""))
-    return Row(
-        feature,
-        kind if isinstance(kind, FeatureType) else None,
-        measured,
-        studio.settings.notation,
-        partial(studio.nearest_pick, feature.id) if isinstance(feature, Reading) else lambda: None,
-    )
+    subject = studio.subject(feature, measured)
+    return Row(feature, measured, subject.records, subject.nearest, studio.settings.notation)

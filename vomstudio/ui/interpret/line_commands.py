@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from PySide6.QtWidgets import QWidget
 
 from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.chosen import why_no_model
+from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.interpret import relations
-
-if TYPE_CHECKING:
-    from vomstudio.ui.shell.main_window import MainWindow
+from vomstudio.ui.scene.view_panel import ViewPanel
 
 
-def commands(w: MainWindow) -> list[Command]:
-    studio = w.studio
+def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Command]:
+    """parent : of the dialogs."""
 
     def not_loaded() -> str | None:
-        return None if studio.models else "open a model first"
+        return why_no_model(studio)
 
     def too_few_groups() -> str | None:
         if len(relations.groups_of(studio)) > 1:
@@ -23,7 +23,7 @@ def commands(w: MainWindow) -> list[Command]:
         return "pick planes of two feature types or sets first"
 
     def ask_for_sets() -> None:
-        relations.IntersectionDialog(studio, w).open()
+        relations.IntersectionDialog(studio, parent).open()
 
     return [
         Command("line", "&Line", lambda: studio.activate("line"), "arrow-top-right", "L",
@@ -40,7 +40,7 @@ def commands(w: MainWindow) -> list[Command]:
                 "vector-intersection", (),
                 "Where the mean planes of two types or sets meet, such as bedding and fault",
                 too_few_groups),
-        Command("along_line", "Look along the &line", lambda: w.view_panel.along_line(), None, "I",
+        Command("along_line", "Look along the &line", directions.along_line, None, "I",
                 "Orthographic view down the selected lineation or intersection",
-                lambda: w.view_panel.why_no_line(), in_viewport=True),
+                directions.why_no_line, in_viewport=True),
     ]  # fmt: skip

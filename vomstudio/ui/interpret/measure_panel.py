@@ -8,12 +8,11 @@ from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QFormLayout, QLabel, QVBoxLayout, QWidget
 
-from vomstudio.tools.measure import KINDS, dimension_lines
+from vomstudio.document.kinds.dimension import KINDS, words
 from vomstudio.ui.common.plane_box import PlaneBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import VertexTable
 from vomstudio.ui.common.widgets import ComboBox, action_buttons
-from vomstudio.ui.common.wording import DIMENSION_NAMES
 
 _HINTS = {
     "distance": "Click two points: the distance between them, its horizontal and vertical parts.",
@@ -31,8 +30,8 @@ class MeasurePanel(QWidget):
         self._tool = studio.measure_tool
         self.kind_box = ComboBox()
         self.kind_box.setObjectName("measure_kind")
-        for kind in KINDS:
-            self.kind_box.addItem(self.tr(DIMENSION_NAMES[kind]), kind)
+        for kind, name in KINDS:
+            self.kind_box.addItem(self.tr(name), kind)
         self.kind_box.activated.connect(self._chosen)
         self.plane_box = PlaneBox(studio, None, follow=True)
         self.plane_box.setObjectName("measure_plane")
@@ -83,7 +82,7 @@ class MeasurePanel(QWidget):
         measured = tool.measurement
         lines = []
         if measured and measured.dimension:
-            lines = dimension_lines(measured.dimension, metric=measured.metric)
+            lines = words(measured)
         if lines:
             lines[0] = f"<b>{lines[0]}</b>"
         elif tool.measurement and tool.measurement.problem and len(tool.vertices) > 1:

@@ -2,28 +2,27 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from vomstudio.document.records import Patch
+from vomstudio.document.kinds.patch import Patch
+from vomstudio.document.records import get
 from vomstudio.errors import VomError
 from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.chosen import why_no_model
+from vomstudio.ui.common.studio import Studio
 
-if TYPE_CHECKING:
-    from vomstudio.ui.shell.main_window import MainWindow
 
-
-def commands(w: MainWindow) -> list[Command]:
-    studio = w.studio
+def commands(studio: Studio) -> list[Command]:
     tool = studio.patch_tool
 
     def not_loaded() -> str | None:
-        return None if studio.models else "open a model first"
+        return why_no_model(studio)
 
     def not_painting() -> str | None:
         return None if studio.tool_name == "patch" else "choose Patch first"
 
     def chosen() -> Patch | None:
-        found = [r for i in studio.selection.ids if isinstance(r := studio.records.get(i), Patch)]
+        found = [
+            r for i in studio.selection.ids if (r := get(studio.records, i, Patch)) is not None
+        ]
         return found[-1] if found else None
 
     def cannot_continue() -> str | None:

@@ -3,41 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import replace
-from functools import partial
 
 from PySide6.QtCore import (
-    QEvent,
     QItemSelection,
     QItemSelectionModel,
-    QMimeData,
-    QModelIndex,
-    QPersistentModelIndex,
     QPoint,
     QSignalBlocker,
     Qt,
-    Signal,
 )
 from PySide6.QtGui import (
     QAction,
-    QBrush,
-    QDrag,
-    QDragEnterEvent,
-    QDragLeaveEvent,
-    QDragMoveEvent,
-    QDropEvent,
     QIcon,
     QPalette,
 )
 from PySide6.QtWidgets import (
-    QAbstractItemView,
     QHBoxLayout,
-    QHeaderView,
     QLabel,
     QMenu,
     QStackedWidget,
     QToolButton,
-    QTreeWidget,
     QTreeWidgetItem,
     QVBoxLayout,
     QWidget,
@@ -45,136 +29,26 @@ from PySide6.QtWidgets import (
 
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
-from vomstudio.document.records import (
-    FEATURES,
-    TYPED,
-    Feature,
-    FeatureType,
-    Model,
-    Record,
-)
+from vomstudio.document.kinds import GROUPS, KINDS, group_of, kind_of
+from vomstudio.document.records import Feature, FeatureType, Model, Record, Typed
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.studio import DIMENSIONS, Studio, group_of
+from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.wording import natural, orientation_text
 from vomstudio.ui.interpret.feature_row import row_of
 from vomstudio.ui.interpret.filter_line import FilterLine
+from vomstudio.ui.interpret.tree_menus import TreeMenus
+from vomstudio.ui.interpret.tree_view import (
+    ID,
+    MANY,
+    NAME,
+    ORIENTATION,
+    SET,
+    SORT,
+    FeatureTree,
+    TreeItem,
+)
 
-_ID = Qt.ItemDataRole.UserRole
-_SORT = Qt.ItemDataRole.UserRole + 1
-NAME, ORIENTATION, SET = 0, 1, 2
-_SET_WIDTH = 80
 _OVERTURNED = "\N{CLOCKWISE TOP SEMICIRCLE ARROW}"
-_FEATURES_MIME = "application/x-vomstudio-features"
-# Above so many, one selection of ranges is quicker than one after the other.
-_MANY = 20
-
-
-class _Item(QTreeWidgetItem):
-    def __lt__(self, other: QTreeWidgetItem) -> bool:
-        return bool(self.data(NAME, _SORT) < other.data(NAME, _SORT))
-
-
-class _Tree(QTreeWidget):
-    """A tree whose features are dragged onto types."""
-
-    dropped = Signal(str)
-    """The id of the group onto which the selected features were dropped."""
-
-    def __init__(self, can_take: Callable[[str], bool]) -> None:
-        super().__init__()
-        self._can_take = can_take
-        self._target: QTreeWidgetItem | None = None
-        self.setDragEnabled(True)
-        self.setAcceptDrops(True)
-        self.setDragDropMode(QAbstractItemView.DragDropMode.DragDrop)
-        self.setDropIndicatorShown(False)
-        self.setAutoExpandDelay(600)
-
-    def edit(  # type: ignore[override]
-        self,
-        index: QModelIndex | QPersistentModelIndex,
-        trigger: QAbstractItemView.EditTrigger,
-        event: QEvent,
-    ) -> bool:
-        """Names and sets can be typed, figures cannot."""
-        if index.isValid() and index.column() == ORIENTATION:
-            return False
-        return super().edit(index, trigger, event)
-
-    def startDrag(self, actions: Qt.DropAction) -> None:  # noqa: N802 - Qt's name
-        chosen = [i for i in self.selectedItems() if i.flags() & Qt.ItemFlag.ItemIsDragEnabled]
-        if not chosen:
-            return
-        data = QMimeData()
-        data.setData(_FEATURES_MIME, b"")
-        drag = QDrag(self)
-        drag.setMimeData(data)
-        label = QLabel(
-            f" {chosen[0].text(NAME)} " if len(chosen) == 1 else f" {len(chosen)} features "
-        )
-        label.setAutoFillBackground(True)
-        label.setBackgroundRole(QPalette.ColorRole.Highlight)
-        label.setForegroundRole(QPalette.ColorRole.HighlightedText)
-        label.adjustSize()
-        drag.setPixmap(label.grab())
-        drag.setHotSpot(QPoint(-12, 4))
-        # Copied, or Qt would take the rows out of the tree: the edit does all there is to do.
-        drag.exec(Qt.DropAction.CopyAction)
-        self._mark(None)
-
-    def dragEnterEvent(self, event: QDragEnterEvent) -> None:  # noqa: N802
-        if event.mimeData().hasFormat(_FEATURES_MIME):
-            event.acceptProposedAction()
-        else:
-            event.ignore()
-
-    def dragMoveEvent(self, event: QDragMoveEvent) -> None:  # noqa: N802
-        if not event.mimeData().hasFormat(_FEATURES_MIME):
-            event.ignore()
-            return
-        # For the scrolling at the edges.
-        super().dragMoveEvent(event)
-        group = self._group_at(event.position().toPoint())
-        self._mark(group)
-        event.setDropAction(Qt.DropAction.CopyAction)
-        event.setAccepted(group is not None)
-
-    def dragLeaveEvent(self, event: QDragLeaveEvent) -> None:  # noqa: N802
-        super().dragLeaveEvent(event)
-        self._mark(None)
-
-    def dropEvent(self, event: QDropEvent) -> None:  # noqa: N802
-        self.stopAutoScroll()
-        self.setState(QAbstractItemView.State.NoState)
-        group = self._group_at(event.position().toPoint())
-        self._mark(None)
-        if group is None or not event.mimeData().hasFormat(_FEATURES_MIME):
-            event.ignore()
-            return
-        event.setDropAction(Qt.DropAction.CopyAction)
-        event.accept()
-        self.dropped.emit(str(group.data(NAME, _ID)))
-
-    def _group_at(self, at: QPoint) -> QTreeWidgetItem | None:
-        item = self.itemAt(at)
-        group = item.parent() or item if item is not None else None
-        if group is not None and self._can_take(str(group.data(NAME, _ID))):
-            return group
-        return None
-
-    def _mark(self, group: QTreeWidgetItem | None) -> None:
-        """Show where a drop would go."""
-        if group is self._target:
-            return
-        with QSignalBlocker(self):
-            for item, brush in (
-                (self._target, QBrush()),
-                (group, self.palette().brush(QPalette.ColorRole.Highlight)),
-            ):
-                if item is not None:
-                    for column in range(self.columnCount()):
-                        item.setBackground(column, brush)
-        self._target = group
 
 
 class ProjectTree(QWidget):
@@ -189,30 +63,11 @@ class ProjectTree(QWidget):
     ) -> None:
         super().__init__()
         self._studio = studio
-        self._menu_actions = menu_actions
-        self._edit_type = edit_type
+        self._menus = TreeMenus(studio, self, menu_actions, edit_type, self.change_type)
         self._items: dict[str, QTreeWidgetItem] = {}
         self._icons: dict[str, QIcon] = {}
-        self.tree = _Tree(lambda id_: isinstance(studio.records.get(id_), FeatureType))
+        self.tree = FeatureTree(lambda id_: isinstance(studio.records.get(id_), FeatureType))
         self.tree.setObjectName("project_tree")
-        self.tree.setHeaderHidden(True)
-        self.tree.setColumnCount(3)
-        self.tree.setUniformRowHeights(True)
-        header = self.tree.header()
-        header.setStretchLastSection(False)
-        header.moveSection(SET, ORIENTATION)
-        header.setSectionResizeMode(NAME, QHeaderView.ResizeMode.Stretch)
-        header.setSectionResizeMode(ORIENTATION, QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(SET, QHeaderView.ResizeMode.Fixed)
-        header.resizeSection(SET, _SET_WIDTH)
-        # Of rows out of sight only so many are measured for the column's width.
-        header.setResizeContentsPrecision(_MANY)
-        self.tree.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
-        self.tree.setEditTriggers(
-            QAbstractItemView.EditTrigger.EditKeyPressed
-            | QAbstractItemView.EditTrigger.SelectedClicked
-        )
-        self.tree.setIndentation(14)
         self.tree.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         self.tree.customContextMenuRequested.connect(self._menu)
         self.tree.itemSelectionChanged.connect(self._selected)
@@ -272,9 +127,10 @@ class ProjectTree(QWidget):
             for kind in self._studio.session.of(FeatureType):
                 item = self._group(kind.id, kind.name, "1")
                 item.setIcon(NAME, theme.type_icon(kind.color, kind.symbol))
-            dimensions = self._group(DIMENSIONS, self.tr("Measurements"), "2")
-            dimensions.setIcon(NAME, theme.icon("ruler"))
-            self._icons = {n: theme.icon(i) for n, i in theme.FEATURE_ICONS.items()}
+            for group in GROUPS:
+                item = self._group(group.id, self.tr(group.title), "2")
+                item.setIcon(NAME, theme.icon(group.icon))
+            self._icons = {kind.name: theme.icon(kind.icon) for kind in KINDS}
             for record in self._studio.session.of(Model):
                 self._put_model(record)
             features = self._studio.session.features()
@@ -291,9 +147,9 @@ class ProjectTree(QWidget):
             self.rebuild()
 
     def _group(self, id_: str, text: str, order: str) -> QTreeWidgetItem:
-        item = _Item(self.tree, [text, "", ""])
-        item.setData(NAME, _ID, id_)
-        item.setData(NAME, _SORT, (order, len(self._items)))
+        item = TreeItem(self.tree, [text, "", ""])
+        item.setData(NAME, ID, id_)
+        item.setData(NAME, SORT, (order, len(self._items)))
         item.setFlags(Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsUserCheckable)
         item.setCheckState(NAME, _check(self._studio.visible(id_)))
         item.setExpanded(True)
@@ -310,11 +166,11 @@ class ProjectTree(QWidget):
             _take_out(item)
             item = None
         if item is None:
-            item = _Item()
-            item.setData(NAME, _ID, record.id)
+            item = TreeItem()
+            item.setData(NAME, ID, record.id)
             parent.addChild(item)
             self._items[record.id] = item
-        item.setData(NAME, _SORT, natural(record.name))
+        item.setData(NAME, SORT, natural(record.name))
         item.setText(NAME, record.name)
         item.setCheckState(NAME, _check(self._studio.visible(record.id)))
         return item
@@ -336,15 +192,11 @@ class ProjectTree(QWidget):
             | Qt.ItemFlag.ItemIsSelectable
             | Qt.ItemFlag.ItemIsUserCheckable
             | Qt.ItemFlag.ItemIsEditable
-            | (
-                Qt.ItemFlag.ItemIsDragEnabled
-                if isinstance(feature, TYPED)
-                else Qt.ItemFlag.NoItemFlags
-            )
+            | (Qt.ItemFlag.ItemIsDragEnabled if kind_of(feature).typed else Qt.ItemFlag.NoItemFlags)
         )
         measured = self._studio.measured([feature.id])[feature.id]
         row = row_of(self._studio, feature, measured)
-        item.setIcon(NAME, self._icons.get(type(feature).__name__, QIcon()))
+        item.setIcon(NAME, self._icons[kind_of(feature).name])
         text = orientation_text(measured, self._studio.settings.notation)
         item.setText(ORIENTATION, f"{text} {_OVERTURNED}" if row.overturned else text)
         item.setText(SET, row.set_name)
@@ -395,7 +247,8 @@ class ProjectTree(QWidget):
                         else "",
                     )
             self._items["models"].setHidden(self._items["models"].childCount() == 0)
-            self._items[DIMENSIONS].setHidden(shown.get(DIMENSIONS, 0) == 0)
+            for own in GROUPS:
+                self._items[own.id].setHidden(shown.get(own.id, 0) == 0)
         sets = any(getattr(f, "set_name", "") for f in features)
         self.tree.setColumnHidden(SET, not sets)
         empty = not studio.session.of(Model) and not features
@@ -417,7 +270,7 @@ class ProjectTree(QWidget):
                 name = None if before is None else before.text(NAME)
                 if isinstance(record, Model):
                     self._put_model(record)
-                elif isinstance(record, FEATURES):
+                elif isinstance(record, Feature):
                     self._put(record)
                 elif before is not None:
                     _take_out(self._items.pop(id_))
@@ -441,7 +294,7 @@ class ProjectTree(QWidget):
 
     def _show_selection(self, ids: tuple[str, ...]) -> None:
         with QSignalBlocker(self.tree):
-            if len(ids) < _MANY:
+            if len(ids) < MANY:
                 self.tree.clearSelection()
                 for id_ in ids:
                     if item := self._items.get(id_):
@@ -466,7 +319,7 @@ class ProjectTree(QWidget):
             start = None
             for row in range(group.childCount() + 1):
                 child = group.child(row) if row < group.childCount() else None
-                inside = child is not None and child.data(NAME, _ID) in ids
+                inside = child is not None and child.data(NAME, ID) in ids
                 if inside and start is None:
                     start = row
                 elif not inside and start is not None:
@@ -482,16 +335,16 @@ class ProjectTree(QWidget):
 
     # --- what is done ------------------------------------------------------------------------
     def _selected(self) -> None:
-        self._studio.selection.set(str(i.data(NAME, _ID)) for i in self.tree.selectedItems())
+        self._studio.selection.set(str(i.data(NAME, ID)) for i in self.tree.selectedItems())
 
     def _changed(self, item: QTreeWidgetItem, column: int) -> None:
-        id_ = str(item.data(NAME, _ID))
+        id_ = str(item.data(NAME, ID))
         visible = item.checkState(NAME) == Qt.CheckState.Checked
         if visible != self._studio.visible(id_):
             self._studio.set_visible([id_], visible)
             return
         record = self._studio.records.get(id_)
-        if not isinstance(record, FEATURES):
+        if not isinstance(record, Feature):
             return
         field, before = (
             ("set_name", getattr(record, "set_name", ""))
@@ -508,7 +361,7 @@ class ProjectTree(QWidget):
                     item.setText(column, before)
 
     def _dropped(self, type_id: str) -> None:
-        ids = [str(i.data(NAME, _ID)) for i in self.tree.selectedItems()]
+        ids = [str(i.data(NAME, ID)) for i in self.tree.selectedItems()]
         self.change_type(ids, type_id)
 
     def change_type(self, ids: Iterable[str], type_id: str) -> None:
@@ -516,7 +369,7 @@ class ProjectTree(QWidget):
         ids = [
             i
             for i in ids
-            if isinstance(f := self._studio.records.get(i), TYPED) and f.type_id != type_id
+            if isinstance(f := self._studio.records.get(i), Typed) and f.type_id != type_id
         ]
         if ids:
             self._studio.attempt(edits.set_attributes, ids, type_id=type_id)
@@ -524,90 +377,13 @@ class ProjectTree(QWidget):
     # --- the menu under the right button -----------------------------------------------------
     def _menu(self, at: QPoint) -> None:
         item = self.tree.itemAt(at)
-        menu = self.menu_for("" if item is None else str(item.data(NAME, _ID)))
+        menu = self.menu_for("" if item is None else str(item.data(NAME, ID)))
         if not menu.isEmpty():
             menu.exec(self.tree.viewport().mapToGlobal(at))
 
     def menu_for(self, id_: str) -> QMenu:
         """What can be done with a record or group; with none, with the tree."""
-        menu = QMenu(self)
-        menu.setToolTipsVisible(True)
-        record = self._studio.records.get(id_)
-        if isinstance(record, FeatureType):
-            self._fill_type_menu(menu, record)
-        elif record is not None:
-            menu.addActions(self._menu_actions(record))
-            if isinstance(record, TYPED):
-                self._add_types(menu, record.type_id)
-        elif id_ in ("models", DIMENSIONS):
-            self._add_eye(menu, id_)
-        else:
-            menu.addAction(self.tr("Feature types…"), lambda: self._edit_type(""))
-        return menu
-
-    def _add_types(self, menu: QMenu, present: str) -> None:
-        types = menu.addMenu(self.tr("Change &type to"))
-        for kind in self._studio.session.of(FeatureType):
-            action = types.addAction(theme.type_icon(kind.color, kind.symbol), kind.name)
-            action.setCheckable(True)
-            action.setChecked(kind.id == present)
-            action.triggered.connect(
-                lambda _=False, id_=kind.id: self.change_type(self._studio.selection.ids, id_)
-            )
-
-    def _add_eye(self, menu: QMenu, id_: str) -> None:
-        visible = self._studio.visible(id_)
-        menu.addAction(
-            theme.icon("eye-off-outline" if visible else "eye-outline"),
-            self.tr("Hide") if visible else self.tr("Show"),
-            lambda: self._studio.set_visible([id_], not visible),
-        )
-
-    def _fill_type_menu(self, menu: QMenu, kind: FeatureType) -> None:
-        studio = self._studio
-        own = [f.id for f in studio.session.features() if group_of(f) == kind.id]
-        chosen = menu.addAction(
-            self.tr("&Next features are of this type"),
-            lambda: studio.set_next(kind.id, studio.next_set),
-        )
-        chosen.setCheckable(True)
-        chosen.setChecked(kind.id == studio.next_type_id)
-        every = menu.addAction(self.tr("&Select its features"), lambda: studio.selection.set(own))
-        every.setEnabled(bool(own))
-        menu.addSeparator()
-        self._add_eye(menu, kind.id)
-        only = menu.addAction(self.tr("Show &only these"), lambda: studio.show_only(own))
-        only.setEnabled(bool(own))
-        menu.addSeparator()
-        menu.addAction(self.tr("&Rename…"), lambda: self._edit_type(kind.id))
-        colors = menu.addMenu(self.tr("&Colour"))
-        for name, color in theme.COLORS:
-            action = colors.addAction(theme.swatch(color), name)
-            action.setCheckable(True)
-            action.setChecked(color == kind.color)
-            action.triggered.connect(partial(self._change_kind, kind, "color", color))
-        colors.addSeparator()
-        colors.addAction(self.tr("Other…"), lambda: self._edit_type(kind.id))
-        symbols = menu.addMenu(self.tr("S&ymbol"))
-        for symbol in theme.SYMBOLS:
-            action = symbols.addAction(theme.type_icon(kind.color, symbol), symbol)
-            action.setCheckable(True)
-            action.setChecked(symbol == kind.symbol)
-            action.triggered.connect(partial(self._change_kind, kind, "symbol", symbol))
-        menu.addAction(
-            theme.icon("delete-outline"),
-            self.tr("Re&move type"),
-            lambda: studio.attempt(edits.remove_type, kind.id),
-        )
-        menu.addSeparator()
-        menu.addAction(theme.icon("shape-outline"), self.tr("Feature &types…"),
-                       lambda: self._edit_type(kind.id))  # fmt: skip
-
-    def _change_kind(self, kind: FeatureType, field: str, value: str, *_: object) -> None:
-        if getattr(kind, field) != value:
-            # The fields' literal types are those of the menu's entries.
-            changed = replace(kind, **{field: value})  # type: ignore[arg-type]
-            self._studio.attempt(edits.change_type, changed)
+        return self._menus.menu_for(id_)
 
 
 def _take_out(item: QTreeWidgetItem) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from html import escape
+from typing import Any
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QPalette
@@ -19,16 +20,9 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.document import edits
-from vomstudio.document.records import (
-    FEATURES,
-    TYPED,
-    Dimension,
-    Feature,
-    Lineation,
-    Model,
-    Reading,
-    Trace,
-)
+from vomstudio.document.kind import Attribute
+from vomstudio.document.kinds import ATTRIBUTES, kind_of
+from vomstudio.document.records import Feature, Model, get_feature
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
 from vomstudio.ui.common.fit_view import FitView
@@ -36,7 +30,7 @@ from vomstudio.ui.common.plane_box import PlaneBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.widgets import ComboBox
-from vomstudio.ui.common.wording import length, slip_names
+from vomstudio.ui.common.wording import length
 from vomstudio.ui.interpret import relations
 
 
@@ -61,32 +55,10 @@ class PropertiesPanel(QWidget):
 
     def _make_feature(self, keep: QAction) -> QWidget:
         page = QWidget()
-        self._name = QLineEdit()
-        self._name.editingFinished.connect(self._typed)
-        self._type = TypeBox(self._studio)
-        self._type.activated.connect(lambda _: self._change(type_id=self._type.currentData()))
-        self._set = QLineEdit()
-        self._set.editingFinished.connect(self._typed)
-        self._overturned = QCheckBox(self.tr("overturned"))
-        self._overturned.clicked.connect(lambda on: self._change(overturned=bool(on)))
-        self._method = ComboBox()
-        self._method.addItem(self.tr("moment of inertia (PCA)"), "pca")
-        self._method.addItem(self.tr("planar regression of Z"), "regression")
-        self._method.activated.connect(lambda _: self._change(method=self._method.currentData()))
-        self._notes = QLineEdit()
-        self._notes.editingFinished.connect(self._typed)
-        self._compass = QLabel()
-        self._compass.setWordWrap(True)
-        self._compass.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._fields = {"name": self._name, "set_name": self._set, "notes": self._notes}
         self._fit = FitView()
-        self._slip = ComboBox()
-        for value, text in slip_names().items():
-            self._slip.addItem(text, value)
-        self._slip.keep_narrow()
-        self._slip.activated.connect(lambda _: self._change(slip=self._slip.currentData()))
-        self._plane = PlaneBox(self._studio, self.tr("none"), follow=False)
-        self._plane.chosen.connect(self._lay_on)
+        self._about = QLabel()
+        self._about.setWordWrap(True)
+        self._about.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._relation = QLabel()
         self._relation.setWordWrap(True)
         self._relation.setTextFormat(Qt.TextFormat.RichText)
@@ -97,23 +69,45 @@ class PropertiesPanel(QWidget):
         self._form = form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
         form.setVerticalSpacing(3)
-        form.addRow(self.tr("Name"), self._name)
-        form.addRow(self.tr("Type"), self._type)
-        form.addRow(self.tr("Set"), self._set)
-        form.addRow(self.tr("Bed"), self._overturned)
-        form.addRow(self.tr("Fit"), self._method)
-        form.addRow(self.tr("On plane"), self._plane)
-        form.addRow(self.tr("Slip"), self._slip)
-        form.addRow(self.tr("Notes"), self._notes)
+        self.fields = {each.field: self._field(each) for each in ATTRIBUTES}
+        for each in ATTRIBUTES:
+            form.addRow(self.tr(each.title), self.fields[each.field])
         layout = QVBoxLayout(page)
         layout.setContentsMargins(6, 4, 6, 4)
         layout.addWidget(self._relation)
         layout.addWidget(self._keep)
         layout.addWidget(self._fit)
-        layout.addWidget(self._compass)
+        layout.addWidget(self._about)
         layout.addLayout(form)
         layout.addStretch()
         return page
+
+    def _field(self, attribute: Attribute) -> QWidget:
+        """The widget in which an attribute is changed."""
+        name = attribute.field
+        if attribute.form == "type":
+            types = TypeBox(self._studio)
+            types.activated.connect(lambda _: self._change(**{name: types.currentData()}))
+            return types
+        if attribute.form == "flag":
+            flag = QCheckBox(self.tr(attribute.text))
+            flag.clicked.connect(lambda on: self._change(**{name: bool(on)}))
+            return flag
+        if attribute.form == "choice":
+            box = ComboBox()
+            for value, text in attribute.choices:
+                box.addItem(self.tr(text), value)
+            if len(attribute.choices) > 2:
+                box.keep_narrow()
+            box.activated.connect(lambda _: self._change(**{name: box.currentData()}))
+            return box
+        if attribute.form == "plane":
+            planes = PlaneBox(self._studio, self.tr("none"), follow=False)
+            planes.chosen.connect(lambda id_: self._lay_on(name, id_))
+            return planes
+        line = QLineEdit()
+        line.editingFinished.connect(self._typed)
+        return line
 
     def _make_model(self, declare: QAction) -> QWidget:
         page = QWidget()
@@ -130,16 +124,13 @@ class PropertiesPanel(QWidget):
         return page
 
     def _chosen(self) -> list[str]:
-        return [
-            i
-            for i in self._studio.selection.ids
-            if isinstance(self._studio.records.get(i), FEATURES)
-        ]
+        records = self._studio.records
+        return [i for i in self._studio.selection.ids if get_feature(records, i) is not None]
 
     def _typed(self) -> None:
         """Keep what has been typed, for the planes that were shown while it was typed."""
-        for name, field in self._fields.items():
-            if field.isModified():
+        for name, field in self.fields.items():
+            if isinstance(field, QLineEdit) and field.isModified():
                 field.setModified(False)
                 self._change(**{name: field.text().strip()})
 
@@ -148,7 +139,7 @@ class PropertiesPanel(QWidget):
         ids = [
             i
             for i in ids
-            if isinstance(feature := self._studio.records.get(i), FEATURES)
+            if (feature := get_feature(self._studio.records, i)) is not None
             and any(hasattr(feature, k) and getattr(feature, k) != v for k, v in values.items())
         ]
         if not ids or not self._studio.attempt(edits.set_attributes, ids, **values):
@@ -161,8 +152,9 @@ class PropertiesPanel(QWidget):
         self._shown = self._chosen()
         current = self._studio.selection.current
         record = self._studio.records.get(current) if current else None
-        if isinstance(record, FEATURES):
-            self._show_feature(record)
+        feature = get_feature(self._studio.records, current)
+        if feature is not None:
+            self._show_feature(feature)
             self._stack.setCurrentIndex(1)
         elif isinstance(record, Model):
             self._show_model(record)
@@ -170,9 +162,11 @@ class PropertiesPanel(QWidget):
         else:
             self._stack.setCurrentIndex(0)
 
-    def _lay_on(self, plane_id: str) -> None:
+    def _lay_on(self, field: str, plane_id: str) -> None:
         """Lines without a plane have no sense of slip."""
-        self._change(plane_id=plane_id, **({} if plane_id else {"slip": ""}))
+        records = self._studio.records
+        slips = any(hasattr(records.get(id_), "slip") for id_ in self._shown)
+        self._change(**{field: plane_id}, **({"slip": ""} if slips and not plane_id else {}))
 
     def _show_relation(self) -> None:
         """Of two selected planes."""
@@ -192,44 +186,19 @@ class PropertiesPanel(QWidget):
         self._fit.show_measurement(
             measured, self._studio.settings.notation, local=not self._studio.north_known()
         )
-        for name, widget in (
-            ("type_id", self._type),
-            ("set_name", self._set),
-            ("overturned", self._overturned),
-            ("method", self._method),
-            ("plane_id", self._plane),
-            ("slip", self._slip),
-        ):
-            self._form.setRowVisible(widget, hasattr(feature, name))
-        if isinstance(feature, Lineation | Dimension):
-            self._plane.show_plane(feature.plane_id)
-        label = self._form.labelForField(self._plane)
-        if isinstance(label, QLabel):
-            across = isinstance(feature, Dimension)
-            label.setText(self.tr("Across") if across else self.tr("On plane"))
-        if isinstance(feature, Dimension):
-            self._form.setRowVisible(self._plane, feature.kind == "thickness")
-        if isinstance(feature, Lineation):
-            self._form.setRowVisible(self._slip, bool(feature.plane_id))
-            self._slip.setCurrentIndex(self._slip.findData(feature.slip))
-        self._compass.setVisible(isinstance(feature, Reading))
-        if isinstance(feature, Reading):
-            self._compass.setText("\n".join(self._of_reading(feature)))
-        if isinstance(feature, TYPED):
-            self._type.choose(feature.type_id)
-        for name, field in self._fields.items():
-            field.setText(getattr(feature, name, ""))
-        self._overturned.setChecked(getattr(feature, "overturned", False))
-        if isinstance(feature, Trace):
-            self._method.setCurrentIndex(self._method.findData(feature.method))
-
-    def _of_reading(self, reading: Reading) -> list[str]:
-        lines = [f"Compass reading, {self._studio.nearest_text(reading.id)}"]
-        if reading.turned_deg:
-            lines.append(f"Azimuth as read {reading.turned_deg:+.2f}° (to grid north)")
-        if reading.source:
-            lines.append(f"From {reading.source}")
-        return lines
+        kind = kind_of(feature)
+        own = {attribute.field: attribute for attribute in kind.attributes}
+        for name, widget in self.fields.items():
+            attribute = own.get(name)
+            self._form.setRowVisible(widget, attribute is not None and attribute.applies(feature))
+            label = self._form.labelForField(widget)
+            if attribute is not None and isinstance(label, QLabel):
+                label.setText(self.tr(attribute.title))
+            if hasattr(feature, name):
+                _show(widget, getattr(feature, name))
+        lines = kind.about(self._studio.subject(feature, measured))
+        self._about.setVisible(bool(lines))
+        self._about.setText("\n".join(lines))
 
     def _show_model(self, model: Model) -> None:
         lines = [f"<b>{model.name}</b>", model.path]
@@ -253,6 +222,20 @@ class PropertiesPanel(QWidget):
         if opened is not None:
             lines += list(opened.warnings)
         self._model.setText("<br>".join(lines))
+
+
+def _show(widget: QWidget, value: Any) -> None:
+    """The value of an attribute in its widget."""
+    if isinstance(widget, TypeBox):
+        widget.choose(value)
+    elif isinstance(widget, PlaneBox):
+        widget.show_plane(value)
+    elif isinstance(widget, ComboBox):
+        widget.setCurrentIndex(widget.findData(value))
+    elif isinstance(widget, QCheckBox):
+        widget.setChecked(value)
+    elif isinstance(widget, QLineEdit):
+        widget.setText(value)
 
 
 def _scrolled(page: QWidget) -> QScrollArea:

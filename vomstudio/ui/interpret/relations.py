@@ -14,11 +14,12 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.document import edits
+from vomstudio.document.kinds import has_plane, is_picked_plane
+from vomstudio.document.kinds.intersection import Intersection
 from vomstudio.document.measurements import Measurement
-from vomstudio.document.records import FeatureType, Group, Intersection, Patch, Trace
+from vomstudio.document.records import FeatureType, Group, Typed
 from vomstudio.geology.notation import format_line
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.plane_box import is_plane
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.ui.common.wording import degrees, natural
@@ -36,7 +37,7 @@ def line_type(studio: Studio) -> str:
 def of_selected(studio: Studio) -> Intersection | None:
     """Of exactly two selected planes; not in the document."""
     ids = studio.selection.ids
-    if len(ids) != 2 or not all(is_plane(studio.records.get(i)) for i in ids):
+    if len(ids) != 2 or not all(has_plane(studio.records.get(i)) for i in ids):
         return None
     return between(studio, Group(feature_id=ids[0]), Group(feature_id=ids[1]))
 
@@ -157,7 +158,7 @@ def groups_of(studio: Studio) -> list[tuple[str, str, Group]]:
     """Text, colour and group of every feature type with planes, and of each of its sets."""
     counts: dict[tuple[str, str], int] = {}
     for feature in studio.session.features():
-        if isinstance(feature, Trace | Patch):
+        if isinstance(feature, Typed) and is_picked_plane(feature):
             for name in {"", feature.set_name}:
                 key = (feature.type_id, name)
                 counts[key] = counts.get(key, 0) + 1

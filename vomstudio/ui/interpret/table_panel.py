@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 from PySide6.QtCore import (
-    QAbstractTableModel,
     QItemSelection,
     QItemSelectionModel,
     QModelIndex,
-    QPersistentModelIndex,
-    QSortFilterProxyModel,
     Qt,
 )
 from PySide6.QtGui import QAction, QGuiApplication, QKeySequence, QPalette, QShortcut
@@ -29,285 +23,13 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.document import edits
 from vomstudio.document.edit import Edit
-from vomstudio.document.records import TYPED, Reading
-from vomstudio.ui.common import theme
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.wording import area, degrees, length, natural, number, orientation_text
-from vomstudio.ui.interpret.feature_filter import Test
-from vomstudio.ui.interpret.feature_row import Row, row_of
 from vomstudio.ui.interpret.filter_line import FilterLine
+from vomstudio.ui.interpret.table_model import COLUMNS, OrientationModel, SortedRows
 
-_Index = QModelIndex | QPersistentModelIndex
-_SORT = Qt.ItemDataRole.UserRole
 # Column widths are taken from so many rows: all of a thousand would hold the window up.
 _MEASURED_ROWS = 50
-# More rows than this are sorted in anew together, not one by one.
-_AT_ONCE = 200
-_QUALITY_ORDER = {"good": 0, "doubtful": 1, "poor": 2, None: 3}
-
-
-@dataclass(frozen=True)
-class Column:
-    """text: what is shown; value: what is sorted by; field: the attribute that can be typed."""
-
-    title: str
-    tip: str
-    text: Callable[[Row], str]
-    value: Callable[[Row], Any]
-    field: str | None = None
-    left: bool = False
-
-
-def _fit(title: str, name: str, tip: str, words: Callable[[Any], str]) -> Column:
-    return Column(title, tip, lambda r: words(r.fit(name)), lambda r: r.fit(name))
-
-
-def _measured(title: str, name: str, tip: str, words: Callable[[Any], str]) -> Column:
-    return Column(
-        title, tip, lambda r: words(getattr(r.measured, name)), lambda r: getattr(r.measured, name)
-    )
-
-
-COLUMNS: tuple[Column, ...] = (
-    Column("Name", "Name", lambda r: r.feature.name, lambda r: natural(r.feature.name),
-           "name", True),
-    Column(
-        "Type",
-        "Feature type",
-        lambda r: r.type_name,
-        lambda r: r.type_name,
-        None,
-        True,
-    ),
-    Column("Set", "Set", lambda r: r.set_name, lambda r: r.set_name,
-           "set_name", True),
-    Column(
-        "Orientation",
-        "Plane in the notation chosen under View > Notation; trend/plunge of a line",
-        lambda r: orientation_text(r.measured, r.notation),
-        lambda r: r.azimuth,
-    ),
-    Column(
-        "Quality",
-        "Verdict on the plane or line, with its reasons",
-        lambda r: r.quality or ("no plane" if r.measured.problem else "–"),
-        lambda r: _QUALITY_ORDER[r.quality],
-        None,
-        True,
-    ),
-    Column(
-        "Overturned",
-        "The bed is upside down: its younging is known",
-        lambda r: "yes" if r.overturned else "",
-        lambda r: None if r.overturned is None else not r.overturned,
-        None,
-        True,
-    ),
-    _measured(
-        "95 % max",
-        "max_confidence95_deg",
-        "Largest tilt inside the joint 95 % confidence region of the plane or line",
-        degrees,
-    ),
-    _measured("95 % min", "min_confidence95_deg", "The same, in the best known direction", degrees),
-    _fit("± dip", "dip_error_deg", "95 % error of the dip", degrees),
-    _fit(
-        "± dip dir.",
-        "dip_direction_error_deg",
-        "95 % error of the dip direction; undefined near horizontal",
-        degrees,
-    ),
-    _fit("M", "M", "ln(l1/l3): over 4 is well defined", number),
-    _fit("K", "K", "ln(l1/l2)/ln(l2/l3): under 0.8 is not a line", number),
-    _fit("Coplan.", "coplanarity", "Coplanarity index 1/l3 (textbook eq. 20)", number),
-    _fit("Collin.", "collinearity", "Collinearity index l1/l2 (textbook eq. 21)", number),
-    _fit("n", "n", "Number of points", lambda v: "–" if v is None else str(v)),
-    Column(
-        "Extent",
-        "Longest axis of the trace, diameter of the patch",
-        lambda r: length(r.fit("extent"), metric=r.measured.metric),
-        lambda r: r.fit("extent"),
-    ),
-    Column(
-        "Area",
-        "Area of the patch's faces",
-        lambda r: area(r.measured.area_m2, metric=r.measured.metric),
-        lambda r: r.measured.area_m2,
-    ),
-    Column(
-        "Rake",
-        "Of a line in its plane, from the right-hand-rule strike; of a slip -180 to 180, positive "
-        "reverse",
-        lambda r: degrees(r.rake),
-        lambda r: r.rake,
-    ),
-    Column(
-        "To pick",
-        "Of a compass reading: its angle from the nearest pick of the same type, or from the most "
-        "alike where the reading has no position",
-        lambda r: degrees(r.to_pick),
-        lambda r: r.to_pick,
-    ),
-    Column(
-        "Ext./res.",
-        "Extent over the model's resolution: 100 is wanted",
-        lambda r: number(r.ratio, 2),
-        lambda r: r.ratio,
-    ),
-    Column(
-        "RMS",
-        "Root mean square distance from the plane",
-        lambda r: length(r.fit("rms"), metric=r.measured.metric),
-        lambda r: r.fit("rms"),
-    ),
-    Column("Reasons", "Why the verdict is what it is", lambda r: r.reasons, lambda r: r.reasons,
-           None, True),
-    Column("Notes", "Notes", lambda r: r.feature.notes, lambda r: r.feature.notes, "notes", True),
-)  # fmt: skip
-
-_TO_PICK = next(i for i, column in enumerate(COLUMNS) if column.title == "To pick")
-
-
-class OrientationModel(QAbstractTableModel):
-    def __init__(self, studio: Studio) -> None:
-        super().__init__()
-        self._studio = studio
-        self._rows: list[Row] = []
-        self._places: dict[str, int] = {}
-
-    def reset(self) -> None:
-        self.beginResetModel()
-        features = [f for f in self._studio.session.features() if isinstance(f, TYPED)]
-        measured = self._studio.measured(feature.id for feature in features)
-        self._rows = [row_of(self._studio, feature, measured[feature.id]) for feature in features]
-        self._places = {row.feature.id: i for i, row in enumerate(self._rows)}
-        self.endResetModel()
-
-    def update(self, ids: list[str]) -> None:
-        """Some features are new, other, or gone."""
-        if len(ids) > _AT_ONCE or any(self._studio.records.get(i) is None for i in ids):
-            self.reset()
-            return
-        measured = self._studio.measured(ids)
-        for id_ in ids:
-            feature = self._studio.records[id_]
-            if not isinstance(feature, TYPED):
-                continue
-            row = row_of(self._studio, feature, measured[id_])
-            place = self._places.get(id_)
-            if place is None:
-                place = len(self._rows)
-                self.beginInsertRows(QModelIndex(), place, place)
-                self._rows.append(row)
-                self._places[id_] = place
-                self.endInsertRows()
-            else:
-                self._rows[place] = row
-                self.dataChanged.emit(self.index(place, 0), self.index(place, len(COLUMNS) - 1))
-
-    def row(self, place: int) -> Row:
-        return self._rows[place]
-
-    def compare_again(self) -> None:
-        """Readings are compared with other rows, which have changed."""
-        if any(isinstance(row.feature, Reading) for row in self._rows):
-            self.dataChanged.emit(
-                self.index(0, _TO_PICK), self.index(len(self._rows) - 1, _TO_PICK)
-            )
-
-    def id_at(self, row: int) -> str:
-        return self._rows[row].feature.id
-
-    def place(self, id_: str) -> int | None:
-        return self._places.get(id_)
-
-    # --- Qt's names ---------------------------------------------------------------------------
-    def rowCount(self, parent: _Index = QModelIndex()) -> int:  # noqa: N802, B008
-        return 0 if parent.isValid() else len(self._rows)
-
-    def columnCount(self, parent: _Index = QModelIndex()) -> int:  # noqa: N802, B008
-        return 0 if parent.isValid() else len(COLUMNS)
-
-    def headerData(  # noqa: N802
-        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
-    ) -> Any:
-        if orientation == Qt.Orientation.Horizontal:
-            if role == Qt.ItemDataRole.DisplayRole:
-                return COLUMNS[section].title
-            if role == Qt.ItemDataRole.ToolTipRole:
-                return COLUMNS[section].tip
-        return None
-
-    def data(self, index: _Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        row, column = self._rows[index.row()], COLUMNS[index.column()]
-        if column.title == "Overturned":
-            if role == Qt.ItemDataRole.CheckStateRole and row.overturned is not None:
-                return Qt.CheckState.Checked if row.overturned else Qt.CheckState.Unchecked
-            if role == Qt.ItemDataRole.DisplayRole:
-                # The box says it.
-                return None
-        if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.EditRole):
-            return column.text(row)
-        if role == _SORT:
-            return column.value(row)
-        if role == Qt.ItemDataRole.DecorationRole:
-            if column.title == "Quality":
-                return theme.verdict_icon(row.quality)
-            if column.title == "Type" and row.kind:
-                return theme.type_icon(row.kind.color, row.kind.symbol)
-        if role == Qt.ItemDataRole.TextAlignmentRole and not column.left:
-            return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-        if role == Qt.ItemDataRole.ToolTipRole:
-            return row.reasons or column.tip
-        return None
-
-    def flags(self, index: _Index) -> Qt.ItemFlag:
-        flags = super().flags(index)
-        if COLUMNS[index.column()].field:
-            flags |= Qt.ItemFlag.ItemIsEditable
-        if COLUMNS[index.column()].title == "Overturned":
-            flags |= Qt.ItemFlag.ItemIsUserCheckable
-        return flags
-
-    def setData(  # noqa: N802
-        self, index: _Index, value: Any, role: int = Qt.ItemDataRole.EditRole
-    ) -> bool:
-        field = COLUMNS[index.column()].field
-        row = self._rows[index.row()]
-        if role == Qt.ItemDataRole.CheckStateRole and row.overturned is not None:
-            # Qt hands over a plain number.
-            on = Qt.CheckState(value) == Qt.CheckState.Checked
-            return self._studio.attempt(edits.set_attributes, [row.feature.id], overturned=on)
-        if field is None or value == getattr(row.feature, field):
-            return False
-        return self._studio.attempt(
-            edits.set_attributes, [row.feature.id], **{field: value.strip()}
-        )
-
-
-class _Sorted(QSortFilterProxyModel):
-    test: Test | None = None
-
-    def set_test(self, test: Test | None) -> None:
-        """Rows stay that pass the test; all of them without one."""
-        self.test = test
-        self.invalidate()
-
-    def lessThan(self, left: _Index, right: _Index) -> bool:  # noqa: N802
-        a, b = left.data(_SORT), right.data(_SORT)
-        if a is None or b is None:
-            # What is undefined stands last either way round.
-            first, second = a is None, b is None
-            descending = self.sortOrder() == Qt.SortOrder.DescendingOrder
-            return first and not second if descending else second and not first
-        return bool(a < b)
-
-    def filterAcceptsRow(self, row: int, parent: _Index) -> bool:  # noqa: N802
-        model = self.sourceModel()
-        assert isinstance(model, OrientationModel)
-        return self.test is None or self.test(model.row(row))
 
 
 class TablePanel(QWidget):
@@ -317,7 +39,7 @@ class TablePanel(QWidget):
         self._showing = False
         self._seen_settings: tuple[str, list[str]] = ("", [])
         self.model = OrientationModel(studio)
-        self._sorted = _Sorted()
+        self._sorted = SortedRows()
         self._sorted.setSourceModel(self.model)
         self.view = QTableView()
         self.view.setObjectName("orientation_table")

@@ -27,7 +27,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
-from vomstudio.document.records import DEFAULT_TYPES, TYPED, FeatureType
+from vomstudio.document.records import DEFAULT_TYPES, FeatureType, Typed
 from vomstudio.errors import VomError
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.studio import Studio
@@ -167,7 +167,7 @@ class TypesDialog(QDialog):
         self.symbol.setCurrentIndex(max(0, self.symbol.findData(kind.symbol)))
         self.nature.setCurrentIndex(self.nature.findData(kind.geometry))
         count = sum(
-            isinstance(f, TYPED) and f.type_id == kind.id for f in self._studio.session.features()
+            isinstance(f, Typed) and f.type_id == kind.id for f in self._studio.session.features()
         )
         self.used.setText(
             self.tr("{0} features are of this type").format(count)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from vomstudio.io.control.control_files import find_control
+from vomstudio.jobs.reconstruction_tasks import ReconstructionOrder
 from vomstudio.photogrammetry.base import settings as steps
 
 QUALITIES = (
@@ -45,17 +45,19 @@ class MakeSettings:
     def without_control(self) -> MakeSettings:
         return replace(self, control=None, marks=None, found=False)
 
-    def request(self) -> dict[str, Any]:
-        """As the job `reconstruct` takes it."""
-        return {
-            "quality": self.quality,
-            "control": None if self.control is None else str(self.control),
-            "marks": None if self.marks is None else str(self.marks),
-            "crs": self.crs,
-            "threads": self.threads,
-            "seed": self.seed,
-            "scheduler": self.scheduler,
-        }
+    def order(self, photos: Path, out: Path) -> ReconstructionOrder:
+        """Of a model of these photos, below `out`."""
+        return ReconstructionOrder(
+            photos,
+            out,
+            self.quality,
+            self.crs,
+            self.control,
+            self.marks,
+            self.threads,
+            self.seed,
+            self.scheduler,
+        )
 
 
 def asked_for(request: Path) -> tuple[Path, MakeSettings] | None:

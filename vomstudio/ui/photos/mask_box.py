@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import log
 
 from PySide6.QtCore import QSignalBlocker, Qt
@@ -25,9 +26,7 @@ _LEAST, _MOST = 2.0, 600.0
 
 
 class MaskBox(QGroupBox):
-    """actions : repeat_mask, invert_mask, clear_mask."""
-
-    def __init__(self, canvas: MarkCanvas, actions: dict[str, QAction]) -> None:
+    def __init__(self, canvas: MarkCanvas) -> None:
         super().__init__(self.tr("Mask"))
         self._canvas = canvas
         self.words = QLabel()
@@ -66,9 +65,9 @@ class MaskBox(QGroupBox):
         brush.addWidget(self._size_words)
         more = QGridLayout()
         more.setSpacing(4)
+        self._buttons: dict[str, QToolButton] = {}
         for number, name in enumerate(("repeat_mask", "invert_mask", "clear_mask")):
-            button = QToolButton()
-            button.setDefaultAction(actions[name])
+            button = self._buttons[name] = QToolButton()
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
             more.addWidget(button, 0 if number == 0 else 1, max(number - 1, 0), 1,
                            2 if number == 0 else 1)  # fmt: skip
@@ -81,6 +80,11 @@ class MaskBox(QGroupBox):
         layout.addLayout(more)
         canvas.radius_asked.connect(lambda factor: self.set_radius(canvas.radius * factor))
         self.set_radius(canvas.radius)
+
+    def offer(self, actions: Mapping[str, QAction]) -> None:
+        """The actions of the buttons, by their names."""
+        for name, button in self._buttons.items():
+            button.setDefaultAction(actions[name])
 
     def set_radius(self, radius: float) -> None:
         """Of the brush, in pixels of the photo."""

@@ -2,54 +2,69 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from PySide6.QtWidgets import QWidget
+
 from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.open_dialogs import OpenDialogs
+from vomstudio.ui.photos.photo_survey import PhotoSurvey
 
 if TYPE_CHECKING:
     from vomstudio.ui.photos.photo_window import PhotoWindow
-    from vomstudio.ui.shell.main_window import MainWindow
 
 
-def commands(w: MainWindow) -> list[Command]:
+def commands(opening: PhotoOpening, chosen: Callable[[], str | None]) -> list[Command]:
+    """chosen : the name of the photo that is selected in the list"""
     return [
-        Command("open_photo", "&Open the photo", lambda: open_photo(w), "image-edit-outline", (),
+        Command("open_photo", "&Open the photo", lambda: opening.open(chosen()),
+                "image-edit-outline", (),
                 "In a window of its own: draw what is to be left out, mark points",
-                lambda: why_not_open(w)),
+                opening.why_not),
+        Command("take_in_photos", "&Take in what lies beside the photos", opening.take_in,
+                "tray-arrow-down", (),
+                "Control points, marks and masks that another program has written there",
+                opening.why_not),
     ]  # fmt: skip
 
 
-def why_not_open(w: MainWindow) -> str | None:
-    if w.survey.folder is None or not w.survey.rows:
-        return "choose a folder of photos first"
-    return None
+class PhotoOpening:
+    """The one window in which photos are opened, beside the window of the outcrop."""
 
+    def __init__(self, parent: QWidget, survey: PhotoSurvey, dialogs: OpenDialogs) -> None:
+        self._parent, self._survey, self._dialogs = parent, survey, dialogs
 
-def opened(w: MainWindow) -> PhotoWindow | None:
-    from vomstudio.ui.photos.photo_window import PhotoWindow
+    def why_not(self) -> str | None:
+        if self._survey.folder is None or not self._survey.rows:
+            return "choose a folder of photos first"
+        if not self._survey.document.taken_in:
+            return "the photos are being looked at"
+        return None
 
-    shown = [each for each in w.findChildren(PhotoWindow) if each.isVisible()]
-    return shown[0] if shown else None
+    def take_in(self) -> None:
+        self._survey.take_in_beside()
 
+    @property
+    def opened(self) -> PhotoWindow | None:
+        from vomstudio.ui.photos.photo_window import PhotoWindow
 
-def open_photo(w: MainWindow, name: str | None = None) -> None:
-    """The photo of this name, or that which is chosen in the Photos panel, or the first."""
-    from vomstudio.ui.photos.photo_window import PhotoWindow
+        return self._dialogs.shown(PhotoWindow)
 
-    if why_not_open(w) is not None:
-        return
-    wanted = name or w.photos_panel.chosen_photo() or w.survey.rows[0].name
-    window = opened(w)
-    if window is None:
-        window = PhotoWindow(w, w.survey)
-        window.show()
-    window.raise_()
-    window.activateWindow()
-    window.show_photo(wanted)
-    window.canvas.setFocus()
+    def open(self, name: str | None = None) -> None:
+        """The photo of this name, or the first."""
+        from vomstudio.ui.photos.photo_window import PhotoWindow
 
+        if self.why_not() is not None:
+            return
+        wanted = name or self._survey.rows[0].name
+        window = self._dialogs.show(PhotoWindow, lambda: PhotoWindow(self._parent, self._survey))
+        window.raise_()
+        window.activateWindow()
+        window.show_photo(wanted)
+        window.canvas.setFocus()
 
-def may_close(w: MainWindow) -> bool:
-    """Whether the program may end over what was drawn in photos."""
-    window = opened(w)
-    return window is None or window.close()
+    def may_close(self) -> bool:
+        """Whether the program may end over what was drawn in photos."""
+        window = self.opened
+        return window is None or window.close()

@@ -13,7 +13,7 @@ from vomstudio.rendering.qt.painting import VERDICT_COLORS
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.photo_images import THUMBNAIL
 from vomstudio.ui.photos.photo_marks import PhotoMarks
-from vomstudio.ui.photos.photo_survey import PhotoRow
+from vomstudio.ui.photos.photo_row import PhotoRow
 
 
 class PhotoList(QListWidget):

@@ -3,52 +3,41 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import itertools
 import json
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from vomstudio.errors import VomError
-from vomstudio.io.control.control_files import find_control, marks_beside
-from vomstudio.io.control.tables import CONTROL, MARKS
+from vomstudio.document.photo_edits import add_reconstruction
+from vomstudio.errors import VomError, WorkerError
+from vomstudio.io.control.control_files import find_control
+from vomstudio.io.control.points import CONTROL, MARKS
 from vomstudio.io.photos.cameras_file import FILE_NAME, read_cameras
-from vomstudio.io.project.taking_in import PHOTO_TABLES, RECONSTRUCTIONS
+from vomstudio.io.project.reconstructions import read_reconstruction
+from vomstudio.io.project.taking_in import RECONSTRUCTIONS
+from vomstudio.jobs import job as jobs
+from vomstudio.jobs import wire
 from vomstudio.jobs.events import Failed
-from vomstudio.ui.common.job_bridge import Job
+from vomstudio.jobs.job import Lane, Result
+from vomstudio.jobs.photo_tasks import CHECK_PHOTOS, LIST_PHOTOS, PhotoList, PhotosIn
+from vomstudio.jobs.reconstruction_tasks import RECONSTRUCT, Reconstruction
+from vomstudio.jobs.survey_tasks import FORESEE, ControlFacts, Forecast, ForecastOrder
+from vomstudio.survey.check_results import Finding, SurveyReport
 from vomstudio.ui.common.studio import Notice, Studio
 from vomstudio.ui.photos.make_settings import MakeSettings, asked_for
-from vomstudio.ui.photos.photo_marks import MarkFiles
+from vomstudio.ui.photos.photo_document import PhotoDocument
+from vomstudio.ui.photos.photo_exports import PhotoExports
+from vomstudio.ui.photos.photo_intake import PhotoIntake
+from vomstudio.ui.photos.photo_row import PhotoRow
+from vomstudio.workspace.jobs import RunningJob
 
 # What does not listen is stopped the hard way before that.
 _STOPPING_S = 10.0
 # Marks come one soon after the other.
 _TABLES_MS = 1000
-
-
-@dataclass
-class PhotoRow:
-    """A photo as the panel shows it. place: (x, y) metres in plan; looks: unit (dx, dy) or None."""
-
-    name: str
-    path: str
-    width: int
-    height: int
-    camera: str
-    focal: str
-    taken: str
-    has_gps: bool
-    mask: str | None
-    thumbnail: str | None = None
-    place: tuple[float, float] | None = None
-    looks: tuple[float, float] | None = None
-    gsd_m: float | None = None
-    blur: float | None = None
-    views: float | None = None
-    findings: list[str] = field(default_factory=list)
 
 
 class PhotoSurvey(QObject):
@@ -59,34 +48,42 @@ class PhotoSurvey(QObject):
     drawn_changed = Signal()
     """Masks of the photos."""
     marks_changed = Signal()
+    edited = Signal(object)
+    """Edit, of whatever in the project."""
+    history_changed = Signal()
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
         self._studio = studio
         self.folder: Path | None = None
         self.rows: list[PhotoRow] = []
-        self.findings: list[dict[str, Any]] = []
+        self.findings: tuple[Finding, ...] = ()
         self.verdict = ""
         self.left_out: list[str] = []
         self.problem = ""
         self.has_north = True
         self.control_note = ""
-        self.result: dict[str, Any] | None = None
-        self._reading: Job | None = None
-        self._making: Job | None = None
+        self.result: Reconstruction | None = None
+        self._reading: RunningJob | None = None
+        self._making: RunningJob | None = None
         self._goes_on = False
         self.settings = MakeSettings()
-        self.forecast: dict[str, Any] | None = None
-        self._foreseeing: Job | None = None
-        self._taken_over: Path | None = None
-        """Control points of another file from which those beside the photos were begun."""
+        self.forecast: Forecast | None = None
+        self._foreseeing: RunningJob | None = None
+        self.document = PhotoDocument(studio)
+        self.exports = PhotoExports(self.document)
+        self.intake = PhotoIntake(studio, self.document, self.exports)
+        self.exports.tables_written.connect(self.marks_changed)
+        self.document.masks_changed.connect(self._show_masks)
+        studio.edited.connect(self.edited)
+        studio.history_changed.connect(self.history_changed)
         self._tables_soon = QTimer(self)
         self._tables_soon.setSingleShot(True)
         self._tables_soon.setInterval(_TABLES_MS)
         self._tables_soon.timeout.connect(self.control_written)
         self.marks_changed.connect(self._tables_soon.start)
         studio.project_opened.connect(self._project_opened)
-        studio.jobs.changed.connect(self.changed)
+        studio.jobs_changed.connect(self.changed)
 
     # --- state -------------------------------------------------------------------------------
     @property
@@ -98,7 +95,7 @@ class PhotoSurvey(QObject):
         return self._reading is not None
 
     @property
-    def making(self) -> Job | None:
+    def making(self) -> RunningJob | None:
         """The running reconstruction."""
         return self._making
 
@@ -116,14 +113,15 @@ class PhotoSurvey(QObject):
         if self.settings.control is not None:
             if self._foreseeing is not None:
                 return self.tr("the control points are being looked at")
-            if problem := self.control_facts.get("problem"):
+            facts = self.control_facts
+            if facts is not None and (problem := facts.problem):
                 return self.tr("{0} (Settings of the model: other files, or none)").format(problem)
         return None
 
     @property
-    def control_facts(self) -> dict[str, Any]:
-        """See `ControlCheck`; empty where no control is chosen or it has not been looked at."""
-        return (self.forecast or {}).get("control") or {}
+    def control_facts(self) -> ControlFacts | None:
+        """None where no control is chosen or it has not been looked at."""
+        return None if self.forecast is None else self.forecast.control
 
     def out(self) -> Path | None:
         """Where the model of these photos in this quality is made, or was begun. One of another
@@ -164,17 +162,21 @@ class PhotoSurvey(QObject):
         """List the photos of a folder, then check them. settings: None for those of before, with
         the control that lies beside these photos."""
         self._stop_reading()
-        self.folder = folder
+        self.exports.end()
+        self.folder, self.intake.given_from = folder, None
+        self.document.look_at(folder)
         self.settings = settings or self._with_tables(self.settings.for_photos(folder))
         self.forecast = None
-        self.rows, self.findings, self.left_out = [], [], []
+        self.rows, self.findings, self.left_out = [], (), []
         self.verdict, self.problem, self.result = "", "", None
         self.has_north = True
         self.rows_changed.emit()
-        self._read("list_photos", self.tr("Looking at photos"), self._listed)
+        self._read(LIST_PHOTOS, self.tr("Looking at photos"), self._listed)
 
-    def _read(self, task: str, title: str, then: Any) -> None:
-        def done(result: dict[str, Any]) -> None:
+    def _read(
+        self, job: jobs.Job[PhotosIn, Result], title: str, then: Callable[[Result], None]
+    ) -> None:
+        def done(result: Result) -> None:
             self._reading = None
             then(result)
             self.changed.emit()
@@ -185,27 +187,27 @@ class PhotoSurvey(QObject):
                 self.problem = event.message
             self.changed.emit()
 
+        assert self.folder is not None
         self._reading = self._studio.jobs.submit(
-            "photos",
-            task,
-            {"photos": str(self.folder), "cache": str(self._studio.project.cache)},
+            job,
+            PhotosIn(self.folder, self._studio.project.cache),
             title=title,
             on_done=done,
             on_failed=failed,
         )
         self.changed.emit()
 
-    def _listed(self, result: dict[str, Any]) -> None:
-        self.rows = [PhotoRow(**row) for row in result["rows"]]
-        self.left_out = list(result["left_out"])
+    def _listed(self, listed: PhotoList) -> None:
+        self.rows = [PhotoRow(**vars(row), found_mask=row.mask) for row in listed.rows]
+        self.left_out = list(listed.left_out)
         self.rows_changed.emit()
         self.foresee()
-        self._read("check_photos", self.tr("Checking the survey"), self._checked)
+        self._take_in()
 
-    def _checked(self, result: dict[str, Any]) -> None:
-        self._take(result)
-        if (after := self._earlier_result()) is not None:
-            self._take(after["survey"])
+    def _checked(self, report: SurveyReport) -> None:
+        self._take(report)
+        if (after := self._earlier_survey()) is not None:
+            self._take(after)
         self._show_cameras()
         self.rows_changed.emit()
 
@@ -217,21 +219,21 @@ class PhotoSurvey(QObject):
         """Ask a worker what the settings mean for these photos; `changed` tells when it has."""
         if self.folder is None:
             return
-        settings, request = self.settings, self.settings.request()
+        settings = self.settings
 
-        def done(result: dict[str, Any]) -> None:
+        def done(found: Forecast) -> None:
             if self._foreseeing is not job:
                 return
             self._foreseeing = None
-            facts = result["control"]
-            if settings.found and facts is not None and facts["problem"]:
+            facts = found.control
+            if settings.found and facts is not None and facts.problem:
                 # Nobody asked for these files: they are in the way of no model.
                 self.settings = settings.without_control()
                 self.control_note = self.tr("{0} beside the photos is not used: {1}").format(
-                    Path(request["control"]).name, facts["problem"]
+                    Path(str(settings.control)).name, facts.problem
                 )
-                result = {**result, "control": None}
-            self.forecast = result
+                found = replace(found, control=None)
+            self.forecast = found
             self.rows_changed.emit()
             self.changed.emit()
 
@@ -244,13 +246,16 @@ class PhotoSurvey(QObject):
 
         self.control_note = ""
         job = self._studio.jobs.submit(
-            "inspection",
-            "foresee",
-            {
-                "photos": str(self.folder),
-                "sizes": [(row.width, row.height) for row in self.rows],
-                **request,
-            },
+            FORESEE,
+            ForecastOrder(
+                self.folder,
+                tuple((row.width, row.height) for row in self.rows),
+                settings.quality,
+                settings.crs,
+                settings.control,
+                settings.marks,
+                settings.threads,
+            ),
             title=self.tr("Looking at what the model needs"),
             on_done=done,
             on_failed=failed,
@@ -264,7 +269,7 @@ class PhotoSurvey(QObject):
         self._tables_soon.stop()
         if self.folder is None:
             return
-        if self.settings.found or self.settings.control in (None, self._taken_over):
+        if self.settings.found or self.settings.control in (None, self.intake.given_from):
             self.settings = self._with_tables(self.settings)
         self.foresee()
         self.changed.emit()
@@ -272,42 +277,42 @@ class PhotoSurvey(QObject):
     def control_findings(self) -> list[tuple[str, str]]:
         """Severity and sentence of what the control points can do."""
         facts = self.control_facts
-        if not facts:
+        if facts is None:
             return [("warning", self.control_note)] if self.control_note else []
-        if facts["problem"]:
-            return [("error", facts["problem"])]
-        frame = facts["crs"] or self.tr("a local frame")
+        if facts.problem:
+            return [("error", facts.problem)]
+        frame = facts.crs or self.tr("a local frame")
         words = self.tr("The model is placed by ground control in {0}: {1}.").format(
-            frame, facts["summary"]
+            frame, facts.summary
         )
-        return [("info", words), *(("warning", text) for text in facts["warnings"])]
+        return [("info", words), *(("warning", text) for text in facts.warnings)]
 
-    def _earlier_result(self) -> dict[str, Any] | None:
-        """What a finished reconstruction of these photos has told."""
+    def _earlier_survey(self) -> SurveyReport | None:
+        """What a finished reconstruction of these photos has told of them."""
         out = self.out()
         if out is None:
             return None
         try:
             found = json.loads((out / "reconstruction.json").read_text(encoding="utf-8"))
-        except (OSError, ValueError):
+            return wire.decode(SurveyReport, found["survey"])
+        except (OSError, ValueError, TypeError, KeyError, WorkerError):
             return None
-        return found if isinstance(found, dict) and "survey" in found else None
 
-    def _take(self, result: dict[str, Any]) -> None:
+    def _take(self, report: SurveyReport) -> None:
         """The findings of a survey check, before or after the alignment."""
-        self.findings, self.verdict = result["findings"], result["verdict"]
+        self.findings, self.verdict = report.findings, report.verdict
         for each in self.rows:
             each.findings = []
         by_name = {row.name: row for row in self.rows}
-        for facts in result["photos"]:
-            if row := by_name.get(facts["name"]):
-                row.gsd_m, row.views = facts["gsd_m"], facts["views"]
-                if facts["blur"] is not None:
-                    row.blur = facts["blur"]
+        for facts in report.photos:
+            if row := by_name.get(facts.name):
+                row.gsd_m, row.views = facts.gsd_m, facts.views
+                if facts.blur is not None:
+                    row.blur = facts.blur
         for finding in self.findings:
-            for name in finding["photos"] or ():
+            for name in finding.photos:
                 if row := by_name.get(name):
-                    row.findings.append(finding["text"])
+                    row.findings.append(finding.text)
 
     def _stop_reading(self) -> None:
         self._foreseeing = None
@@ -316,41 +321,43 @@ class PhotoSurvey(QObject):
             self._reading = None
 
     # --- masks and marks ---------------------------------------------------------------------
-    def mark_files(self) -> MarkFiles | None:
-        """Where control points and marks of these photos are."""
-        if self.folder is None:
-            return None
-        key = hashlib.sha256(str(self.folder.resolve()).encode()).hexdigest()[:8]
-        name = f"{self.folder.name}-{key}"
-
-        def kept() -> Path:
-            return self._studio.project.folder / PHOTO_TABLES / name
-
-        control, marks = self.settings.control, self.settings.marks
-        files = MarkFiles(self.folder, kept)
-        if control is None or files.own:
-            return files
-        if marks is None:
-            with contextlib.suppress(VomError):
-                marks = marks_beside(control)
-        self._taken_over = control
-        return MarkFiles(self.folder, kept, control, marks)
-
-    def set_mask(self, name: str, mask: str | None) -> None:
-        for row in self.rows:
-            if row.name == name:
-                row.mask = mask
-        self.drawn_changed.emit()
-
     def tables(self) -> tuple[Path | None, Path | None]:
         """The control points, with their marks, and the tie points that nobody has to name."""
-        files = self.mark_files()
-        if files is None:
+        if self.folder is None:
             return None, None
-        if (found := find_control(files.photos)) is not None:
+        if (found := find_control(self.folder)) is not None:
             return found
-        control, marks = files.found(CONTROL), files.found(MARKS)
+        control, marks = self.exports.table(CONTROL), self.exports.table(MARKS)
         return (None if marks is None else control), marks
+
+    def take_in_beside(self) -> None:
+        """What lies beside the photos now, in place of what the project holds."""
+        if self.folder is not None and not self.reading and self.making is None:
+            self._take_in(again=True)
+
+    def _take_in(self, *, again: bool = False) -> None:
+        def done(failed: Failed | None) -> None:
+            self._reading = None
+            if failed is not None and not failed.cancelled:
+                self.problem = failed.message
+            elif failed is None:
+                self._show_masks()
+                self.rows_changed.emit()
+                self._read(CHECK_PHOTOS, self.tr("Checking the survey"), self._checked)
+            self.changed.emit()
+
+        given = self.settings.control, self.settings.marks
+        running = self.intake.begin(self.rows, given, done, again=again)
+        if running is not None:
+            self._reading = running
+            self.changed.emit()
+
+    def _show_masks(self, _: object = None) -> None:
+        for row in self.rows:
+            with contextlib.suppress(VomError):
+                path = self.document.mask_path(row.name)
+                row.mask = None if path is None else str(path)
+        self.drawn_changed.emit()
 
     def _with_tables(self, settings: MakeSettings) -> MakeSettings:
         control, marks = self.tables()
@@ -374,7 +381,7 @@ class PhotoSurvey(QObject):
     def check_again(self) -> None:
         """Masks have changed what the photos are worth."""
         if not self.reading and self.making is None and self.rows:
-            self._read("check_photos", self.tr("Checking the survey"), self._checked)
+            self._read(CHECK_PHOTOS, self.tr("Checking the survey"), self._checked)
 
     # --- the model ---------------------------------------------------------------------------
     def make(self) -> None:
@@ -382,35 +389,36 @@ class PhotoSurvey(QObject):
         out, folder = self.out(), self.folder
         if self.why_not_make() is not None or out is None or folder is None:
             return
-        request = {"photos": str(folder), "out": str(out), **self.settings.request()}
-        # Shown before; the reconstruction itself would take no CRS for a local one.
-        request["crs"] = self.control_facts.get("crs") or self.settings.crs
+        order = self.settings.order(folder, out)
+        if (facts := self.control_facts) is not None and facts.crs:
+            # Shown before; the reconstruction itself would take no CRS for a local one.
+            order = replace(order, crs=facts.crs)
         if self.settings.control is None:
             # Tie points join photos whatever places the model.
-            marks = self.tables()[1]
-            request["marks"] = None if marks is None else str(marks)
+            order = replace(order, marks=self.tables()[1])
         session, name = self._studio.session, folder.name
         self.result = None
 
-        def done(result: dict[str, Any]) -> None:
+        def done(result: Reconstruction) -> None:
             self._making, self._goes_on = None, False
             words = self.tr("The model of {0} is made: {1} of {2} photos, {3:,} faces.").format(
-                name, result["registered"], result["photos"], result["faces"]
+                name, result.registered, result.photos, result.faces
             )
             if self._studio.session is not session:
-                where = self.tr("It belongs to another project: {0}").format(result["mesh"])
+                where = self.tr("It belongs to another project: {0}").format(result.mesh)
                 self._studio.notice.emit(Notice(f"{words} {where}"))
                 self.changed.emit()
                 return
             self.result = result
-            self._take(result["survey"])
+            self._take(result.survey)
             self._show_cameras()
             self.rows_changed.emit()
-            said = "".join(f" {text}" for text in result["warnings"][:2])
+            said = "".join(f" {text}" for text in result.warnings[:2])
             self._studio.notice.emit(Notice(words + said))
             # The project may have been saved under another name meanwhile.
             place = self._studio.project.folder / RECONSTRUCTIONS / out.name
-            self._studio.open_model(place / Path(result["mesh"]).name, name)
+            self._record(place, name)
+            self._studio.open_model(place / Path(result.mesh).name, name)
 
         def failed(event: Failed) -> None:
             self._making = None
@@ -422,21 +430,32 @@ class PhotoSurvey(QObject):
             self.changed.emit()
 
         self._making = self._studio.jobs.submit(
-            "reconstruction",
-            "reconstruct",
-            request,
+            RECONSTRUCT,
+            order,
             title=self.tr("Making a model of {0}").format(name),
             on_done=done,
             on_failed=failed,
         )
         self.changed.emit()
 
+    def _record(self, place: Path, name: str) -> None:
+        """What was made, and the registration that was found, become records."""
+        photo_set = self.document.photo_set
+        if photo_set is None:
+            return
+        try:
+            made = read_reconstruction(place, photo_set.id, name)
+        except VomError as error:
+            self._studio.fail(error)
+            return
+        self._studio.attempt(add_reconstruction, *made)
+
     def stop_to_move(self) -> None:
         """The project's folder is about to be moved: stop the work, which then goes on there."""
         if self._making is not None:
             self._goes_on = True
             self.pause()
-            self._studio.jobs.finish("reconstruction", _STOPPING_S)
+            self._studio.jobs.finish(Lane.RECONSTRUCTION, _STOPPING_S)
 
     def pause(self) -> None:
         """Stop the work; what is finished is kept, and `make` goes on behind it."""
@@ -467,9 +486,11 @@ class PhotoSurvey(QObject):
 
     def _project_opened(self) -> None:
         self._stop_reading()
-        self.folder, self.rows, self.findings, self.result = None, [], [], None
+        self.exports.end()
+        self.folder, self.rows, self.findings, self.result = None, [], (), None
         self.verdict = self.problem = self.control_note = ""
         self.forecast = None
+        self.document.look_at(None)
         self.rows_changed.emit()
         # The newest is the one that the user was at.
         asked = (self._studio.project.folder / RECONSTRUCTIONS).glob("*/request.json")

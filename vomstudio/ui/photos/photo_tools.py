@@ -22,6 +22,7 @@ class PhotoTools(QObject):
     moved = Signal(str, float, float, bool)
     picked = Signal(str)
     corners_changed = Signal()
+    tool_changed = Signal()
 
     def __init__(self, canvas: MarkCanvas, masks: PhotoMasks) -> None:
         super().__init__()
@@ -44,6 +45,11 @@ class PhotoTools(QObject):
     def set_photo(self, name: str, width: int, height: int) -> None:
         self.drop()
         self.photo, self.size = name, (width, height)
+
+    def take_up(self, tool: str) -> None:
+        self.drop()
+        self._canvas.set_tool(tool)
+        self.tool_changed.emit()
 
     def drop(self) -> None:
         """Forget the polygon that is not closed, end the stroke that is not lifted."""

@@ -7,10 +7,8 @@ from pathlib import Path
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QCloseEvent, QKeyEvent
 from PySide6.QtWidgets import (
-    QFileDialog,
     QHBoxLayout,
     QLabel,
-    QMessageBox,
     QSplitter,
     QToolBar,
     QToolButton,
@@ -18,60 +16,60 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.document.edit import Edit
 from vomstudio.errors import VomError
 from vomstudio.io.photos.cameras_file import FILE_NAME
-from vomstudio.photogrammetry.place.mark_prediction import BAD_PX, PlacedPhotos
+from vomstudio.photogrammetry.place.mark_prediction import PlacedPhotos
 from vomstudio.ui.common.actions import Actions
 from vomstudio.ui.common.background import Background
 from vomstudio.ui.common.messages_panel import MessageBar
-from vomstudio.ui.common.photo_images import PhotoImages, Picture
 from vomstudio.ui.common.studio import Notice
 from vomstudio.ui.common.widgets import ElidedLabel
-from vomstudio.ui.photos.edit_history import EditHistory, Step
-from vomstudio.ui.photos.mark_canvas import MARK, POLYGON, MarkCanvas, ShownMark
+from vomstudio.ui.photos.mark_canvas import LOOK, MARK, POLYGON, MarkCanvas
+from vomstudio.ui.photos.mark_editing import MarkEditing
 from vomstudio.ui.photos.mask_box import MaskBox
+from vomstudio.ui.photos.opened_photo import OpenedPhoto
+from vomstudio.ui.photos.photo_document import photo_of
 from vomstudio.ui.photos.photo_list import PhotoList
 from vomstudio.ui.photos.photo_marks import PhotoMarks
 from vomstudio.ui.photos.photo_masks import PhotoMasks
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.photos.photo_tools import PhotoTools
-from vomstudio.ui.photos.photo_window_commands import TOOLS, commands
+from vomstudio.ui.photos.photo_window_commands import (
+    TOOLS,
+    look_commands,
+    mask_commands,
+    point_commands,
+    undo_commands,
+)
 from vomstudio.ui.photos.points_box import PointsBox
 
 
 class PhotoWindow(QWidget):
-    """Beside which the outcrop can be worked on. What is drawn and marked is on the disk at once;
-    the window asks before it closes over something that could not be written."""
+    """Beside which the outcrop can be worked on. What is drawn and marked is at once a step of the
+    project's history."""
 
     def __init__(self, parent: QWidget, survey: PhotoSurvey) -> None:
         super().__init__(parent, Qt.WindowType.Window)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.resize(1400, 860)
-        self.survey, self._images = survey, PhotoImages()
+        self.survey = survey
         assert survey.folder is not None
         self.folder = survey.folder
-        self.photo = ""
-        self._looked_at = ""
-        self._pictured_once = False
-        self._asking = False
+        self._stepping = False
         self._changed_masks: set[str] = set()
         rows = {row.name: row for row in survey.rows}
-        self._rows = rows
-        self.history = EditHistory()
-        self.masks = PhotoMasks(survey.rows, self.history)
-        files = survey.mark_files()
-        assert files is not None
-        self.marks = PhotoMarks(files, list(rows), self.history)
+        self.document = survey.document
+        self.masks = PhotoMasks(survey.rows, self.document)
+        self.marks = PhotoMarks(self.document, list(rows))
         self.canvas = MarkCanvas()
+        self.shown = OpenedPhoto(rows, self.canvas)
         self.tools = PhotoTools(self.canvas, self.masks)
-        self.actions_table = Actions(self)
-        for command in commands(self):
-            self.actions_table.add(command)
-        self.actions_table.give_keys_to(self.canvas)
-        actions = self.actions_table.all
         self.list = PhotoList(survey.rows, self.marks)
-        self.mask_box = MaskBox(self.canvas, actions)
-        self.points = PointsBox(self.marks, actions)
+        self.mask_box = MaskBox(self.canvas)
+        self.points = PointsBox(self.marks)
+        self._editing = MarkEditing(self.marks, self.points, self.shown, self.canvas, self.tools)
+        self._make_actions()
         self._words = ""
         self._status = ElidedLabel()
         self._status.setObjectName("photo_status")
@@ -79,11 +77,23 @@ class PhotoWindow(QWidget):
         self.bar = MessageBar(self._middle)
         self._background = Background(self)
         self._connect()
-        self.marks.read()
         self._read_cameras()
-        self.set_tool("look")
+        self.tools.take_up(LOOK)
 
     # --- parts -------------------------------------------------------------------------------
+    def _make_actions(self) -> None:
+        self.actions_table = Actions(self)
+        for command in (
+            *look_commands(self.list, self.canvas, self.tools),
+            *undo_commands(self.masks, self.tools, self.document, self.undo),
+            *mask_commands(self.masks, self.mask_box, self.canvas, self.shown),
+            *point_commands(self._editing, self.folder, self),
+        ):
+            self.actions_table.add(command)
+        self.actions_table.give_keys_to(self.canvas)
+        self.mask_box.offer(self.actions_table.all)
+        self.points.offer(self.actions_table.all)
+
     def _arrange(self) -> None:
         bar = QToolBar()
         bar.setMovable(False)
@@ -130,44 +140,39 @@ class PhotoWindow(QWidget):
 
     def _connect(self) -> None:
         self.list.opened.connect(self.show_photo)
-        self._images.pictured.connect(self._pictured, Qt.ConnectionType.QueuedConnection)
         self.masks.drawn.connect(self._mask_drawn)
-        self.masks.stored.connect(self._mask_stored)
         self.masks.busy_changed.connect(self._refresh)
         # Another folder may have been opened meanwhile.
         self.masks.busy_changed.connect(self._survey_changed, Qt.ConnectionType.QueuedConnection)
         self.masks.said.connect(self.say)
         self.marks.said.connect(self.say)
         self.marks.changed.connect(self._show_marks)
-        self.marks.changed.connect(self.survey.marks_changed)
+        self.survey.exports.said.connect(self.say)
+        self.survey.exports.mask_written.connect(self._mask_stored)
         self.points.said.connect(self.say)
         self.points.chosen.connect(self._point_chosen)
-        self.points.typed.connect(self._typed)
-        self.tools.marked.connect(self._place)
-        self.tools.moved.connect(self._moved)
-        self.tools.picked.connect(self.points.choose)
+        self._editing.said.connect(self.say)
         self.tools.corners_changed.connect(self._refresh)
-        self.canvas.nudged.connect(self._nudge)
+        self.tools.tool_changed.connect(self._tool_changed)
         self.canvas.pointed.connect(self._point_at)
-        self.history.changed.connect(self._refresh)
+        self.survey.history_changed.connect(self._refresh)
+        self.survey.edited.connect(self._edited)
         # Where a run has found new cameras, and where another folder is looked at.
         self.survey.changed.connect(self._survey_changed)
 
     # --- the photo ---------------------------------------------------------------------------
+    @property
+    def photo(self) -> str:
+        """The name of the photo that is shown."""
+        return self.shown.name
+
     def show_photo(self, name: str) -> None:
         if name == self.photo:
-            self._look_at_point()
+            self._editing.look_at_point()
             return
-        row = self._rows[name]
-        self.photo = name
+        self.shown.show(name)
+        row = self.shown.rows[name]
         self.tools.set_photo(name, row.width, row.height)
-        self.canvas.set_used(None)
-        self.canvas.set_photo(row.width, row.height)
-        picture = self._images.picture(Path(row.path))
-        self._pictured_once = picture is not None
-        self.canvas.message = "" if picture else self.tr("Reading {0}…").format(name)
-        if picture is not None:
-            self.canvas.set_picture(picture)
         self.masks.open(name)
         if self.list.currentItem() is None or self.list.names[self.list.currentRow()] != name:
             self.list.open(name)
@@ -175,42 +180,8 @@ class PhotoWindow(QWidget):
         self._title.setText(short)
         self.setWindowTitle(self.tr("{0} – {1}").format(short, self.folder.name))
         self.points.show_photo(name, row.width, row.height)
-        self._looked_at = ""
         self._show_marks()
-        self._look_at_point()
-
-    def _pictured(self, key: str, picture: Picture | str) -> None:
-        row = self._rows.get(self.photo)
-        if row is None or row.path != key:
-            return
-        if isinstance(picture, Picture):
-            self.canvas.message = ""
-            self.canvas.set_picture(picture)
-            if not self._pictured_once:
-                # Which way is up is known only now. The whole picture, which comes later, leaves
-                # the view to the user.
-                self._pictured_once = True
-                self._look_at_point(again=True)
-        else:
-            self.canvas.message = self.tr("{0} cannot be shown: {1}").format(row.name, picture)
-            self.canvas.update()
-
-    def step(self, by: int) -> None:
-        self.list.step(by)
-
-    def _look_at_point(self, *, again: bool = False) -> None:
-        """While points are marked, the photo is opened where the point is, or should be."""
-        label = self.points.label
-        if self.canvas.tool != MARK or not label:
-            return
-        key = f"{self.photo} {label}"
-        if self._looked_at == key and not again:
-            return
-        place = self.marks.marking.of(label).get(self.photo)
-        place = place or self.marks.sight(label).expected.get(self.photo)
-        if place is not None:
-            self._looked_at = key
-            self.canvas.look_closely(place)
+        self._editing.look_at_point()
 
     # --- masks -------------------------------------------------------------------------------
     def _mask_drawn(self, name: str) -> None:
@@ -223,106 +194,23 @@ class PhotoWindow(QWidget):
             if not self.masks.drawing:
                 self._refresh()
 
-    def _mask_stored(self, name: str, mask: str | None) -> None:
+    def _mask_stored(self, name: str) -> None:
         self._changed_masks.add(name)
-        if self.survey.folder == self.folder:
-            self.survey.set_mask(name, mask)
         self.list.refresh()
         self._refresh()
 
     # --- points ------------------------------------------------------------------------------
     def _show_marks(self) -> None:
-        marking, chosen = self.marks.marking, self.points.label
-        there = marking.within(self.photo)
-        shown = []
-        for label, pixel in there.items():
-            sight = self.marks.sight(label)
-            residual, worst = sight.residuals_px.get(self.photo), sight.worst
-            bad = worst is not None and worst[0] == self.photo and worst[1] > BAD_PX
-            role = marking.role(label)
-            shown.append(ShownMark(label, role, pixel, label == chosen, False, residual, bad))
-        for label in marking.labels:
-            if label not in there and (at := self.marks.sight(label).expected.get(self.photo)):
-                role = marking.role(label)
-                shown.append(ShownMark(label, role, at, label == chosen, True))
-        self.canvas.set_marks(shown)
-        self.canvas.set_course(self.marks.course(chosen, self.photo))
+        self._editing.show()
         self._refresh()
 
     def _point_chosen(self, label: str) -> None:
         self.list.set_label(label)
         if label and self.canvas.tool != MARK:
-            self.set_tool(MARK)
+            self.tools.take_up(MARK)
         self._write(self._hint())
         self._show_marks()
-        self._look_at_point()
-
-    def new_point(self) -> None:
-        label = self.marks.marking.free_label()
-        made = self.marks.marking.begun_with(label)
-        self.marks.change(self.tr("New point"), self.photo, made)
-        self.points.choose(label)
-        self.set_tool(MARK)
-        self.canvas.setFocus()
-
-    def remove_point(self) -> None:
-        label = self.points.label
-        made = self.marks.marking.removed(label)
-        self.marks.change(self.tr("Remove {0}").format(label), self.photo, made)
-        self.points.choose("")
-
-    def remove_mark(self) -> None:
-        label = self.points.label
-        made = self.marks.marking.unmarked(label, self.photo)
-        self.marks.change(self.tr("Remove the mark of {0}").format(label), self.photo, made)
-
-    def _place(self, x: float, y: float, join: str | None = None) -> None:
-        """Mark the chosen point here; without one, a new tie point."""
-        label = self.points.label or self.marks.marking.free_label()
-        key = None if join is None else (join, label, self.photo)
-        made = self.marks.marking.marked(label, self.photo, (x, y))
-        self._looked_at = f"{self.photo} {label}"
-        self.marks.change(self.tr("Mark {0}").format(label), self.photo, made, key)
-        self.points.choose(label)
-
-    def _typed(self, x: float, y: float) -> None:
-        self._place(x, y, "typed")
-
-    def _moved(self, label: str, x: float, y: float, goes_on: bool) -> None:
-        made = self.marks.marking.marked(label, self.photo, (x, y))
-        self.marks.change(
-            self.tr("Move {0}").format(label), self.photo, made, ("drag", label, self.photo),
-            goes_on=goes_on,
-        )  # fmt: skip
-
-    def _nudge(self, dx: float, dy: float) -> None:
-        pixel = self.marks.marking.of(self.points.label).get(self.photo)
-        row = self._rows.get(self.photo)
-        if pixel is not None and row is not None:
-            x = min(max(pixel[0] + dx, 0.0), float(row.width))
-            y = min(max(pixel[1] + dy, 0.0), float(row.height))
-            self._place(x, y, "nudged")
-
-    def import_table(self, *, marks: bool) -> None:
-        title = self.tr("Marks in photos") if marks else self.tr("Control points")
-        kinds = self.tr("Tables (*.csv *.txt *.tsv);;All files (*)")
-        name, _ = QFileDialog.getOpenFileName(self, title, str(self.folder), kinds)
-        if not name:
-            return
-        try:
-            if marks:
-                count, said = self.marks.import_marks(Path(name))
-                words = self.tr("{0} marks read. {1}").format(count, said)
-            else:
-                count = self.marks.import_points(Path(name))
-                words = self.tr("{0} points read.").format(count)
-        except VomError as error:
-            self.say(str(error), "error")
-            return
-        labels = self.marks.marking.labels
-        if not self.points.label and labels:
-            self.points.choose(labels[0])
-        self.say(words, "info")
+        self._editing.look_at_point()
 
     # --- cameras -----------------------------------------------------------------------------
     def _read_cameras(self) -> None:
@@ -348,29 +236,37 @@ class PhotoWindow(QWidget):
 
     def _survey_changed(self) -> None:
         if self.survey.folder != self.folder:
-            if self.isVisible() and not self.masks.busy and not self._asking:
+            if self.isVisible() and not self.masks.busy:
                 self.close()
         elif _stamp(self.survey.aligned_folder()) != self._cameras_of:
             self._read_cameras()
 
     # --- tools and keys ----------------------------------------------------------------------
-    def set_tool(self, tool: str) -> None:
-        self.tools.drop()
-        self.canvas.set_tool(tool)
+    def _tool_changed(self) -> None:
         self._refresh()
         self._write(self._hint())
 
-    def undo(self, *, again: bool = False) -> None:
+    def undo(self, again: bool = False) -> None:
         if self.tools.corners and not again:
             self.tools.take_back_corner()
             return
         self.tools.end_stroke()
-        step: Step | None = self.history.redo() if again else self.history.undo()
-        if step is not None:
-            if step.photo in self._rows and step.photo != self.photo:
-                self.show_photo(step.photo)
-            words = self.tr("Done again: {0}") if again else self.tr("Taken back: {0}")
-            self.say(words.format(step.words), "info")
+        words = self.document.redo_words if again else self.document.undo_words
+        if words is None:
+            return
+        self._stepping = True
+        try:
+            (self.document.redo if again else self.document.undo)()
+        finally:
+            self._stepping = False
+        said = self.tr("Done again: {0}") if again else self.tr("Taken back: {0}")
+        self.say(said.format(words), "info")
+
+    def _edited(self, edit: Edit) -> None:
+        """A step that was taken back in another photo is shown there."""
+        photo = photo_of(edit)
+        if self._stepping and photo in self.shown.rows and photo != self.photo:
+            self.show_photo(photo)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802
         if event.key() == Qt.Key.Key_Escape and self.tools.corners:
@@ -411,8 +307,8 @@ class PhotoWindow(QWidget):
         used = self.masks.used(self.photo)
         if self.masks.busy:
             words = self.masks.busy
-        elif self.masks.problem:
-            words = self.tr("Not saved: they are in this window only")
+        elif self.survey.exports.problem:
+            words = self.tr("Kept in the project, not beside the photos")
         elif used is None:
             words = self.tr("Reading…") if self.photo else ""
         else:
@@ -424,56 +320,12 @@ class PhotoWindow(QWidget):
 
     # --- end ---------------------------------------------------------------------------------
     def may_close(self) -> bool:
-        """Whether all is on the disk, or may be forgotten; the user is asked."""
-        if self._asking:
-            return False
+        """Whether nothing is being drawn any more."""
         self.tools.drop()
         if self.masks.busy:
             self.raise_()
             self.say(self.tr("Not closed yet: {0}").format(self.masks.busy), "warning")
             return False
-        masks, marks = self.masks.save_now(), self.marks.save_again()
-        if masks and marks:
-            return True
-        self._asking = True
-        try:
-            return self._ask(masks, marks)
-        finally:
-            self._asking = False
-
-    def _ask(self, masks: bool, marks: bool) -> bool:
-        """masks, marks : whether they are saved."""
-        box = QMessageBox(self)
-        box.setIcon(QMessageBox.Icon.Warning)
-        box.setText(self.tr("What was drawn here could not be saved."))
-        box.setInformativeText(self.masks.problem if not masks else self.marks.unsaved)
-        buttons = QMessageBox.StandardButton
-        box.setStandardButtons(buttons.Discard | buttons.Cancel)
-        elsewhere = box.addButton(
-            self.tr("Save masks elsewhere…"), QMessageBox.ButtonRole.AcceptRole
-        )
-        elsewhere.setEnabled(not masks)
-        box.exec()
-        if box.clickedButton() is elsewhere:
-            return self.save_elsewhere() and marks
-        return box.clickedButton() is box.button(buttons.Discard)
-
-    def save_elsewhere(self) -> bool:
-        name = QFileDialog.getExistingDirectory(self, self.tr("A folder for the masks"))
-        if not name:
-            return False
-        try:
-            written = self.masks.save_elsewhere(Path(name))
-        except VomError as error:
-            self.say(str(error), "error")
-            return False
-        self.say(
-            self.tr(
-                "{0} masks are in {1}. They are used once they lie beside the photos, or in a "
-                "folder “masks” beside theirs."
-            ).format(len(written), name),
-            "warning",
-        )
         return True
 
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802
@@ -481,9 +333,13 @@ class PhotoWindow(QWidget):
             event.ignore()
             return
         self.masks.close()
-        self._images.close()
+        self.marks.close()
+        self.survey.exports.finish()
+        self.shown.close()
         self._background.close()
         self.survey.changed.disconnect(self._survey_changed)
+        self.survey.edited.disconnect(self._edited)
+        self.survey.history_changed.disconnect(self._refresh)
         if self._changed_masks and self.survey.folder == self.folder:
             self.survey.check_again()
         event.accept()

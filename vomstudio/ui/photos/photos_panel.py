@@ -25,7 +25,8 @@ from PySide6.QtWidgets import (
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.widgets import ComboBox, ElidedLabel
 from vomstudio.ui.photos.make_settings import QUALITIES
-from vomstudio.ui.photos.photo_survey import PhotoRow, PhotoSurvey
+from vomstudio.ui.photos.photo_row import PhotoRow
+from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.photos.plan_view import PlanView
 
 _THUMBNAIL = QSize(72, 48)
@@ -198,7 +199,7 @@ class PhotosPanel(QWidget):
             verdict.setFont(font)
             verdict.setIcon(QIcon())
         for finding in survey.findings:
-            self._add_finding(finding["severity"], finding["text"], finding["photos"] or [])
+            self._add_finding(finding.severity, finding.text, list(finding.photos))
         for severity, text in survey.control_findings():
             self._add_finding(severity, text, [])
         for text in survey.left_out:
@@ -271,7 +272,7 @@ class PhotosPanel(QWidget):
             return survey.problem
         if survey.reading:
             return self.tr("Looking at the photos…")
-        graver = sum(finding["severity"] != "info" for finding in survey.findings)
+        graver = sum(finding.severity != "info" for finding in survey.findings)
         return self.tr("{0} photos, {1} warnings").format(len(survey.rows), graver)
 
     # --- choosing ----------------------------------------------------------------------------

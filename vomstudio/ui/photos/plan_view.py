@@ -9,7 +9,7 @@ from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QHelpEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QToolTip, QWidget
 
-from vomstudio.ui.photos.photo_survey import PhotoRow
+from vomstudio.ui.photos.photo_row import PhotoRow
 
 _MARGIN = 26.0
 _GOOD, _FLAGGED, _CHOSEN = "#0072b2", "#e69f00", "#d55e00"

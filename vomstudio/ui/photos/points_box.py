@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from math import isfinite
 
@@ -25,7 +26,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.errors import GeometryError
-from vomstudio.io.control.tables import ControlPoint
+from vomstudio.io.control.points import ControlPoint
 from vomstudio.io.text.rows import parse_number
 from vomstudio.photogrammetry.place.mark_prediction import BAD_PX, CHECK, CONTROL, TIE
 from vomstudio.rendering.qt.painting import VERDICT_COLORS
@@ -38,20 +39,19 @@ from vomstudio.ui.photos.photo_marks import PhotoMarks
 class PointsBox(QGroupBox):
     """chosen : the label of the point that is worked on; "" for none. said : a sentence, level.
     typed : (x, y) of the point's mark in the photo that is shown.
-
-    actions : new_point, import_points, import_marks, remove_point, remove_mark.
     """
 
     chosen = Signal(str)
     said = Signal(str, str)
     typed = Signal(float, float)
 
-    def __init__(self, marks: PhotoMarks, actions: dict[str, QAction]) -> None:
+    def __init__(self, marks: PhotoMarks) -> None:
         super().__init__(self.tr("Points"))
         self._marks = marks
         self.label = ""
         self.photo = ""
         self._labels: tuple[str, ...] = ()
+        self._buttons: dict[str, QToolButton] = {}
         self.table = self._make_table()
         self.missing = QLabel()
         self.missing.setObjectName("missing")
@@ -63,14 +63,13 @@ class PointsBox(QGroupBox):
         for number, name in enumerate(
             ("new_point", "remove_point", "import_points", "import_marks")
         ):
-            button = QToolButton()
-            button.setDefaultAction(actions[name])
+            button = self._buttons[name] = QToolButton()
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
             buttons.addWidget(button, number // 2, number % 2)
         buttons.setColumnStretch(2, 1)
         layout.addLayout(buttons)
         layout.addWidget(self.table, 1)
-        layout.addWidget(self._make_form(actions))
+        layout.addWidget(self._make_form())
         layout.addWidget(self.missing)
         marks.changed.connect(self.refresh)
         self.refresh()
@@ -97,7 +96,7 @@ class PointsBox(QGroupBox):
         table.itemSelectionChanged.connect(self._row_chosen)
         return table
 
-    def _make_form(self, actions: dict[str, QAction]) -> QWidget:
+    def _make_form(self) -> QWidget:
         self.form = QWidget()
         form = QFormLayout(self.form)
         form.setContentsMargins(0, 0, 0, 0)
@@ -144,12 +143,16 @@ class PointsBox(QGroupBox):
                 lambda _: self.typed.emit(self.mark_x.value(), self.mark_y.value())
             )
             pixel.addWidget(spin, 1)
-        remove = QToolButton()
-        remove.setDefaultAction(actions["remove_mark"])
+        remove = self._buttons["remove_mark"] = QToolButton()
         remove.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
         pixel.addWidget(remove)
         form.addRow(self.tr("Mark"), pixel)
         return self.form
+
+    def offer(self, actions: Mapping[str, QAction]) -> None:
+        """The actions of the buttons, by their names."""
+        for name, button in self._buttons.items():
+            button.setDefaultAction(actions[name])
 
     # --- showing -----------------------------------------------------------------------------
     def refresh(self) -> None:
@@ -262,7 +265,7 @@ class PointsBox(QGroupBox):
             self._fill_form()
             return
         self.label = text
-        self._marks.change(self.tr("Rename {0}").format(label), self.photo, made)
+        self._marks.change(self.tr("Rename {0}").format(label), made)
         self.chosen.emit(text)
 
     def _role_chosen(self) -> None:
@@ -284,7 +287,7 @@ class PointsBox(QGroupBox):
             made = marking.unplaced(label)
         else:
             made = marking.placed(replace(point, check=role == CHECK))
-        self._marks.change(self.tr("Role of {0}").format(label), self.photo, made)
+        self._marks.change(self.tr("Role of {0}").format(label), made)
 
     def _numbers_typed(self) -> None:
         if not self.label or not any(field.isModified() for field in self.numbers):
@@ -313,4 +316,4 @@ class PointsBox(QGroupBox):
             )
         for field in self.numbers:
             field.setModified(False)
-        self._marks.change(self.tr("Coordinates of {0}").format(label), self.photo, made)
+        self._marks.change(self.tr("Coordinates of {0}").format(label), made)

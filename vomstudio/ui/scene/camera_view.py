@@ -13,11 +13,12 @@ from vomstudio.errors import VomError
 from vomstudio.geometry import transform
 from vomstudio.geometry.frusta import Frustum, frusta
 from vomstudio.io.photos.cameras_file import Cameras, read_cameras
+from vomstudio.rendering.qt.photo_cameras import PhotoCameras
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.tools.types import Button, Pointer, PointerEvent
 from vomstudio.ui.common.background import Background
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.sight.photo_links import PhotoLinks
+from vomstudio.workspace.photos import PhotoLinks
 
 Rows = tuple[tuple[float, ...], ...]
 """Of a 4 x 4 matrix."""
@@ -32,7 +33,7 @@ class CameraView(QObject):
     def __init__(self, studio: Studio, links: PhotoLinks) -> None:
         super().__init__()
         self._studio, self._links = studio, links
-        self._viewport: Viewport | None = None
+        self._cameras: PhotoCameras | None = None
         self._background = Background(self)
         # By model: the file, and what it holds as pyramids in the model's own frame.
         self._files: dict[str, Path] = {}
@@ -46,7 +47,7 @@ class CameraView(QObject):
         studio.display.changed.connect(lambda what: self.refresh() if what == "cameras" else None)
 
     def watch(self, viewport: Viewport) -> None:
-        self._viewport = viewport
+        self._cameras = viewport.photos
         viewport.pointer.connect(self._pointer)
         for model_id in self._studio.models:
             self._model_loaded(model_id)
@@ -127,14 +128,14 @@ class CameraView(QObject):
     def refresh(self) -> None:
         wanted = self._wanted()
         # Every edit comes by here, and new cameras draw the whole outcrop anew.
-        if self._viewport is not None and wanted != self._shown:
+        if self._cameras is not None and wanted != self._shown:
             self._shown = wanted
-            self._viewport.set_cameras(self.shown())
+            self._cameras.show(self.shown())
 
     def choose(self, names: set[str]) -> None:
         """Emphasise these photos' cameras."""
-        if self._viewport is not None:
-            self._viewport.set_chosen_cameras(names)
+        if self._cameras is not None:
+            self._cameras.choose(names)
 
     def corners(self) -> npt.NDArray[np.float64]:
         """(n, 3) World points around what is shown."""
@@ -143,9 +144,9 @@ class CameraView(QObject):
 
     def _pointer(self, event: PointerEvent) -> None:
         clicked = event.kind is Pointer.CLICK and event.button is Button.LEFT
-        if not clicked or self._studio.tool_name != "navigate" or self._viewport is None:
+        if not clicked or self._studio.tool_name != "navigate" or self._cameras is None:
             return
-        name = self._viewport.camera_at(event.x, event.y)
+        name = self._cameras.at(event.x, event.y)
         if name is not None:
             self.choose({name})
             self._studio.info(self.tr("Photo {0} was taken from here.").format(name))

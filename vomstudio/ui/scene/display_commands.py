@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping
 
-from PySide6.QtGui import QActionGroup
+from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QMenu
 
 from vomstudio.rendering.view.scalars import ELEVATION, FieldStyle, field_names, title_of
 from vomstudio.ui.common.actions import Command
-from vomstudio.ui.scene import display
+from vomstudio.ui.common.chosen import current_model
+from vomstudio.ui.common.ports import Docks
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.scene.camera_view import CameraView
+from vomstudio.ui.scene.outcrop_view import OutcropView
+from vomstudio.workspace import display
 
-if TYPE_CHECKING:
-    from vomstudio.ui.shell.main_window import MainWindow
+_DOCK = "display"
 
 MODE_NAMES = {
     "display_textured": "textured",
@@ -24,14 +27,11 @@ MODE_NAMES = {
 }
 
 
-def commands(w: MainWindow) -> list[Command]:
-    studio, shown = w.studio, w.studio.display
+def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Docks) -> list[Command]:
+    shown = studio.display
 
     def models() -> list[display.Data]:
         return [m.data for m in studio.models.values()]
-
-    def no_viewport() -> str | None:
-        return None if w.viewport is not None and studio.models else "open a model first"
 
     def mode(value: str) -> Callable[[], None]:
         return lambda: shown.set_mode(value)
@@ -54,21 +54,15 @@ def commands(w: MainWindow) -> list[Command]:
     def is_size(value: float | None) -> Callable[[], bool]:
         return lambda: shown.point_size == value
 
-    def clip() -> None:
-        toggle_clip(w)
-
-    def reset() -> None:
-        fit_clip(w)
-
     table = [
         Command(name, display.MODES[value], mode(value), None, (), "", cannot(value),
                 checked=is_mode(value))
         for name, value in MODE_NAMES.items()
     ]  # fmt: skip
     table += [
-        Command("display_field", "Field in colours", lambda: choose_field(w), None, (),
+        Command("display_field", "Field in colours", lambda: choose_field(studio, docks), None, (),
                 "Intensity, classification, elevation or any other value, with a colour bar",
-                no_viewport, checked=lambda: shown.mode == "field"),
+                view.why_not, checked=lambda: shown.mode == "field"),
         Command("display_lit", "&Lit", light, None, (),
                 "A light at the viewer shades the surface; without it colours are true",
                 lambda: display.why_not_lit(models()), checked=lambda: shown.lit[now()]),
@@ -79,53 +73,54 @@ def commands(w: MainWindow) -> list[Command]:
         Command("display_cameras", "&Cameras", lambda: shown.set_cameras(not shown.cameras),
                 "camera-outline", (),
                 "Where the photos of the model were taken; hover over one for its name",
-                w.cameras.why_not, checked=lambda: shown.cameras),
+                cameras.why_not, checked=lambda: shown.cameras),
         Command("display_size_auto", "Points close the surface", size(None), None, (), "",
-                no_viewport, checked=is_size(None)),
-        Command("clipping_box", "&Clipping box", clip, "cube-scan", (),
+                view.why_not, checked=is_size(None)),
+        Command("clipping_box", "&Clipping box", lambda: toggle_clip(studio, view, docks),
+                "cube-scan", (),
                 "Show and pick only what is inside a box; drag its faces or type them",
-                no_viewport, checked=lambda: shown.clipping),
-        Command("clipping_reset", "Clipping box around everything", reset, None, (), "",
+                view.why_not, checked=lambda: shown.clipping),
+        Command("clipping_reset", "Clipping box around everything",
+                lambda: fit_clip(studio, view), None, (), "",
                 lambda: None if shown.clipping else "the clipping box is off"),
-        Command("display_settings", "Display settings", lambda: w.show_dock("display")),
+        Command("display_settings", "Display settings", lambda: docks.bring_forward(_DOCK)),
     ]  # fmt: skip
     for pixels in display.POINT_SIZES:
         text = f"Points of {pixels:g} pixel{'s' if pixels != 1 else ''}"
         table.append(
-            Command(f"display_size_{pixels:g}", text, size(pixels), None, (), "", no_viewport,
+            Command(f"display_size_{pixels:g}", text, size(pixels), None, (), "", view.why_not,
                     checked=is_size(pixels))
         )  # fmt: skip
     return table
 
 
-def fill_menu(w: MainWindow, menu: QMenu) -> None:
+def fill_menu(menu: QMenu, actions: Mapping[str, QAction], studio: Studio) -> None:
     """View > Display."""
-    actions = w.actions_table.all
     menu.setToolTipsVisible(True)
     for name in MODE_NAMES:
         menu.addAction(actions[name])
-    fields = menu.addMenu(w.tr("&Field"))
-    fields.aboutToShow.connect(lambda: fill_fields(w, fields))
+    fields = menu.addMenu(menu.tr("&Field"))
+    fields.aboutToShow.connect(lambda: fill_fields(fields, studio))
     menu.addSeparator()
     menu.addAction(actions["display_lit"])
     menu.addAction(actions["display_eye_dome"])
     menu.addAction(actions["display_cameras"])
-    sizes = menu.addMenu(w.tr("&Point size"))
+    sizes = menu.addMenu(menu.tr("&Point size"))
     for name in ("auto", *(f"{pixels:g}" for pixels in display.POINT_SIZES)):
         sizes.addAction(actions[f"display_size_{name}"])
     menu.addSeparator()
     menu.addAction(actions["display_settings"])
 
 
-def fill_fields(w: MainWindow, menu: QMenu) -> None:
+def fill_fields(menu: QMenu, studio: Studio) -> None:
     """The fields of the current model."""
     menu.clear()
-    model = w.files.current_model()
-    opened = None if model is None else w.studio.models.get(model.id)
+    model = current_model(studio)
+    opened = None if model is None else studio.models.get(model.id)
     if model is None or opened is None:
-        menu.addAction(w.tr("Open a model first")).setEnabled(False)
+        menu.addAction(menu.tr("Open a model first")).setEnabled(False)
         return
-    shown = w.studio.display
+    shown = studio.display
     current = shown.styles.get(model.id)
     group = QActionGroup(menu)
     for name in field_names(opened.data):
@@ -139,30 +134,30 @@ def fill_fields(w: MainWindow, menu: QMenu) -> None:
         )
 
 
-def choose_field(w: MainWindow) -> None:
+def choose_field(studio: Studio, docks: Docks) -> None:
     """Show the fields that were chosen, or one that each model has; and where to choose."""
-    shown = w.studio.display
-    for model_id, opened in w.studio.models.items():
+    shown = studio.display
+    for model_id, opened in studio.models.items():
         if model_id not in shown.styles:
             style = FieldStyle(display.default_field(opened.data))
             shown.show_field(model_id, style)
     shown.set_mode("field")
-    w.show_dock("display")
+    docks.bring_forward(_DOCK)
 
 
-def toggle_clip(w: MainWindow) -> None:
-    shown = w.studio.display
+def toggle_clip(studio: Studio, view: OutcropView, docks: Docks) -> None:
+    shown = studio.display
     if shown.clipping:
         shown.set_clip(shown.box, False)
-    elif shown.box is not None and w.clip_holds_something():
+    elif shown.box is not None and view.clip_holds_something():
         shown.set_clip(shown.box, True)
-        w.show_dock("display")
+        docks.bring_forward(_DOCK)
     else:
-        fit_clip(w)
-        w.show_dock("display")
+        fit_clip(studio, view)
+        docks.bring_forward(_DOCK)
 
 
-def fit_clip(w: MainWindow) -> None:
-    box = w.models_box()
+def fit_clip(studio: Studio, view: OutcropView) -> None:
+    box = view.models_box()
     if box is not None:
-        w.studio.display.set_clip(box, True)
+        studio.display.set_clip(box, True)

@@ -39,9 +39,10 @@ from vomstudio.rendering.view.scalars import (
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
-from vomstudio.ui.scene import display
+from vomstudio.workspace import display
 
 if TYPE_CHECKING:
+    from vomstudio.rendering.qt.display import Display
     from vomstudio.rendering.qt.viewport import Viewport
 
 _KIND_WORDS = {
@@ -59,7 +60,7 @@ class DisplayPanel(QWidget):
     ) -> None:
         super().__init__()
         self._studio, self._display, self._current = studio, studio.display, current
-        self._viewport: Viewport | None = None
+        self._view_display: Display | None = None
         page = QWidget()
         layout = QVBoxLayout(page)
         layout.setContentsMargins(6, 6, 6, 6)
@@ -87,7 +88,7 @@ class DisplayPanel(QWidget):
 
     def watch(self, viewport: Viewport) -> None:
         """From now on the ranges are those that this view shows."""
-        self._viewport = viewport
+        self._view_display = viewport.display
         viewport.field_shown.connect(self.refresh)
 
     # --- parts -------------------------------------------------------------------------------
@@ -269,9 +270,9 @@ class DisplayPanel(QWidget):
     # --- what is shown here ------------------------------------------------------------------
     def _scale(self) -> Scale | None:
         model = self._current()
-        if model is None or self._viewport is None:
+        if model is None or self._view_display is None:
             return None
-        return self._viewport.scale_of(model.id)
+        return self._view_display.scale_of(model.id)
 
     def refresh(self, *what: object) -> None:
         if what == ("box",):

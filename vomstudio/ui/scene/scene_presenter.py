@@ -9,20 +9,17 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.document.edit import Edit
-from vomstudio.document.measurements import Measurement
+from vomstudio.document.kinds import GROUPS, group_of, kind_of
+from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import (
-    FEATURES,
     IDENTITY,
-    Dimension,
     Feature,
     FeatureType,
-    Intersection,
-    Lineation,
     Model,
-    Patch,
-    Trace,
+    Painted,
+    get,
+    get_feature,
 )
-from vomstudio.geology.orientation import slip_from_rake
 from vomstudio.geometry import transform
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.discs import disc
@@ -33,9 +30,10 @@ from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.rendering.view.drawing import PREVIEW, FeatureDrawing, Symbol
 from vomstudio.rendering.view.scalars import field_names
 from vomstudio.rendering.view.symbols import small_disc, symbol_of_line, symbol_of_plane
-from vomstudio.tools.patch import area_of
+from vomstudio.tools.painted import area_of
+from vomstudio.tools.polyline import rgb
 from vomstudio.tools.types import Area, Button, Pointer, PointerEvent, Preview
-from vomstudio.ui.common.studio import DIMENSIONS, Studio, group_of
+from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.wording import drawn_points, length, orientation_text
 from vomstudio.ui.scene.first_view import first_view
 
@@ -46,15 +44,16 @@ class ScenePresenter:
     def __init__(self, studio: Studio, viewport: Viewport) -> None:
         self._studio = studio
         self._viewport = viewport
+        self._models, self._moves, self._drawn = viewport.models, viewport.moves, viewport.features
         self._shown: set[str] = set()
         self._features: set[str] = set()
         self._placed = False
-        self._areas: dict[str, tuple[Patch, Model, Area | None]] = {}
+        self._areas: dict[str, tuple[Painted, Model, Area | None]] = {}
         studio.project_opened.connect(self.rebuild)
         studio.edited.connect(self._edited)
         studio.model_loaded.connect(self._model_loaded)
         studio.visibility_changed.connect(self._visibility)
-        studio.selection_changed.connect(viewport.set_selected)
+        studio.selection_changed.connect(viewport.features.select)
         studio.preview.connect(self._preview)
         studio.settings_changed.connect(self._all_features)
         studio.display.changed.connect(self._displayed)
@@ -69,9 +68,9 @@ class ScenePresenter:
 
     def rebuild(self) -> None:
         for model_id in self._shown:
-            self._viewport.remove_model(model_id)
+            self._models.remove(model_id)
         self._shown.clear()
-        self._viewport.set_features(dict.fromkeys(self._features))
+        self._drawn.change(dict.fromkeys(self._features))
         self._features.clear()
         self._areas.clear()
         self._placed = self._take_camera()
@@ -88,14 +87,14 @@ class ScenePresenter:
         camera = self._studio.project.journal.view("camera")
         try:
             if camera is not None:
-                self._viewport.set_camera_state(camera)
+                self._moves.set_camera_state(camera)
                 return True
         except (ValueError, KeyError, TypeError):
             pass
         measured = self._studio.measured(f.id for f in self._studio.session.features())
         points = [p for m in measured.values() if len(p := drawn_points(m))]
         if points:
-            self._viewport.frame(np.concatenate(points))
+            self._moves.frame(np.concatenate(points))
         return False
 
     # --- models ------------------------------------------------------------------------------
@@ -108,29 +107,29 @@ class ScenePresenter:
         if first:
             self._face(model_id)
         self._stages.pop(model_id, None)
-        self._viewport.add_model(
+        self._models.add(
             model_id, opened.data, transform.matrix(record.to_world), frame_camera=first
         )
-        self._viewport.set_model_visible(model_id, self._model_visible(model_id))
+        self._models.set_visible(model_id, self._model_visible(model_id))
         self._shown.add(model_id)
         self._show_field(model_id)
         self._frame()
-        self._draw(p.id for p in self._studio.session.of(Patch) if p.model_id == model_id)
+        self._draw(p.id for p in self._studio.session.of(Painted) if p.model_id == model_id)
 
     # --- display -----------------------------------------------------------------------------
     def _displayed(self, what: str) -> None:
         shown, viewport = self._studio.display, self._viewport
         if what == "mode":
-            viewport.set_display(shown.mode)
+            viewport.display.set_mode(shown.mode)
         elif what == "lit":
             for mode, lit in shown.lit.items():
-                viewport.set_lit(mode, lit)
+                viewport.display.set_lit(mode, lit)
         elif what == "point_size":
-            viewport.set_point_size(shown.point_size)
+            viewport.display.set_point_size(shown.point_size)
         elif what == "eye_dome":
-            viewport.set_eye_dome(shown.eye_dome)
+            viewport.display.set_eye_dome(shown.eye_dome)
         elif what in ("clip", "box"):
-            viewport.set_clip_box(shown.clip_shown, handles=shown.handles)
+            viewport.clip.set_box(shown.clip_shown, handles=shown.handles)
         elif what == "fields":
             for model_id in self._shown:
                 self._show_field(model_id)
@@ -140,7 +139,7 @@ class ScenePresenter:
         if style is not None and style.name not in field_names(opened.data):
             # The file has changed since the field was chosen.
             style = None
-        self._viewport.set_field(model_id, style, self._studio.records[model_id].name)
+        self._viewport.display.set_field(model_id, style, self._studio.records[model_id].name)
 
     def models_box(self) -> ClipBox | None:
         """Around all visible models."""
@@ -156,10 +155,10 @@ class ScenePresenter:
         to_world = transform.matrix(frame)
         first = not self._shown and not self._placed
         if first:
-            self._viewport.look_along(*first_view(cloud, to_world))
+            self._moves.look_along(*first_view(cloud, to_world))
             # From here on the view is the user's.
             self._placed = True
-        self._viewport.add_model(PREVIEW + key, cloud, to_world, frame_camera=first)
+        self._models.add(PREVIEW + key, cloud, to_world, frame_camera=first)
         self._previews.add(key)
 
     def _end_preview(self, key: str) -> None:
@@ -178,7 +177,7 @@ class ScenePresenter:
 
     def _drop_previews(self) -> None:
         for key in self._spent_previews:
-            self._viewport.remove_model(PREVIEW + key)
+            self._models.remove(PREVIEW + key)
         self._spent_previews.clear()
 
     def see_all(self, besides: npt.NDArray[np.float64] | None = None) -> None:
@@ -187,16 +186,16 @@ class ScenePresenter:
         ids = [m.id for m in self._studio.session.of(Model) if self._model_visible(m.id)]
         ids = [i for i in ids if i in self._studio.models]
         if not ids:
-            self._viewport.home()
+            self._moves.home()
             return
         self._face(ids[0])
         more = [] if besides is None else [besides]
-        self._viewport.frame(np.concatenate([*(self._corners(i) for i in ids), *more]))
+        self._moves.frame(np.concatenate([*(self._corners(i) for i in ids), *more]))
 
     def _face(self, model_id: str) -> None:
         model = self._studio.records[model_id]
         assert isinstance(model, Model)
-        self._viewport.look_along(
+        self._moves.look_along(
             *first_view(self._studio.models[model_id].data, transform.matrix(model.to_world))
         )
 
@@ -219,7 +218,7 @@ class ScenePresenter:
         )
         if gap > max(float(np.ptp(own, axis=0).max()), float(np.ptp(there, axis=0).max())):
             self._face(model_id)
-            self._viewport.frame(own)
+            self._moves.frame(own)
             self._studio.warn(
                 f"{self._studio.records[model_id].name} lies {length(gap)} from the other models: "
                 "is its frame right? Whole model (Home) shows all of them."
@@ -237,11 +236,11 @@ class ScenePresenter:
     def _edited(self, edit: Edit) -> None:
         for id_, record in edit.after.items():
             if isinstance(edit.before[id_], Model) and record is None:
-                self._viewport.remove_model(id_)
+                self._models.remove(id_)
                 self._shown.discard(id_)
             elif isinstance(record, Model):
                 if id_ in self._shown:
-                    self._viewport.set_model_to_world(id_, transform.matrix(record.to_world))
+                    self._models.set_to_world(id_, transform.matrix(record.to_world))
                     before = edit.before[id_]
                     if isinstance(before, Model) and before.to_world != record.to_world:
                         # Another unit or axis takes the model out of sight.
@@ -262,7 +261,7 @@ class ScenePresenter:
         for id_ in ids:
             feature = self._studio.records.get(id_)
             drawing = (
-                self._drawing(feature, measured[id_]) if isinstance(feature, FEATURES) else None
+                self._drawing(feature, measured[id_]) if isinstance(feature, Feature) else None
             )
             changes[id_] = drawing
             if drawing is None:
@@ -271,49 +270,48 @@ class ScenePresenter:
             else:
                 self._features.add(id_)
         if changes:
-            self._viewport.set_features(changes)
+            self._drawn.change(changes)
 
     def _drawing(self, feature: Feature, measured: Measurement) -> FeatureDrawing | None:
         """None where the feature has no place in the outcrop."""
-        area = self._area(feature) if isinstance(feature, Patch) else None
-        line = self._line(feature, measured) if area is None else np.zeros((0, 3))
-        if not len(line) and area is None:
+        studio, kind = self._studio, kind_of(feature)
+        sketch = kind.sketch(
+            studio.subject(feature, measured), lambda id_: studio.measured([id_]).get(id_)
+        )
+        if sketch is None:
             return None
+        area = None if sketch.faces is None else self._area(sketch.faces)
         group = group_of(feature)
-        kind = self._studio.records.get(group)
-        fit = measured.fit
-        text = orientation_text(measured, self._studio.settings.notation)
-        planes_as = self._studio.settings.planes_as
+        text = sketch.label
+        if text is None:
+            text = orientation_text(measured, studio.settings.notation)
         extent = extent_of(measured)
         ring, symbol = None, None
-        if planes_as == "symbols":
-            symbol = symbol_of(feature, measured, extent)
+        if studio.settings.planes_as == "symbols":
+            symbol = symbol_of(feature, measured, sketch.sign, extent)
             if symbol is not None:
                 # Its number stands beside the symbol.
                 text = "–"
-        elif (
-            planes_as == "discs"
-            and fit is not None
-            and fit.extent is not None
-            and area is None
-            and known_well_enough(fit)
-        ):
-            ring = disc(fit.centroid, fit.normal, 0.5 * fit.extent)
-            symbol = small_disc(fit.centroid, fit.extent)
+        elif studio.settings.planes_as == "discs" and area is None:
+            ring, symbol = disc_of(measured)
         return FeatureDrawing(
             id=feature.id,
-            line=line,
+            line=sketch.line if area is None else np.zeros((0, 3)),
             disc=ring,
-            color=_rgb(kind.color if isinstance(kind, FeatureType) else "#ffffff"),
+            color=rgb(kind.color or self._type_color(group)),
             label=feature.name if text == "–" else f"{feature.name}  {text}",
-            anchor=middle_of(feature, measured, line) if area is None else _middle(area),
-            visible=self._studio.visible(feature.id) and self._studio.visible(group),
+            anchor=sketch.anchor if area is None else _middle(area),
+            visible=studio.visible(feature.id) and studio.visible(group),
             area=area,
             symbol=symbol,
             extent=extent,
         )
 
-    def _area(self, patch: Patch) -> Area | None:
+    def _type_color(self, type_id: str) -> str:
+        kind = get(self._studio.records, type_id, FeatureType)
+        return "#ffffff" if kind is None else kind.color
+
+    def _area(self, patch: Painted) -> Area | None:
         """The painted piece of an open model, made once."""
         model, opened = (
             self._studio.records.get(patch.model_id),
@@ -334,50 +332,24 @@ class ScenePresenter:
             return None
         found = [
             (patch.n, patch.id)
-            for patch in self._studio.session.of(Patch)
+            for patch in self._studio.session.of(Painted)
             if patch.model_id == hit.model_id
             and patch.element == hit.element
             and has_id(patch.runs, hit.index)
             and self._studio.visible(patch.id)
-            and self._studio.visible(patch.type_id)
+            and self._studio.visible(group_of(patch))
         ]
         return min(found)[1] if found else None
 
-    def _line(self, feature: Feature, measured: Measurement) -> npt.NDArray[np.float64]:
-        points = measured.points
-        if isinstance(feature, Patch) and len(feature.outline) > 2:
-            model = self._studio.records.get(feature.model_id)
-            rows = model.to_world if isinstance(model, Model) else IDENTITY
-            return transform.apply(rows, (*feature.outline, feature.outline[0]))
-        if isinstance(feature, Dimension) and feature.kind == "area" and len(points) > 2:
-            return np.vstack([points, points[:1]])
-        if isinstance(feature, Lineation) and measured.slip_rake_deg is not None:
-            return self._with_arrow(feature, measured)
-        return points
-
-    def _with_arrow(self, feature: Lineation, measured: Measurement) -> npt.NDArray[np.float64]:
-        """The line with a head at the end toward which the hanging wall moved."""
-        plane = self._studio.measured([feature.plane_id])[feature.plane_id].plane
-        if plane is None or measured.slip_rake_deg is None:
-            return measured.points
-        ends = measured.points
-        slip = slip_from_rake(plane, measured.slip_rake_deg).vector()
-        if (ends[-1] - ends[0]) @ slip < 0.0:
-            ends = ends[::-1]
-        size = 0.18 * float(np.linalg.norm(ends[-1] - ends[0]))
-        across = np.cross(plane.normal(), slip)
-        wings = [ends[-1] + size * (0.5 * side * across - slip) for side in (1.0, -1.0)]
-        return np.vstack([ends, wings[0], ends[-1], wings[1]])
-
     def _visibility(self, ids: tuple[str, ...]) -> None:
         for model_id in self._shown:
-            self._viewport.set_model_visible(model_id, self._model_visible(model_id))
-        if DIMENSIONS in ids or any(
-            isinstance(self._studio.records.get(i), FeatureType) for i in ids
-        ):
+            self._models.set_visible(model_id, self._model_visible(model_id))
+        own_groups = {group.id for group in GROUPS}
+        records = self._studio.records
+        if any(id_ in own_groups or get(records, id_, FeatureType) is not None for id_ in ids):
             self._all_features()
         else:
-            self._draw(i for i in ids if isinstance(self._studio.records.get(i), FEATURES))
+            self._draw(id_ for id_ in ids if get_feature(records, id_) is not None)
 
     # --- tool and pointer --------------------------------------------------------------------
     def _preview(self, preview: Preview | None) -> None:
@@ -388,9 +360,9 @@ class ScenePresenter:
             self._studio.pointer(event)
         elif event.kind is Pointer.CLICK and event.button is Button.LEFT:
             found = (
-                self._viewport.pick_feature(event.x, event.y, discs=False)
+                self._drawn.at(event.x, event.y, discs=False)
                 or self._patch_at(event.x, event.y)
-                or self._viewport.pick_feature(event.x, event.y)
+                or self._drawn.at(event.x, event.y)
             )
             if found is not None and event.ctrl:
                 self._studio.selection.toggle(found)
@@ -402,7 +374,7 @@ def _middle(area: Area) -> npt.NDArray[np.float64]:
     """A point of the surface in the middle of an area."""
     points = area.corners.reshape(-1, 3)
     off = ((points - points.mean(axis=0)) ** 2).sum(axis=1)
-    return area.origin + points[int(off.argmin())]
+    return np.asarray(area.origin + points[int(off.argmin())])
 
 
 def known_well_enough(fit: PlaneFit) -> bool:
@@ -419,29 +391,24 @@ def extent_of(measured: Measurement) -> float:
     return float(np.linalg.norm(np.ptp(measured.points, axis=0)))
 
 
-def middle_of(
-    feature: Feature, measured: Measurement, line: npt.NDArray[np.float64]
-) -> npt.NDArray[np.float64]:
-    """(3,) where a feature is named: on the rock, so of a trace the vertex nearest its centroid,
-    which itself may lie in the air or inside; half way along what has two ends."""
-    if isinstance(feature, Lineation | Dimension | Intersection) and len(line) > 1:
-        if isinstance(feature, Lineation):
-            line = line[: len(feature.vertices)]
-        lengths = np.linalg.norm(np.diff(line, axis=0), axis=1)
-        along = np.concatenate([[0.0], np.cumsum(lengths)])
-        return np.array([np.interp(0.5 * along[-1], along, line[:, i]) for i in range(3)])
-    points = measured.points if len(measured.points) else line
-    centre = points.mean(axis=0) if measured.fit is None else measured.fit.centroid
-    if isinstance(feature, Trace):
-        centre = points[int(np.argmin(np.linalg.norm(points - centre, axis=1)))]
-    return np.asarray(centre, float)
+def disc_of(measured: Measurement) -> tuple[npt.NDArray[np.float64] | None, Symbol | None]:
+    """(c, 3) the ring of a disc as wide as the feature, and what stands for it where it is small;
+    none for a plane of no extent, or one that may as well stand across."""
+    fit = measured.fit
+    if fit is None or fit.extent is None or not known_well_enough(fit):
+        return None, None
+    return disc(fit.centroid, fit.normal, 0.5 * fit.extent), small_disc(fit.centroid, fit.extent)
 
 
-def symbol_of(feature: Feature, measured: Measurement, extent: float) -> Symbol | None:
-    """Strike and dip, or trend and plunge, at the middle of a feature that has one."""
-    if isinstance(feature, Dimension) or not len(measured.points):
+def symbol_of(
+    feature: Feature,
+    measured: Measurement,
+    place: npt.NDArray[np.float64] | None,
+    extent: float,
+) -> Symbol | None:
+    """Strike and dip, or trend and plunge, of a feature that has a place for it."""
+    if place is None:
         return None
-    place = middle_of(feature, measured, measured.points)
     if measured.plane is not None:
         plane = measured.plane
         return symbol_of_plane(
@@ -454,8 +421,3 @@ def symbol_of(feature: Feature, measured: Measurement, extent: float) -> Symbol 
     if measured.line is not None:
         return symbol_of_line(measured.line.trend_deg, measured.line.plunge_deg, place, extent)
     return None
-
-
-def _rgb(color: str) -> tuple[float, float, float]:
-    red, green, blue = (int(color[i : i + 2], 16) / 255 for i in (1, 3, 5))
-    return red, green, blue

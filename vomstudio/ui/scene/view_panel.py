@@ -19,7 +19,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.document.records import FEATURES, Matrix, Model, Patch, Trace
+from vomstudio.document.kinds import is_picked_plane
+from vomstudio.document.records import Matrix, Model, Typed, get_feature
 from vomstudio.errors import VomError
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.notation import format_line, parse_line
@@ -187,8 +188,8 @@ class ViewPanel(QWidget):
             )
             return words, axis.max_confidence95_deg
         for id_ in reversed(self._studio.selection.ids):
-            feature = self._studio.records.get(id_)
-            if not isinstance(feature, FEATURES):
+            feature = get_feature(self._studio.records, id_)
+            if feature is None:
                 continue
             measured = self._studio.measured([id_])[id_]
             line = measured.line or (measured.plane.pole() if measured.plane else None)
@@ -210,13 +211,13 @@ class ViewPanel(QWidget):
     # --- what they are taken from ------------------------------------------------------------
     def _plane(self) -> Plane | None:
         current = self._studio.selection.current
-        if current is None or not isinstance(self._studio.records.get(current), FEATURES):
+        if current is None or get_feature(self._studio.records, current) is None:
             return None
         return self._studio.measured([current])[current].plane
 
     def _line(self) -> Line | None:
         current = self._studio.selection.current
-        if current is None or not isinstance(self._studio.records.get(current), FEATURES):
+        if current is None or get_feature(self._studio.records, current) is None:
             return None
         return self._studio.measured([current])[current].line
 
@@ -226,8 +227,9 @@ class ViewPanel(QWidget):
         return [
             t.id
             for t in self._studio.session.features()
-            if isinstance(t, Trace | Patch)
+            if isinstance(t, Typed)
             and t.type_id == "bedding"
+            and is_picked_plane(t)
             and (not self.only_selected.isChecked() or t.id in chosen)
         ]
 

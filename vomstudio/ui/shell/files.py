@@ -4,24 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, Qt
-from PySide6.QtWidgets import QFileDialog, QMenu, QMessageBox
+from PySide6.QtWidgets import QFileDialog, QMenu, QMessageBox, QWidget
 
 from vomstudio.document import edits
-from vomstudio.document.records import ON_A_MODEL, Model
+from vomstudio.document.records import Model
 from vomstudio.errors import VomError
 from vomstudio.io.models.registry import extensions
 from vomstudio.io.project.export import export_records
-from vomstudio.io.project.folder import SUFFIX, is_project, untitled_folder, untitled_projects
+from vomstudio.io.project.folder import SUFFIX, is_project, untitled_projects
 from vomstudio.jobs.events import Failed
-from vomstudio.ui.common.studio import Notice, Studio
+from vomstudio.jobs.model_tasks import EXPORT_MODEL, ExportedModel, ModelExport
+from vomstudio.ui.common.chosen import current_model, start_folder
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.shell.frame_dialog import FrameDialog
-
-if TYPE_CHECKING:
-    from vomstudio.ui.shell.main_window import MainWindow
-
 
 _EXPORTS = {
     "csv": "Orientation table (*.csv)",
@@ -32,28 +30,27 @@ _EXPORTS = {
 
 
 class Files(QObject):
-    """Dialogs belong to the window; what they decide is done by the studio."""
+    """Dialogs belong to `parent`; what they decide is done by the studio."""
 
-    def __init__(self, window: MainWindow, studio: Studio) -> None:
-        super().__init__(window)
-        self._window = window
-        self.studio = studio
+    def __init__(self, parent: QWidget, studio: Studio, survey: PhotoSurvey) -> None:
+        super().__init__(parent)
+        self._parent, self._studio, self._survey = parent, studio, survey
 
     def project_name(self) -> str:
-        project = self.studio.project
+        project = self._studio.project
         return self.tr("untitled") if project.untitled else project.name
 
     def open_path(self, path: Path) -> None:
         if is_project(path) and not self.ask_to_keep():
             return
-        self.studio.open_path(path)
+        self._studio.open_path(path)
 
     def choose_model(self) -> None:
         patterns = " ".join(f"*{e} *{e.upper()}" for e in extensions())
         names, _ = QFileDialog.getOpenFileNames(
-            self._window,
+            self._parent,
             self.tr("Open a model"),
-            self.folder(),
+            start_folder(self._studio),
             f"Models ({patterns});;All files (*)",
         )
         for name in names:
@@ -61,44 +58,40 @@ class Files(QObject):
 
     def choose_project(self) -> None:
         name = QFileDialog.getExistingDirectory(
-            self._window, self.tr("Open a project (a folder NAME.vom)"), self.folder()
+            self._parent, self.tr("Open a project (a folder NAME.vom)"), start_folder(self._studio)
         )
         if name:
             self.open_path(Path(name))
 
-    def folder(self) -> str:
-        recent = self.studio.settings.recent
-        return str(Path(recent[0]).parent) if recent else str(Path.home())
-
     def new_project(self) -> None:
         if self.ask_to_keep():
-            self.attempt(self.studio.new_project)
+            self.attempt(self._studio.new_project)
 
     def save(self) -> bool:
-        if self.studio.project.untitled:
+        if self._studio.project.untitled:
             return self.save_as()
-        return self.attempt(self.studio.save)
+        return self.attempt(self._studio.save)
 
     def save_as(self) -> bool:
         name, _ = QFileDialog.getSaveFileName(
-            self._window,
+            self._parent,
             self.tr("Save the project as"),
-            str(Path(self.folder()) / f"outcrop{SUFFIX}"),
+            str(Path(start_folder(self._studio)) / f"outcrop{SUFFIX}"),
             f"VOM Studio project (*{SUFFIX})",
         )
         if not name:
             return False
         folder = Path(name if name.endswith(SUFFIX) else name + SUFFIX)
-        self._window.survey.stop_to_move()
-        return self.attempt(lambda: self.studio.save_as(folder))
+        self._survey.stop_to_move()
+        return self.attempt(lambda: self._studio.save_as(folder))
 
     def export(self, format_: str) -> None:
         pattern = _EXPORTS[format_]
-        stem = "orientations" if self.studio.project.untitled else self.studio.project.name
+        stem = "orientations" if self._studio.project.untitled else self._studio.project.name
         name, _ = QFileDialog.getSaveFileName(
-            self._window,
+            self._parent,
             self.tr("Export"),
-            str(Path(self.folder()) / f"{stem}.{format_}"),
+            str(Path(start_folder(self._studio)) / f"{stem}.{format_}"),
             pattern,
         )
         if name:
@@ -107,9 +100,9 @@ class Files(QObject):
 
     def export_to(self, format_: str, path: Path) -> None:
         def write() -> None:
-            made = export_records(self.studio.records, format_, path, force=True,
-                                  thresholds=self.studio.settings.thresholds)  # fmt: skip
-            self.studio.info(f"Written: {', '.join(str(file) for file in made.files)}")
+            made = export_records(self._studio.records, format_, path, force=True,
+                                  thresholds=self._studio.settings.thresholds)  # fmt: skip
+            self._studio.info(f"Written: {', '.join(str(file) for file in made.files)}")
 
         self.attempt(write)
 
@@ -117,37 +110,32 @@ class Files(QObject):
         """The current model in World, in any format that is written, by a worker."""
         from vomstudio.io.models.writing import find_writers
 
-        model = self.current_model()
-        path = self.studio.project.find_model(model) if model is not None else None
+        model = current_model(self._studio)
+        path = self._studio.project.find_model(model) if model is not None else None
         if model is None or path is None:
             return
         patterns = [f"{w.name} ({' '.join(f'*{e}' for e in w.extensions)})" for w in find_writers()]
         name, _ = QFileDialog.getSaveFileName(
-            self._window,
+            self._parent,
             self.tr("Export {0} as").format(model.name),
-            str(Path(self.folder()) / f"{model.name}_export"),
+            str(Path(start_folder(self._studio)) / f"{model.name}_export"),
             ";;".join(patterns),
         )
         if not name:
             return
 
-        def done(result: dict[str, Any]) -> None:
-            self.studio.info(" ".join([f"Written: {name}.", *result["warnings"]]))
+        def done(made: ExportedModel) -> None:
+            self._studio.info(" ".join([f"Written: {name}.", *made.warnings]))
 
         def failed(event: Failed) -> None:
             if not event.cancelled:
-                self.studio.warn(event.message, "error")
+                self._studio.warn(event.message, "error")
 
-        self.studio.jobs.submit(
-            "products",
-            "export_model",
-            {
-                "path": str(path),
-                "cache": str(self.studio.project.cache),
-                "to_world": [list(row) for row in model.to_world],
-                "crs": model.frame.crs,
-                "out": name,
-            },
+        self._studio.jobs.submit(
+            EXPORT_MODEL,
+            ModelExport(
+                path, self._studio.project.cache, model.to_world, model.frame.crs, Path(name)
+            ),
             title=f"Exporting {model.name}",
             on_done=done,
             on_failed=failed,
@@ -157,15 +145,15 @@ class Files(QObject):
         try:
             do()
         except VomError as error:
-            self.studio.fail(error)
+            self._studio.fail(error)
             return False
         return True
 
     def ask_to_keep(self) -> bool:
         """Before the project is left: save, leave without saving, or stay (False)."""
-        studio = self.studio
+        studio = self._studio
         if studio.worth_asking:
-            box = QMessageBox(self._window)
+            box = QMessageBox(self._parent)
             box.setIcon(QMessageBox.Icon.Question)
             box.setText(self.tr("Save the changes to {0}?").format(self.project_name()))
             box.setInformativeText(
@@ -187,62 +175,36 @@ class Files(QObject):
         self.attempt(studio.discard)
         return True
 
-    def offer_recovery(self, folders: list[Path]) -> None:
-        newest = folders[0]
-        whose = "" if newest.parent == untitled_folder() else f" of {newest.stem}"
-        more = f", and {len(folders) - 1} older" if len(folders) > 1 else ""
-        self._window.message_bar.say(
-            Notice(
-                f"Work{whose} that was open when the program ended last time was found{more}.",
-                "warning",
-            ),
-            (self.tr("Bring it back"), lambda: self.open_path(newest)),
-        )
-
     # --- models ------------------------------------------------------------------------------
-    def current_model(self) -> Model | None:
-        """The selected model, or the only one, or the one of the selected feature."""
-        records, models = self.studio.records, self.studio.session.of(Model)
-        for id_ in reversed(self.studio.selection.ids):
-            record = records.get(id_)
-            if isinstance(record, ON_A_MODEL):
-                record = records.get(record.model_id)
-            if isinstance(record, Model):
-                return record
-        undeclared = [m for m in models if m.frame.kind == "undeclared"]
-        if len(undeclared) == 1:
-            return undeclared[0]
-        return models[-1] if models else None
-
     def declare_frame(self, model_id: str | None = None) -> None:
-        model = self.studio.records.get(model_id) if model_id else self.current_model()
+        model = self._studio.records.get(model_id) if model_id else current_model(self._studio)
         if not isinstance(model, Model):
             return
-        dialog = FrameDialog(self._window, model, self.studio.models.get(model.id))
+        dialog = FrameDialog(self._parent, model, self._studio.models.get(model.id))
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.accepted.connect(
-            lambda: self.studio.attempt(edits.declare_frame, model.id, dialog.frame)
+            lambda: self._studio.attempt(edits.declare_frame, model.id, dialog.frame)
         )
         dialog.open()
 
     def locate_model(self) -> None:
-        model = self.current_model()
+        model = current_model(self._studio)
         if model is None:
             return
         name, _ = QFileDialog.getOpenFileName(
-            self._window, self.tr("Where is {0}?").format(model.name), self.folder()
+            self._parent, self.tr("Where is {0}?").format(model.name), start_folder(self._studio)
         )
         if name:
-            self.studio.locate_model(model.id, Path(name))
+            self._studio.locate_model(model.id, Path(name))
 
     def remove_model(self) -> None:
-        model = self.current_model()
+        model = current_model(self._studio)
         if model is not None:
-            self.studio.attempt(edits.remove_model, model.id)
+            self._studio.attempt(edits.remove_model, model.id)
 
     def fill_recent(self, menu: QMenu) -> None:
         menu.clear()
-        for text in self.studio.settings.recent:
+        for text in self._studio.settings.recent:
             action = menu.addAction(text)
             action.setEnabled(Path(text).exists())
             action.triggered.connect(lambda _=False, p=text: self.open_path(Path(p)))

@@ -23,7 +23,7 @@ from vomstudio.document.records import Frame, Model
 from vomstudio.errors import InputError
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import crs_name, parse_crs
-from vomstudio.ui.shell.model_loader import OpenModel
+from vomstudio.workspace.model_loading import OpenModel
 
 _UNITS = (("metre", 1.0), ("millimetre", 0.001), ("centimetre", 0.01), ("foot", 0.3048),
           ("US survey foot", 1200 / 3937), ("kilometre", 1000.0))  # fmt: skip
@@ -40,7 +40,39 @@ class FrameDialog(QDialog):
         self.setWindowTitle(self.tr("Frame of {0}").format(model.name))
         self.setMinimumWidth(480)
         self.frame = model.frame
-        large = opened is not None and _large(opened)
+        # A name that is not known is looked for in the whole register: not at every key.
+        self._pause = QTimer(self)
+        self._pause.setSingleShot(True)
+        self._pause.setInterval(300)
+        self._pause.timeout.connect(self._check)
+        intro = QLabel(
+            self.tr(
+                "The file does not say how it stands in the world. Dip directions can be trusted "
+                "only if this is right; it can be changed later, and undone."
+            )
+        )
+        intro.setWordWrap(True)
+        size = QLabel(_size(opened)) if opened is not None else QLabel()
+        size.setWordWrap(True)
+        self._buttons = QDialogButtonBox(
+            QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
+        )
+        self._buttons.button(QDialogButtonBox.StandardButton.Cancel).setText(self.tr("Later"))
+        self._buttons.accepted.connect(self.accept)
+        self._buttons.rejected.connect(self.reject)
+        layout = QVBoxLayout(self)
+        layout.addWidget(intro)
+        layout.addWidget(size)
+        for widget in self._make_choices(model.frame.crs or ""):
+            layout.addWidget(widget)
+        layout.addLayout(self._make_form())
+        layout.addWidget(self._buttons)
+        self._fill(model.frame, opened is not None and _large(opened))
+        self._check()
+
+    # --- parts -------------------------------------------------------------------------------
+    def _make_choices(self, crs: str) -> tuple[QWidget, ...]:
+        """How much is known of the frame, from the top down."""
         self._crs_button = QRadioButton(self.tr("Projected coordinates (CRS)"))
         self._local_button = QRadioButton(
             self.tr("Local: metres, up and grid north are right, the place is not")
@@ -51,74 +83,46 @@ class FrameDialog(QDialog):
         self._none_button = QRadioButton(
             self.tr("Not known: angles are shown as local frame, lengths in units")
         )
+        buttons = (self._crs_button, self._local_button, self._scaled_button, self._none_button)
         group = QButtonGroup(self)
-        for button in (
-            self._crs_button,
-            self._local_button,
-            self._scaled_button,
-            self._none_button,
-        ):
+        for button in buttons:
             group.addButton(button)
             button.toggled.connect(self._check)
-        self._crs = QLineEdit(model.frame.crs or "")
+        self._crs = QLineEdit(crs)
         self._crs.setPlaceholderText("EPSG:32633")
         self._crs.setObjectName("frame_crs")
         self._crs.textChanged.connect(self._typed)
-        # A name that is not known is looked for in the whole register: not at every key.
-        self._pause = QTimer(self)
-        self._pause.setSingleShot(True)
-        self._pause.setInterval(300)
-        self._pause.timeout.connect(self._check)
         self._crs_says = QLabel()
         self._crs_says.setWordWrap(True)
+        return (self._crs_button, self._crs, self._crs_says, *buttons[1:])
+
+    def _make_form(self) -> QFormLayout:
         self._up = QComboBox()
         self._up.addItem(self.tr("Z (x East, y North)"), "z")
         self._up.addItem(self.tr("Y (x East, z South)"), "y")
         self._unit = QComboBox()
         for name, metres in _UNITS:
             self._unit.addItem(name, metres)
-        intro = QLabel(
-            self.tr(
-                "The file does not say how it stands in the world. Dip directions can be trusted "
-                "only if this is right; it can be changed later, and undone."
-            )
-        )
-        intro.setWordWrap(True)
-        size = QLabel(_size(opened)) if opened is not None else QLabel()
-        size.setWordWrap(True)
         form = QFormLayout()
         form.addRow(self.tr("Up axis"), self._up)
         form.addRow(self.tr("Unit"), self._unit)
-        self._buttons = QDialogButtonBox(
-            QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
-        )
-        self._buttons.button(QDialogButtonBox.StandardButton.Cancel).setText(self.tr("Later"))
-        self._buttons.accepted.connect(self.accept)
-        self._buttons.rejected.connect(self.reject)
-        layout = QVBoxLayout(self)
-        layout.addWidget(intro)
-        layout.addWidget(size)
-        layout.addWidget(self._crs_button)
-        layout.addWidget(self._crs)
-        layout.addWidget(self._crs_says)
-        layout.addWidget(self._local_button)
-        layout.addWidget(self._scaled_button)
-        layout.addWidget(self._none_button)
-        layout.addLayout(form)
-        layout.addWidget(self._buttons)
-        self._up.setCurrentIndex(self._up.findData(model.frame.up_axis))
-        self._unit.setCurrentIndex(max(0, self._unit.findData(model.frame.unit_m)))
-        if model.frame.kind == "crs" or (model.frame.kind == "undeclared" and large):
+        return form
+
+    def _fill(self, frame: Frame, large: bool) -> None:
+        """large : the model's coordinates look like projected ones"""
+        self._up.setCurrentIndex(self._up.findData(frame.up_axis))
+        self._unit.setCurrentIndex(max(0, self._unit.findData(frame.unit_m)))
+        if frame.kind == "crs" or (frame.kind == "undeclared" and large):
             self._crs_button.setChecked(True)
             self._crs.setFocus()
-        elif model.frame.kind == "local":
+        elif frame.kind == "local":
             self._local_button.setChecked(True)
-        elif model.frame.kind == "scaled":
+        elif frame.kind == "scaled":
             self._scaled_button.setChecked(True)
         else:
             self._none_button.setChecked(True)
-        self._check()
 
+    # --- what is typed -----------------------------------------------------------------------
     def _typed(self, text: str) -> None:
         if not text.strip() or _CODE.fullmatch(text.strip()):
             self._check()

@@ -16,7 +16,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.job_bridge import Job, JobBridge
+from vomstudio.workspace.jobs import Jobs, RunningJob
 
 _COLUMNS = ("Job", "Doing", "Progress", "Time", "")
 _KEPT = 50
@@ -27,11 +27,11 @@ _WORTH_S = 2.0
 class JobsPanel(QTableWidget):
     """Running jobs first, each with a button that stops it; then those that have ended."""
 
-    def __init__(self, jobs: JobBridge) -> None:
+    def __init__(self, jobs: Jobs) -> None:
         super().__init__(0, len(_COLUMNS))
         self._jobs = jobs
         self._begun: dict[int, float] = {}
-        self._shown: dict[int, Job] = {}
+        self._shown: dict[int, RunningJob] = {}
         self._ended: list[tuple[str, str, str]] = []
         self.setObjectName("jobs")
         self.setHorizontalHeaderLabels([self.tr(title) for title in _COLUMNS])
@@ -87,7 +87,7 @@ class JobsPanel(QTableWidget):
             for column, text in ((0, title), (1, words), (3, took)):
                 self.setItem(row, column, QTableWidgetItem(text))
 
-    def _show(self, row: int, job: Job) -> None:
+    def _show(self, row: int, job: RunningJob) -> None:
         doing, bar = self.item(row, 1), self.cellWidget(row, 2)
         count = f" {job.done:,} of {job.total:,}" if job.total else ""
         if doing is not None:

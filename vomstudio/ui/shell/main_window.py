@@ -1,109 +1,65 @@
-"""The main window: docks and menus only. What they do is in the studio and the panels."""
+"""The main window: it makes the parts and hands each what it needs. What can be done is in the
+commands, what is done in the studio and the panels."""
 
 from __future__ import annotations
 
-import base64
-import threading
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QByteArray, Qt, QTimer, Signal
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import (
-    QAction,
     QCloseEvent,
     QDragEnterEvent,
     QDropEvent,
-    QGuiApplication,
     QKeyEvent,
     QKeySequence,
     QShortcut,
 )
-from PySide6.QtWidgets import (
-    QDockWidget,
-    QLabel,
-    QMainWindow,
-    QMenu,
-    QMessageBox,
-    QSizePolicy,
-    QToolBar,
-    QToolButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QLabel, QMainWindow, QVBoxLayout, QWidget
 
-from vomstudio.document.records import (
-    FEATURES,
-    Dimension,
-    Lineation,
-    Model,
-    Patch,
-    Record,
-    Trace,
-)
+from vomstudio.document.records import Model
 from vomstudio.io.settings import Settings
-from vomstudio.ui.common import theme
-from vomstudio.ui.common.actions import Actions
-from vomstudio.ui.common.wording import drawn_points
+from vomstudio.jobs.job import Nothing
+from vomstudio.jobs.model_tasks import COMPILE_KERNELS, WARM
+from vomstudio.ui.common.actions import Actions, Command
+from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.photos import photo_commands
 from vomstudio.ui.scene import display_commands
-from vomstudio.ui.shell import interpreter
-from vomstudio.version import __version__
+from vomstudio.ui.shell import interpreter, kept_window
+from vomstudio.ui.shell.docks import WindowDocks
+from vomstudio.ui.shell.drops import dragged_files
+from vomstudio.ui.shell.late_import import LateImport
 
 if TYPE_CHECKING:
     from vomstudio.rendering.qt.viewport import Viewport
-    from vomstudio.rendering.view.clipping import ClipBox
-    from vomstudio.ui.common.studio import Notice
+    from vomstudio.ui.analyse.stereonet_panel import StereonetPanel
 
-_LAYOUT_VERSION = 4
-_MENUS = (
-    ("&File", ("new", "open", "choose_photos", "open_project", "*recent", "*discarded", "|",
-               "save", "save_as", "|",
-               "import_readings", "|", "export_csv", "export_gpkg", "export_shp", "export_dxf",
-               "export_net", "|", "quit")),
-    ("&Edit", ("undo", "redo", "|", "delete", "rename", "|", "select_all", "|", "find_command")),
-    ("&View", ("home", "frame_selection", "orthographic", "|", "view_top", "view_north",
-               "view_east", "view_south", "view_west", "view_bottom", "|", "*display",
-               "clipping_box", "clipping_reset", "*planes", "*notation", "trackball", "|",
-               "show_chosen", "hide_chosen", "show_only", "show_all", "|", "show_in_photos",
-               "previous_photo", "next_photo", "fit_photo", "|", "only_outcrop", "*docks")),
-    ("&Photos", ("plan_survey", "video_frames", "choose_photos", "open_photo", "|", "make_settings",
-                 "make_model", "pause_model", "|", "show_alignment", "show_tie_points",
-                 "open_report")),
-    ("&Model", ("declare_frame", "locate", "open_cameras", "find_photos", "|", "copy_model",
-                "export_model", "remove_model")),
-    ("&Interpret", ("navigate", "trace", "patch", "line", "measure", "|", "finish", "cancel",
-                    "continue_trace", "delete_vertex", "|", "continue_patch", "brush_removes",
-                    "brush_smaller", "brush_larger", "|", "feature_types")),
-    ("&Analyse", ("along_beta", "along_line", "face_plane", "|", "keep_intersection",
-                  "intersection_of_sets", "|", "orthophoto", "|", "show_stereonet")),
-    ("&Help", ("shortcuts", "about")),
-)  # fmt: skip
-
-# What everybody knows by its icon: so the bar has room at 1400 pixels.
-_ICON_ONLY = ("save", "undo", "redo", "home", "frame_selection")
+# A viewport that cannot draw must not keep the net away.
+_LONGEST_WAIT_MS = 5000
 
 
 class MainWindow(QMainWindow):
-    """Made in two steps: an empty frame that is on the screen at once, then `begin` fills it."""
+    """Made in two steps: an empty frame that is on the screen at once, then `begin` fills it. No
+    part of it knows it: it is their parent on the screen and nothing more."""
 
-    _net_imported = Signal()
-    _all_imported = Signal()
+    net: StereonetPanel
+    """There once its library is."""
 
     def __init__(self, settings: Settings) -> None:
         super().__init__()
         interpreter.take_short_turns()
         self._settings = settings
         self._filled = False
-        self._net_importer: threading.Thread | None = None
-        self._net_imported.connect(self._bring_net, Qt.ConnectionType.QueuedConnection)
-        self._all_imported.connect(self._be_ready, Qt.ConnectionType.QueuedConnection)
-        self._put_away: QByteArray | None = None
+        self._late = LateImport()
+        self._late.net_imported.connect(self._bring_net, Qt.ConnectionType.QueuedConnection)
+        self._late.all_imported.connect(self._be_ready, Qt.ConnectionType.QueuedConnection)
         self.viewport: Viewport | None = None
         self.setWindowTitle("VOM Studio")
         self.setAcceptDrops(True)
         self.setDockNestingEnabled(True)
         self.resize(1400, 900)
-        self._restore_geometry()
+        kept_window.restore_geometry(self, settings.window)
         starting = QLabel(self.tr("VOM Studio is starting…"))
         starting.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.setCentralWidget(starting)
@@ -111,45 +67,106 @@ class MainWindow(QMainWindow):
     def _fill(self) -> None:
         """Everything but the viewport and the net. What is imported here is not light."""
         from vomstudio.ui.common.studio import Studio
-        from vomstudio.ui.photos.photo_survey import PhotoSurvey
-        from vomstudio.ui.scene.camera_view import CameraView
-        from vomstudio.ui.shell.commands import commands
-        from vomstudio.ui.shell.files import Files
-        from vomstudio.ui.sight.photo_links import PhotoLinks
 
         self.studio = Studio(self._settings)
-        self.files = Files(self, self.studio)
-        self.survey = PhotoSurvey(self.studio)
-        self.photo_links = PhotoLinks(self.studio)
-        self.cameras = CameraView(self.studio, self.photo_links)
-        self.actions_table = Actions(self)
-        for command in commands(self):
-            self.actions_table.add(command)
+        self._make_models()
         self.studio.new_project()
+        self._make_actions()
         self._make_centre()
-        self._make_docks()
-        self._make_menus()
-        self._make_toolbar()
-        self._make_status()
+        self._make_panels()
+        self._fill_docks()
+        self._make_bars()
         self._connect()
-        # Docks that are tabbed before the window is shown leave a stray tab bar behind.
-        docks = self._settings.window.get("docks")
-        if docks is None or not self.restoreState(_bytes(docks), _LAYOUT_VERSION):
-            self._arrange()
-            QTimer.singleShot(0, self._default_sizes)
-        else:
-            # Sizes hold only once the viewport stands in the centre and has its place.
-            QTimer.singleShot(0, lambda: self.restoreState(_bytes(docks), _LAYOUT_VERSION))
+        self.docks.begin(kept_window.docks_of(self._settings.window))
         self._filled = True
         self.studio.project_opened.emit()
         self.actions_table.refresh()
 
     # --- parts -------------------------------------------------------------------------------
+    def _make_models(self) -> None:
+        """What several panels show, or several commands work on."""
+        from vomstudio.ui.photos.photo_commands import PhotoOpening
+        from vomstudio.ui.photos.photo_survey import PhotoSurvey
+        from vomstudio.ui.scene.camera_view import CameraView
+        from vomstudio.ui.scene.outcrop_view import OutcropView
+        from vomstudio.ui.shell.files import Files
+
+        self.survey = PhotoSurvey(self.studio)
+        self.files = Files(self, self.studio, self.survey)
+        self.photo_links = self.studio.photo_links
+        self.cameras = CameraView(self.studio, self.photo_links)
+        self.view = OutcropView(self.studio, self.cameras)
+        self.docks = WindowDocks(self)
+        self._dialogs = OpenDialogs()
+        self.photo_opening = PhotoOpening(self, self.survey, self._dialogs)
+
+    def _make_actions(self) -> None:
+        from vomstudio.ui.scene.view_panel import ViewPanel
+        from vomstudio.ui.sight.feature_photo import FeaturePhoto
+        from vomstudio.ui.sight.sighting_list import SightingList
+
+        self.view_panel = ViewPanel(self.studio, self.view.look)
+        self._photo_shown = FeaturePhoto(self.studio)
+        self._sightings = SightingList(self._photo_shown.images)
+        self.actions_table = Actions(self)
+        for command in (*self._basic_commands(), *self._photo_commands(), *self._rest_commands()):
+            self.actions_table.add(command)
+
+    def _basic_commands(self) -> list[Command]:
+        from vomstudio.ui.interpret import tool_commands
+        from vomstudio.ui.scene import view_commands
+        from vomstudio.ui.shell import edit_commands, file_commands, model_commands
+
+        studio, table = self.studio, self.actions_table
+        find = partial(edit_commands.find_command, self, table)
+        return [
+            *file_commands.commands(studio, self.files, self.close),
+            *edit_commands.commands(studio, find, self),
+            *view_commands.commands(studio, self.view, self.docks.show_only_outcrop),
+            *model_commands.commands(studio, self.files, self.photo_links, self),
+            *tool_commands.commands(studio, self.view_panel, self.docks),
+        ]
+
+    def _photo_commands(self) -> list[Command]:
+        from vomstudio.ui.sight import in_photos_commands
+        from vomstudio.ui.survey import result_commands, survey_commands
+
+        studio, survey, dialogs = self.studio, self.survey, self._dialogs
+        self._open_photos = partial(survey_commands.open_photos, survey, self.docks)
+        asked = survey_commands.SurveyDialogs(
+            self, studio, survey, dialogs, self.actions_table.all, self._open_photos
+        )
+        return [
+            *survey_commands.commands(studio, survey, asked, self._open_photos),
+            *result_commands.commands(studio, survey, self.cameras, dialogs, self),
+            *photo_commands.commands(self.photo_opening, lambda: self.photos_panel.chosen_photo()),
+            *in_photos_commands.commands(
+                studio, self.photo_links, self._sightings, self._photo_shown, self.docks, self
+            ),
+        ]
+
+    def _rest_commands(self) -> list[Command]:
+        from vomstudio.ui.analyse import net_commands, ortho_commands
+        from vomstudio.ui.interpret import feature_commands, line_commands, patch_commands
+        from vomstudio.ui.shell import help_commands
+
+        studio, view = self.studio, self.view
+        self._open_types = partial(feature_commands.open_types, self, studio, self._dialogs)
+        return [
+            *ortho_commands.commands(studio, view, self.view_panel, self),
+            *line_commands.commands(studio, self.view_panel, self),
+            *patch_commands.commands(studio),
+            *net_commands.commands(studio, lambda: getattr(self, "net", None), self),
+            *feature_commands.commands(studio, self._open_types),
+            *display_commands.commands(studio, view, self.cameras, self.docks),
+            *help_commands.commands(self.actions_table, self),
+        ]
+
     def _make_centre(self) -> None:
         from vomstudio.ui.common.messages_panel import MessageBar
         from vomstudio.ui.shell.start_page import StartPage
 
-        self.start_page = StartPage(self.studio, self.actions_table.all)
+        self.start_page = StartPage(self.studio, self.actions_table.all, self.open_path)
         centre = QWidget()
         self._centre = QVBoxLayout(centre)
         self._centre.setContentsMargins(0, 0, 0, 0)
@@ -158,9 +175,9 @@ class MainWindow(QMainWindow):
         self.message_bar = MessageBar(centre)
         self.setCentralWidget(centre)
 
-    def _make_docks(self) -> None:
+    def _make_panels(self) -> None:
+        from vomstudio.ui.common.chosen import current_model
         from vomstudio.ui.common.messages_panel import MessagesPanel
-        from vomstudio.ui.interpret.feature_commands import open_types
         from vomstudio.ui.interpret.line_panel import LinePanel
         from vomstudio.ui.interpret.measure_panel import MeasurePanel
         from vomstudio.ui.interpret.patch_panel import PatchPanel
@@ -170,165 +187,81 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.interpret.trace_panel import TracePanel
         from vomstudio.ui.photos.photos_panel import PhotosPanel
         from vomstudio.ui.scene.display_panel import DisplayPanel
-        from vomstudio.ui.scene.view_panel import ViewPanel
-        from vomstudio.ui.shell.jobs_panel import JobsPanel
+        from vomstudio.ui.shell.record_actions import record_actions
         from vomstudio.ui.sight.in_photos_panel import InPhotosPanel
 
-        actions = self.actions_table.all
-        self.docks: dict[str, QDockWidget] = {}
+        studio, actions = self.studio, self.actions_table.all
         self.tree = ProjectTree(
-            self.studio, self._record_actions, lambda type_id: open_types(self, type_id)
+            studio, partial(record_actions, self.actions_table), self._open_types
         )
-        self.trace_panel = TracePanel(self.studio, actions)
-        self.patch_panel = PatchPanel(self.studio, actions)
-        self.line_panel = LinePanel(self.studio, actions)
-        self.measure_panel = MeasurePanel(self.studio, actions)
-        self.view_panel = ViewPanel(self.studio, self.look)
-        self.display_panel = DisplayPanel(self.studio, actions, self.files.current_model)
+        self.trace_panel = TracePanel(studio, actions)
+        self.patch_panel = PatchPanel(studio, actions)
+        self.line_panel = LinePanel(studio, actions)
+        self.measure_panel = MeasurePanel(studio, actions)
+        self.display_panel = DisplayPanel(studio, actions, partial(current_model, studio))
         self.display_panel.on_clip_toggled(actions["clipping_box"].trigger)
         self.properties = PropertiesPanel(
-            self.studio, actions["declare_frame"], actions["keep_intersection"]
+            studio, actions["declare_frame"], actions["keep_intersection"]
         )
-        self.table = TablePanel(self.studio, actions["export_csv"])
+        self.table = TablePanel(studio, actions["export_csv"])
         self.photos_panel = PhotosPanel(self.survey, actions)
-        self.in_photos = InPhotosPanel(self.studio, self.photo_links, actions)
+        self.in_photos = InPhotosPanel(
+            studio, self.photo_links, self._photo_shown, self._sightings, actions
+        )
         self.messages = MessagesPanel()
         for view in (self.tree.tree, self.table.view):
             # Only with the focus on the view itself: in an editor Delete deletes letters.
             key = QShortcut(QKeySequence.StandardKey.Delete, view)
             key.setContext(Qt.ShortcutContext.WidgetShortcut)
             key.activated.connect(actions["delete"].trigger)
+
+    def _fill_docks(self) -> None:
+        from vomstudio.ui.shell.jobs_panel import JobsPanel
+
         # The net needs matplotlib: its place is kept until the window is on the screen.
         self._net_place = QWidget()
-        left, right = Qt.DockWidgetArea.LeftDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea
-        bottom = Qt.DockWidgetArea.BottomDockWidgetArea
-        self.setCorner(Qt.Corner.BottomLeftCorner, left)
-        self.setCorner(Qt.Corner.BottomRightCorner, right)
-        self._dock("project", self.tr("Project"), self.tree, left)
-        self._dock("trace", self.tr("Trace"), self.trace_panel, left)
-        self._dock("patch", self.tr("Patch"), self.patch_panel, left)
-        self._dock("line", self.tr("Line"), self.line_panel, left)
-        self._dock("measure", self.tr("Measure"), self.measure_panel, left)
-        self._dock("stereonet", self.tr("Stereonet"), self._net_place, right)
-        self._dock("view", self.tr("View direction"), self.view_panel, right)
-        self._dock("display", self.tr("Display"), self.display_panel, right)
-        self._dock("properties", self.tr("Properties"), self.properties, right)
-        self._dock("table", self.tr("Orientations"), self.table, bottom)
-        self._dock("photos", self.tr("Photos"), self.photos_panel, bottom)
-        self._dock("in_photos", self.tr("In the photos"), self.in_photos, bottom)
-        self._dock("jobs", self.tr("Jobs"), JobsPanel(self.studio.jobs), bottom)
-        self._dock("messages", self.tr("Messages"), self.messages, bottom)
+        area = Qt.DockWidgetArea
+        left = partial(self.docks.add, area.LeftDockWidgetArea)
+        right = partial(self.docks.add, area.RightDockWidgetArea)
+        bottom = partial(self.docks.add, area.BottomDockWidgetArea)
+        left("project", self.tr("Project"), self.tree)
+        left("trace", self.tr("Trace"), self.trace_panel)
+        left("patch", self.tr("Patch"), self.patch_panel)
+        left("line", self.tr("Line"), self.line_panel)
+        left("measure", self.tr("Measure"), self.measure_panel)
+        right("stereonet", self.tr("Stereonet"), self._net_place)
+        right("view", self.tr("View direction"), self.view_panel)
+        right("display", self.tr("Display"), self.display_panel)
+        right("properties", self.tr("Properties"), self.properties)
+        bottom("table", self.tr("Orientations"), self.table)
+        bottom("photos", self.tr("Photos"), self.photos_panel)
+        bottom("in_photos", self.tr("In the photos"), self.in_photos)
+        bottom("jobs", self.tr("Jobs"), JobsPanel(self.studio.jobs))
+        bottom("messages", self.tr("Messages"), self.messages)
 
-    def _dock(self, name: str, title: str, widget: QWidget, area: Qt.DockWidgetArea) -> None:
-        dock = QDockWidget(title, self)
-        dock.setObjectName(name)
-        dock.setWidget(widget)
-        self.addDockWidget(area, dock)
-        self.docks[name] = dock
-
-    def _arrange(self) -> None:
-        docks = self.docks
-        self.tabifyDockWidget(docks["stereonet"], docks["view"])
-        self.tabifyDockWidget(docks["view"], docks["display"])
-        self.tabifyDockWidget(docks["table"], docks["photos"])
-        self.tabifyDockWidget(docks["photos"], docks["in_photos"])
-        self.tabifyDockWidget(docks["in_photos"], docks["jobs"])
-        self.tabifyDockWidget(docks["jobs"], docks["messages"])
-        for tool in ("patch", "line", "measure"):
-            self.tabifyDockWidget(docks["trace"], docks[tool])
-        docks["trace"].raise_()
-        docks["stereonet"].raise_()
-        docks["table"].raise_()
-
-    def _default_sizes(self) -> None:
-        docks, wide, high = self.docks, Qt.Orientation.Horizontal, Qt.Orientation.Vertical
-        self.resizeDocks([docks["project"], docks["stereonet"]], [288, 326], wide)
-        self.resizeDocks([docks["project"], docks["trace"]], [300, 500], high)
-        self.resizeDocks([docks["stereonet"], docks["properties"]], [400, 400], high)
-        self.resizeDocks([docks["table"]], [190], high)
-
-    def _make_menus(self) -> None:
-        for title, names in _MENUS:
-            menu = self.menuBar().addMenu(self.tr(title))
-            menu.setToolTipsVisible(True)
-            for name in names:
-                if name == "|":
-                    menu.addSeparator()
-                elif name.startswith("*"):
-                    self._submenu(menu, name[1:])
-                else:
-                    menu.addAction(self.actions_table.all[name])
-
-    def _submenu(self, menu: QMenu, name: str) -> None:
-        if name == "recent":
-            recent = menu.addMenu(self.tr("Open &recent"))
-            recent.aboutToShow.connect(lambda: self.files.fill_recent(recent))
-        elif name == "discarded":
-            discarded = menu.addMenu(self.tr("&Bring back discarded work"))
-            discarded.aboutToShow.connect(lambda: self.files.fill_discarded(discarded))
-        elif name == "display":
-            display = menu.addMenu(self.tr("&Display"))
-            display_commands.fill_menu(self, display)
-        elif name == "planes":
-            planes = menu.addMenu(self.tr("&Planes as"))
-            planes.setToolTipsVisible(True)
-            for each in ("planes_discs", "planes_symbols", "planes_neither"):
-                planes.addAction(self.actions_table.all[each])
-        elif name == "notation":
-            notation = menu.addMenu(self.tr("&Notation"))
-            for each in ("notation_dipdir", "notation_strike", "notation_quadrant"):
-                notation.addAction(self.actions_table.all[each])
-        else:
-            docks = menu.addMenu(self.tr("&Panels"))
-            for dock in self.docks.values():
-                docks.addAction(dock.toggleViewAction())
-
-    def _make_toolbar(self) -> None:
-        bar = QToolBar(self.tr("Tools"))
-        bar.setObjectName("toolbar")
-        bar.setMovable(False)
-        names = ("open", "save", "|", "navigate", "trace", "patch", "line", "measure", "|",
-                 "undo", "redo", "|", "home", "frame_selection",
-                 "orthographic", "*views")  # fmt: skip
-        for name in names:
-            if name == "|":
-                bar.addSeparator()
-            elif name == "*views":
-                button = QToolButton()
-                button.setText(self.tr("Views"))
-                button.setIcon(theme.icon("compass-outline"))
-                button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-                button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-                menu = QMenu(button)
-                for each in ("top", "north", "east", "south", "west", "bottom"):
-                    menu.addAction(self.actions_table.all[f"view_{each}"])
-                button.setMenu(menu)
-                bar.addWidget(button)
-            else:
-                bar.addAction(self.actions_table.all[name])
-                widget = bar.widgetForAction(self.actions_table.all[name])
-                if isinstance(widget, QToolButton) and name not in _ICON_ONLY:
-                    widget.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        space = QWidget()
-        space.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        bar.addWidget(space)
-        find = QToolButton()
-        find.setIcon(theme.icon("magnify"))
-        find.setText(self.tr("Find a command  Ctrl+K"))
-        find.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        find.clicked.connect(self.actions_table.all["find_command"].trigger)
-        bar.addWidget(find)
-        self.addToolBar(bar)
-
-    def _make_status(self) -> None:
+    def _make_bars(self) -> None:
+        from vomstudio.ui.shell.menus import fill_menu_bar, make_toolbar
+        from vomstudio.ui.shell.notices import Notices
         from vomstudio.ui.shell.status_line import StatusLine
 
-        self.status_line = StatusLine(self.studio, self.actions_table.all["declare_frame"])
+        actions = self.actions_table.all
+        fill_menu_bar(
+            self,
+            actions,
+            fresh={"recent": self.files.fill_recent, "discarded": self.files.fill_discarded},
+            once={
+                "display": lambda menu: display_commands.fill_menu(menu, actions, self.studio),
+                "docks": self.docks.fill_menu,
+            },
+        )
+        self.addToolBar(make_toolbar(self, actions))
+        self.status_line = StatusLine(self.studio, actions["declare_frame"])
         self.setStatusBar(self.status_line)
+        self._notices = Notices(self.messages, self.message_bar, self.status_line, actions)
 
     def _connect(self) -> None:
         studio = self.studio
-        studio.notice.connect(self._notice)
+        studio.notice.connect(self._notices.show)
         studio.history_changed.connect(self._refresh)
         studio.selection_changed.connect(self._refresh)
         studio.project_opened.connect(self._refresh)
@@ -340,18 +273,20 @@ class MainWindow(QMainWindow):
         studio.tool_changed_signal.connect(self.message_bar.end_hint)
         # A dialog takes long to make: not in the same event as all that a new model brings about.
         studio.frame_wanted.connect(self.files.declare_frame, Qt.ConnectionType.QueuedConnection)
-        studio.recovery_found.connect(self.files.offer_recovery)
-        studio.jobs.changed.connect(self._show_start_page)
+        studio.recovery_found.connect(self._offer_recovery)
+        studio.jobs_changed.connect(self._show_start_page)
         self.survey.changed.connect(self.actions_table.refresh)
         self.cameras.found.connect(self.actions_table.refresh)
         self.photos_panel.chosen.connect(self.cameras.choose)
+
+    def _offer_recovery(self, folders: list[Path]) -> None:
+        self._notices.offer_recovery(folders, self.files.open_path)
 
     # --- birth -------------------------------------------------------------------------------
     def begin(self, paths: list[Path]) -> None:
         """The window is on the screen: fill it, then open the paths of the command line."""
         self._fill()
         from vomstudio.rendering.qt.viewport import Viewport
-        from vomstudio.ui.scene.scene_presenter import ScenePresenter
 
         self.viewport = viewport = Viewport(self)
         viewport.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -360,56 +295,33 @@ class MainWindow(QMainWindow):
         self._centre.replaceWidget(self.start_page, viewport)
         self.start_page.setParent(viewport)
         self.start_page.place_over(viewport)
-        self._presenter = ScenePresenter(self.studio, viewport)
-        self._presenter.rebuild()
-        self.cameras.watch(viewport)
-        self.cameras.chosen.connect(self.photos_panel.choose)
-        self.photos_panel.opened.connect(lambda name: photo_commands.open_photo(self, name))
-        self.display_panel.watch(viewport)
-        self.in_photos.watch(viewport)
-        self.in_photos.listed.connect(self.actions_table.refresh)
-        self.in_photos.pointer.connect(self.status_line.show_pointer)
-        self.actions_table.give_keys_to(self.in_photos.canvas)
-        viewport.pointer.connect(self.status_line.show_pointer)
-        viewport.camera_changed.connect(self._camera_changed)
-        viewport.problem.connect(lambda text: self.studio.warn(text))
-        viewport.point_budget = self._settings.point_budget
-        viewport.gestures.set_turntable(self._settings.turntable)
+        self.view.join(viewport)
+        self._join_panels(viewport)
+        self.view.turned.connect(self.view_panel.show_direction)
+        self.view.turned.connect(self.actions_table.refresh)
+        self.view.follow_camera()
         viewport.setFocus()
         # A window that is closed before the process ends is not to stay for ever.
         self._first = interpreter.spares_nothing()
         if self._first:
             interpreter.spare_what_is_there()
-        self._camera_timer = QTimer(self)
-        self._camera_timer.setSingleShot(True)
-        self._camera_timer.setInterval(500)
-        self._camera_timer.timeout.connect(self._keep_camera)
-        self._camera_changed()
         for path in paths:
             self.open_path(path)
         self.studio.offer_recovery()
-        # The net's library takes a second to import: after the first frame, and in a thread. A
-        # viewport that cannot draw must not keep the net away.
-        viewport.first_frame.connect(self._import_net)
-        QTimer.singleShot(5000, self._import_net)
+        # The net's library takes a second to import: after the first frame, and in a thread.
+        viewport.first_frame.connect(self._late.begin)
+        QTimer.singleShot(_LONGEST_WAIT_MS, self._late.begin)
         self._refresh()
 
-    def _import_net(self) -> None:
-        if self._net_importer is not None:
-            return
-
-        def work() -> None:
-            import vomstudio.ui.analyse.stereonet_panel  # noqa: F401
-
-            self._net_imported.emit()
-            # Wanted as soon as a model is there, when its picture is wanted as well.
-            import scipy.sparse.csgraph
-            import scipy.spatial  # noqa: F401
-
-            self._all_imported.emit()
-
-        self._net_importer = threading.Thread(target=work, name="net import", daemon=True)
-        self._net_importer.start()
+    def _join_panels(self, viewport: Viewport) -> None:
+        self.cameras.chosen.connect(self.photos_panel.choose)
+        self.photos_panel.opened.connect(self.photo_opening.open)
+        self.display_panel.watch(viewport)
+        self.in_photos.watch(viewport)
+        self.in_photos.listed.connect(self.actions_table.refresh)
+        self._photo_shown.pointer.connect(self.status_line.show_pointer)
+        self.actions_table.give_keys_to(self._photo_shown.canvas)
+        viewport.pointer.connect(self.status_line.show_pointer)
 
     def _bring_net(self) -> None:
         if not self._filled or not self.isVisible():
@@ -420,11 +332,10 @@ class MainWindow(QMainWindow):
         self.docks["stereonet"].setWidget(self.net)
         self._net_place.deleteLater()
         # Each lane's worker gets ready for what it will be asked; photos come last.
-        for lane, task in (("models", "warm"), ("photos", "compile_kernels")):
+        for job in (WARM, COMPILE_KERNELS):
             self.studio.jobs.submit(
-                lane,
-                task,
-                {},
+                job,
+                Nothing(),
                 title="Getting ready",
                 on_done=lambda _: None,
                 on_failed=lambda _: None,
@@ -436,185 +347,62 @@ class MainWindow(QMainWindow):
         if self._filled and self._first and not self.studio.models:
             interpreter.spare_what_is_there()
 
-    # --- files -------------------------------------------------------------------------------
+    # --- what comes in -----------------------------------------------------------------------
     def open_path(self, path: Path) -> None:
         """A model, a project, or a folder of photos."""
-        from vomstudio.ui.survey.survey_commands import is_photo_folder, open_photos
+        from vomstudio.ui.survey.survey_commands import is_photo_folder
 
         if is_photo_folder(path):
-            open_photos(self, path)
+            self._open_photos(path)
         else:
             self.files.open_path(path)
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:  # noqa: N802
-        if any(url.isLocalFile() for url in event.mimeData().urls()):
+        if dragged_files(event):
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:  # noqa: N802
-        for url in event.mimeData().urls():
-            if url.isLocalFile() and self._filled:
-                self.open_path(Path(url.toLocalFile()))
+        for path in dragged_files(event):
+            if self._filled:
+                self.open_path(path)
         event.acceptProposedAction()
 
-    def _record_actions(self, record: Record) -> list[QAction]:
-        table = self.actions_table
-        table.refresh()
-        common = ("show_chosen", "hide_chosen", "show_only", "rename", "delete")
-        names = (
-            ("declare_frame", "locate", "copy_model", "remove_model")
-            if isinstance(record, Model)
-            else ("frame_selection", "continue_trace", "face_plane", *common)
-            if isinstance(record, Trace | Lineation | Dimension)
-            else ("frame_selection", "continue_patch", "face_plane", *common)
-            if isinstance(record, Patch)
-            else ("frame_selection", "along_line", "face_plane", *common)
-            if isinstance(record, FEATURES)
-            else ()
-        )
-        return [table.all[name] for name in names]
-
-    # --- view --------------------------------------------------------------------------------
-    def look(self, trend_deg: float, plunge_deg: float) -> None:
-        if self.viewport is not None:
-            self.viewport.set_orthographic(True)
-            self.viewport.look_along(trend_deg, plunge_deg)
-
-    def see_all(self) -> None:
-        self._presenter.see_all(self.cameras.corners())
-
-    def show_dock(self, name: str) -> None:
-        self.docks[name].show()
-        self.docks[name].raise_()
-
-    def models_box(self) -> ClipBox | None:
-        """Around all visible models."""
-        return self._presenter.models_box()
-
-    def clip_holds_something(self) -> bool:
-        """Whether the clipping box has a part of the visible models in it."""
-        box, around = self.studio.display.box, self.models_box()
-        return box is not None and around is not None and box.meets(around)
-
-    def frame_selection(self) -> None:
-        import numpy as np
-
-        measured = self.studio.measured(self.studio.selection.ids).values()
-        points = [drawn_points(m) for m in measured]
-        points = [p for p in points if len(p)]
-        if self.viewport is not None and points:
-            self.viewport.frame(np.concatenate(points))
-
-    def show_only_outcrop(self) -> None:
-        """Hide every panel, or bring back those that were there."""
-        if self._put_away is not None:
-            # Shown one by one they would share the room anew.
-            self.restoreState(self._put_away, _LAYOUT_VERSION)
-            self._put_away = None
-        else:
-            self._put_away = self.saveState(_LAYOUT_VERSION)
-            for dock in self.docks.values():
-                dock.hide()
-
-    def _camera_changed(self) -> None:
-        if self.viewport is not None:
-            trend, plunge = self.viewport.view_direction()
-            self.view_panel.show_direction(trend, plunge, self.viewport.orthographic)
-            self._camera_timer.start()
-            self.actions_table.refresh()
-
-    def _keep_camera(self) -> None:
-        # Before a model is there the camera looks at nothing: no better than the one that is kept.
-        if self.viewport is not None and self.studio.models:
-            self.studio.project.journal.set_view("camera", self.viewport.camera_state())
-
-    # --- state -------------------------------------------------------------------------------
-    def _notice(self, notice: Notice) -> None:
-        self.messages.add(notice)
-        if notice.level == "info":
-            self.status_line.showMessage(notice.text, 6000)
-        elif notice.action:
-            action = self.actions_table.all[notice.action]
-            self.message_bar.say(notice, (action.text().replace("&", ""), action.trigger))
-        else:
-            self.message_bar.say(notice)
-
-    def _tool_changed(self, name: str) -> None:
-        if name in self.docks:
-            self.docks[name].show()
-            self.docks[name].raise_()
-        if self.viewport is not None:
-            picking = name in self.studio.tools
-            cursor = Qt.CursorShape.CrossCursor if picking else Qt.CursorShape.ArrowCursor
-            self.viewport.setCursor(cursor)
-            # A brush paints with the left button.
-            self.viewport.gestures.orbit_button = (
-                Qt.MouseButton.RightButton if name == "patch" else Qt.MouseButton.LeftButton
-            )
-        self._refresh()
-
-    def _refresh(self, *_: object) -> None:
-        studio = self.studio
-        self.actions_table.refresh()
-        star = "*" if studio.session.dirty else ""
-        self.setWindowTitle(f"{self.files.project_name()}{star} – VOM Studio")
-        self._show_start_page()
-
-    def _show_start_page(self) -> None:
-        empty = not (
-            self.studio.session.of(Model) or self.studio.jobs.visible() or self.survey.folder
-        )
-        self.start_page.setVisible(empty)
-
-    # --- keys, layout, end -------------------------------------------------------------------
     def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802
         if event.key() == Qt.Key.Key_Escape and self._filled and self.studio.open_tool is not None:
             self.studio.cancel_tool()
             return
         super().keyPressEvent(event)
 
-    def _restore_geometry(self) -> None:
-        kept = self._settings.window
-        if "geometry" in kept:
-            self.restoreGeometry(_bytes(kept["geometry"]))
-            # A screen that is gone must not take the window with it.
-            if not any(
-                screen.geometry().intersects(self.frameGeometry())
-                for screen in QGuiApplication.screens()
-            ):
-                self.move(40, 40)
+    # --- state -------------------------------------------------------------------------------
+    def _tool_changed(self, name: str) -> None:
+        if name in self.docks:
+            self.docks.bring_forward(name)
+        self.view.take_up(name)
+        self._refresh()
 
+    def _refresh(self, *_: object) -> None:
+        self.actions_table.refresh()
+        star = "*" if self.studio.session.dirty else ""
+        self.setWindowTitle(f"{self.files.project_name()}{star} – VOM Studio")
+        self._show_start_page()
+
+    def _show_start_page(self) -> None:
+        studio = self.studio
+        empty = not (studio.session.of(Model) or studio.jobs.visible() or self.survey.folder)
+        self.start_page.setVisible(empty)
+
+    # --- end ---------------------------------------------------------------------------------
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802
         if not self._filled:
             event.accept()
             return
-        if not photo_commands.may_close(self) or not self.files.ask_to_keep():
+        if not self.photo_opening.may_close() or not self.files.ask_to_keep():
             event.ignore()
             return
-        docks = self._put_away or self.saveState(_LAYOUT_VERSION)
-        self.studio.settings.window = {
-            "geometry": _text(self.saveGeometry()),
-            "docks": _text(docks),
-        }
+        self._settings.window = kept_window.to_keep(self, self.docks.state())
         self.studio.keep_settings()
-        self._keep_camera()
-        if self.viewport is not None:
-            self.viewport.close()
-        self.in_photos.close_threads()
+        self.view.keep_camera()
+        self.view.close()
+        self._photo_shown.close()
         self.studio.close()
         event.accept()
-
-    def about(self) -> None:
-        QMessageBox.about(
-            self,
-            "VOM Studio",
-            f"<b>VOM Studio {__version__}</b><br>Virtual outcrop models of geological structures: "
-            "measurements with their errors.<br>BSD-3-Clause.",
-        )
-
-
-def _text(data: QByteArray) -> str:
-    return base64.b64encode(data.data()).decode("ascii")
-
-
-def _bytes(text: str) -> QByteArray:
-    return QByteArray(base64.b64decode(text))

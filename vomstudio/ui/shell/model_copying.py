@@ -2,30 +2,27 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from PySide6.QtWidgets import QMessageBox
+from PySide6.QtWidgets import QMessageBox, QWidget
 
 from vomstudio.document.records import Model
 from vomstudio.io.models.model_copy import photos_of
+from vomstudio.ui.common.studio import Studio
+from vomstudio.workspace.photos import PhotoLinks
 
-if TYPE_CHECKING:
-    from vomstudio.ui.shell.main_window import MainWindow
 
-
-def copy_into_project(w: MainWindow, model: Model) -> None:
-    path = w.studio.project.find_model(model)
+def copy_into_project(parent: QWidget, studio: Studio, links: PhotoLinks, model: Model) -> None:
+    path = studio.project.find_model(model)
     if path is None:
         return
-    cameras = w.photo_links.cameras_path(model.id)
+    cameras = links.cameras_path(model.id)
     count, size = (0, 0) if cameras is None else photos_of(path, cameras)
     photos = False
     if count:
-        box = QMessageBox(w)
+        box = QMessageBox(parent)
         box.setIcon(QMessageBox.Icon.Question)
-        box.setText(w.tr("Copy the {0} photos of {1} too?").format(count, model.name))
+        box.setText(parent.tr("Copy the {0} photos of {1} too?").format(count, model.name))
         box.setInformativeText(
-            w.tr(
+            parent.tr(
                 "They take {0:,.0f} MB. With them the project's folder can be moved to another "
                 "computer and still shows features in the photos; without, it finds them where "
                 "they are now."
@@ -37,4 +34,4 @@ def copy_into_project(w: MainWindow, model: Model) -> None:
         if answer == button.Cancel:
             return
         photos = answer == button.Yes
-    w.studio.copy_model(model.id, cameras, photos, lambda: w.photo_links.forget_choices(model.id))
+    studio.copy_model(model.id, cameras, photos, lambda: links.forget_choices(model.id))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QObject, Qt
@@ -12,9 +13,12 @@ from vomstudio.ui.common.studio import Studio
 
 
 class StartPage(QFrame):
-    def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
+    def __init__(
+        self, studio: Studio, actions: dict[str, QAction], open_path: Callable[[Path], None]
+    ) -> None:
+        """open_path : of a model, a project or a folder of photos"""
         super().__init__()
-        self._studio = studio
+        self._studio, self._open_path = studio, open_path
         self.setObjectName("start_page")
         self.setAutoFillBackground(True)
         self.setFrameShape(QFrame.Shape.StyledPanel)
@@ -55,7 +59,7 @@ class StartPage(QFrame):
             button.setToolTip(str(path))
             button.setFlat(True)
             button.setStyleSheet("text-align: left; padding: 2px 6px;")
-            button.clicked.connect(lambda _=False, p=path: self.window().open_path(p))  # type: ignore[attr-defined]
+            button.clicked.connect(lambda _=False, p=path: self._open_path(p))
             self._recent.addWidget(button)
 
     def place_over(self, viewport: QWidget) -> None:

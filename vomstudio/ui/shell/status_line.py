@@ -50,7 +50,7 @@ class StatusLine(QStatusBar):
         # Slow things show themselves after 0.2 s.
         self._jobs_timer.setInterval(200)
         self._jobs_timer.timeout.connect(self._show_jobs)
-        studio.jobs.changed.connect(self._jobs_changed)
+        studio.jobs_changed.connect(self._jobs_changed)
         studio.layers_written.connect(self._layers_written)
         for signal in (
             studio.project_opened,

@@ -3,72 +3,77 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt, QTimer
-from PySide6.QtWidgets import QFileDialog
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QFileDialog, QWidget
 
 from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.chosen import current_model, start_folder, why_no_model
+from vomstudio.ui.common.ports import Docks
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.sight.feature_photo import FeaturePhoto
+from vomstudio.ui.sight.sighting_list import SightingList
+from vomstudio.workspace.photos import PhotoLinks
 
-if TYPE_CHECKING:
-    from vomstudio.ui.shell.main_window import MainWindow
-
-DOCK = "in_photos"
+_DOCK = "in_photos"
 _HEIGHT = 400
 
 
-def commands(w: MainWindow) -> list[Command]:
-    studio = w.studio
+def commands(
+    studio: Studio,
+    links: PhotoLinks,
+    photos: SightingList,
+    shown: FeaturePhoto,
+    docks: Docks,
+    parent: QWidget,
+) -> list[Command]:
+    """photos : in the list beside the one that is shown. parent : of the dialogs"""
 
     def no_model() -> str | None:
-        return None if studio.models else "open a model first"
+        return why_no_model(studio)
 
     def no_photo() -> str | None:
-        return None if w.in_photos.list.count() else "no photos are shown"
+        return None if photos.count() else "no photos are shown"
+
+    def show() -> None:
+        docks.bring_forward(_DOCK)
+        # A tab that was never in front has a height of its own until it is laid out.
+        QTimer.singleShot(0, lambda: docks.make_room(_DOCK, _HEIGHT))
+
+    def open_cameras() -> None:
+        model = current_model(studio)
+        name, _ = QFileDialog.getOpenFileName(
+            parent,
+            parent.tr("The cameras of the model"),
+            start_folder(studio),
+            parent.tr("Cameras (*.json)"),
+        )
+        if name and model is not None:
+            show()
+            links.open_cameras(model.id, Path(name))
+
+    def find_photos() -> None:
+        name = QFileDialog.getExistingDirectory(
+            parent, parent.tr("The photos of the model"), start_folder(studio)
+        )
+        models = links.models()
+        if name and models:
+            links.find_photos(models[0], Path(name))
 
     return [
-        Command("show_in_photos", "Show in the &photos", lambda: show(w), "image-search-outline",
+        Command("show_in_photos", "Show in the &photos", show, "image-search-outline",
                 "Ctrl+Shift+P", "The photos that show what is selected, with the features on them",
                 no_model),
-        Command("open_cameras", "Open &cameras…", lambda: _open_cameras(w), "camera-outline", (),
+        Command("open_cameras", "Open &cameras…", open_cameras, "camera-outline", (),
                 "The cameras.json of the reconstruction that made the model", no_model),
-        Command("find_photos", "&Find the photos…", lambda: _find_photos(w),
+        Command("find_photos", "&Find the photos…", find_photos,
                 "folder-search-outline", (), "The folder in which the photos of the model are now",
-                lambda: None if w.photo_links.models() else "open the model's cameras first"),
-        Command("previous_photo", "Previous photo", lambda: w.in_photos.list.step(-1),
+                lambda: None if links.models() else "open the model's cameras first"),
+        Command("previous_photo", "Previous photo", lambda: photos.step(-1),
                 "chevron-left",
                 "Alt+Left", "", no_photo),
-        Command("next_photo", "Next photo", lambda: w.in_photos.list.step(1), "chevron-right",
+        Command("next_photo", "Next photo", lambda: photos.step(1), "chevron-right",
                 "Alt+Right", "", no_photo),
-        Command("fit_photo", "The whole photo", lambda: w.in_photos.canvas.fit(),
+        Command("fit_photo", "The whole photo", shown.canvas.fit,
                 "fit-to-screen-outline", "Ctrl+0", "", no_photo),
     ]  # fmt: skip
-
-
-def show(w: MainWindow) -> None:
-    w.show_dock(DOCK)
-    # A tab that was never in front has a height of its own until it is laid out.
-    QTimer.singleShot(0, lambda: _make_room(w))
-
-
-def _make_room(w: MainWindow) -> None:
-    dock = w.docks[DOCK]
-    if dock.height() < _HEIGHT and dock.isVisible() and not dock.isFloating():
-        w.resizeDocks([dock], [_HEIGHT], Qt.Orientation.Vertical)
-
-
-def _open_cameras(w: MainWindow) -> None:
-    model = w.files.current_model()
-    name, _ = QFileDialog.getOpenFileName(
-        w, w.tr("The cameras of the model"), w.files.folder(), w.tr("Cameras (*.json)")
-    )
-    if name and model is not None:
-        show(w)
-        w.photo_links.open_cameras(model.id, Path(name))
-
-
-def _find_photos(w: MainWindow) -> None:
-    name = QFileDialog.getExistingDirectory(w, w.tr("The photos of the model"), w.files.folder())
-    models = w.photo_links.models()
-    if name and models:
-        w.photo_links.find_photos(models[0], Path(name))

@@ -13,7 +13,7 @@ from PySide6.QtCore import QObject, Signal
 from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.ui.common.photo_canvas import Drawn
 from vomstudio.ui.common.worker_thread import Work, WorkerThread
-from vomstudio.ui.sight.photo_links import ModelPhotos
+from vomstudio.workspace.photos import ModelPhotos
 
 Array = npt.NDArray[np.float64]
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import html
 import os
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QDialog,
@@ -30,13 +31,12 @@ from PySide6.QtWidgets import (
 
 from vomstudio.errors import VomError
 from vomstudio.io.gis.crs import parse_crs
+from vomstudio.jobs.survey_tasks import ControlFacts, MemoryFacts, PointFacts
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.widgets import ComboBox, file_field
 from vomstudio.ui.common.wording import gigabytes
 from vomstudio.ui.photos.make_settings import QUALITIES, MakeSettings
-
-if TYPE_CHECKING:
-    from vomstudio.ui.shell.main_window import MainWindow
+from vomstudio.ui.photos.photo_survey import PhotoSurvey
 
 _FILES = "Ground control (*.csv *.txt *.xml);;All files (*)"
 _TYPING_MS = 400
@@ -44,14 +44,15 @@ _ROWS = 8
 
 
 class MakeDialog(QDialog):
-    """What is chosen here counts at once; closing it keeps the settings."""
+    """What is chosen here counts at once; closing it keeps the settings. make : the action that
+    makes the model, whose words are on the button"""
 
-    def __init__(self, window: MainWindow) -> None:
-        super().__init__(window)
+    def __init__(self, parent: QWidget, survey: PhotoSurvey, make: QAction) -> None:
+        super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(self.tr("Settings of the model"))
         self.setMinimumWidth(720)
-        self._window, self._survey = window, window.survey
+        self._survey, self._make_model = survey, make
         self._filling = False
         self._known = self._survey.settings
         """As they were last filled in or chosen here."""
@@ -64,7 +65,6 @@ class MakeDialog(QDialog):
         layout.addWidget(self._make_place())
         layout.addWidget(self._make_machine())
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        make = window.actions_table.all["make_model"]
         self.start = buttons.addButton(
             make.text().replace("&", ""), QDialogButtonBox.ButtonRole.AcceptRole
         )
@@ -264,38 +264,38 @@ class MakeDialog(QDialog):
         for row in self._control_rows:
             row.setEnabled(by_control)
         self._facts.setVisible(by_control)
-        facts = survey.control_facts if by_control else {}
-        self._show_points(facts.get("points", []))
+        facts = survey.control_facts if by_control else None
+        self._show_points(() if facts is None else facts.points)
         self.verdict.setText(self._words(facts))
         self._crs_words.setText(self._about_crs(facts))
-        memory = (survey.forecast or {}).get("memory")
+        memory = None if survey.forecast is None else survey.forecast.memory
         if memory is not None:
             self.memory.setText(_memory_words(memory))
         why = survey.why_not_make() or self._bad_crs() or self._no_file()
         self.start.setEnabled(why is None)
         self.start.setToolTip("" if why is None else self.tr("Not now: {0}").format(why))
 
-    def _show_points(self, points: list[dict[str, Any]]) -> None:
+    def _show_points(self, points: Sequence[PointFacts]) -> None:
         self.points.setRowCount(len(points))
         for row, point in enumerate(points):
-            count = point["photos"]
+            count = point.photos
             where = self.tr("{0} photos").format(count) if count != 1 else self.tr("1 photo")
-            cells = (point["label"], self.tr(point["use"]), where)
+            cells = (point.label, self.tr(point.use), where)
             for column, text in enumerate(cells):
                 item = QTableWidgetItem(text)
                 if column == 2:
-                    item.setIcon(theme.verdict_icon(point["quality"]))
+                    item.setIcon(theme.verdict_icon(point.quality))
                 self.points.setItem(row, column, item)
 
-    def _words(self, facts: dict[str, Any]) -> str:
+    def _words(self, facts: ControlFacts | None) -> str:
         if self._no_file():
             return self.tr("Choose the file of the control points.")
         if self._survey.foreseeing:
             return self.tr("Looking at the control points…")
-        if not facts:
+        if facts is None:
             return self._survey.control_note
-        first = facts["problem"] or facts["summary"]
-        said = [f"{text[:1].upper()}{text[1:]}." for text in (first, *facts["warnings"])]
+        first = facts.problem or facts.summary
+        said = [f"{text[:1].upper()}{text[1:]}." for text in (first, *facts.warnings)]
         return "<br>".join([f"<b>{html.escape(said[0])}</b>", *map(html.escape, said[1:])])
 
     def _no_file(self) -> str | None:
@@ -312,11 +312,11 @@ class MakeDialog(QDialog):
         except VomError as error:
             return str(error)
 
-    def _about_crs(self, facts: dict[str, Any]) -> str:
+    def _about_crs(self, facts: ControlFacts | None) -> str:
         if (bad := self._bad_crs()) is not None:
             return bad
-        if facts:
-            return f"{facts['crs'] or ''} {facts['crs_reason']}".strip()
+        if facts is not None:
+            return f"{facts.crs or ''} {facts.crs_reason}".strip()
         if self.crs.text().strip():
             return ""
         return self.tr("empty: the UTM zone of the cameras' GPS")
@@ -339,7 +339,7 @@ class MakeDialog(QDialog):
     def _make(self) -> None:
         self._choose()
         if self._survey.why_not_make() is None:
-            self._window.actions_table.run("make_model")
+            self._make_model.trigger()
             self.close()
 
     def done(self, result: int) -> None:
@@ -348,12 +348,11 @@ class MakeDialog(QDialog):
         super().done(result)
 
 
-def _memory_words(memory: dict[str, Any]) -> str:
-    needed, free = gigabytes(memory["needed_bytes"]), gigabytes(memory["free_bytes"])
+def _memory_words(memory: MemoryFacts) -> str:
+    needed, free = gigabytes(memory.needed_bytes), gigabytes(memory.free_bytes)
     words = f"Depths and their cloud take up to {needed} of the {free} that are free"
-    if memory["size_px"] < memory["wanted_px"]:
+    if memory.size_px < memory.wanted_px:
         words += (
-            f"; to fit, they are sought at {memory['size_px']} instead of {memory['wanted_px']} "
-            "pixels"
+            f"; to fit, they are sought at {memory.size_px} instead of {memory.wanted_px} pixels"
         )
     return words + "."

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QImage, QPainter
@@ -32,12 +32,12 @@ from vomstudio.products.report.field_sheet import figures, write_field_sheet
 from vomstudio.survey.plan_camera import camera_of
 from vomstudio.survey.planning import LEAST_OVERLAP, MANNERS, MOST_OVERLAP, SurveyPlan, plan_survey
 from vomstudio.ui.common.background import Background
+from vomstudio.ui.common.chosen import start_folder
+from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.survey.plan_drawing import PlanDrawing
-
-if TYPE_CHECKING:
-    from vomstudio.ui.shell.main_window import MainWindow
 
 _KEPT = "survey_plan"
 _TYPING_MS = 200
@@ -73,12 +73,12 @@ _FIELDS = {
 class PlannerDialog(QDialog):
     """What is typed is kept with the project."""
 
-    def __init__(self, window: MainWindow) -> None:
-        super().__init__(window)
+    def __init__(self, parent: QWidget, studio: Studio, survey: PhotoSurvey) -> None:
+        super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(self.tr("Plan a photo survey"))
         self.resize(1120, 720)
-        self._window = window
+        self._studio, self._survey = studio, survey
         self._background = Background(self)
         self._asked = self._shown = 0
         self.plan: SurveyPlan | None = None
@@ -99,7 +99,7 @@ class PlannerDialog(QDialog):
         layout = QVBoxLayout(self)
         layout.addLayout(sides, 1)
         layout.addWidget(self._make_buttons())
-        kept = window.studio.project.journal.view(_KEPT, {})
+        kept = studio.project.journal.view(_KEPT, {})
         self._fill({**_DEFAULTS, **kept})
         self._compute()
 
@@ -248,7 +248,7 @@ class PlannerDialog(QDialog):
         self._unit.setText(_WISHES[self.wish.currentIndex()][2])
 
     def _browse_photo(self) -> None:
-        start = str(self._window.survey.folder or self._window.files.folder())
+        start = str(self._survey.folder or start_folder(self._studio))
         name, _ = QFileDialog.getOpenFileName(
             self, self.tr("A photo taken with this camera"), start,
             self.tr("Photos (*.jpg *.jpeg *.JPG *.JPEG *.tif *.tiff *.png);;All files (*)"),
@@ -279,7 +279,7 @@ class PlannerDialog(QDialog):
         if self.plan is None:
             self.problem.setText(str(made))
         else:
-            self._window.studio.project.journal.set_view(_KEPT, self._values())
+            self._studio.project.journal.set_view(_KEPT, self._values())
         self._show_figures([] if self.plan is None else figures(self.plan))
         warnings = () if self.plan is None else self.plan.warnings
         self.warnings.setText("\n".join(f"⚠ {text[:1].upper()}{text[1:]}." for text in warnings))
@@ -316,7 +316,7 @@ class PlannerDialog(QDialog):
             return
         name, chosen = QFileDialog.getSaveFileName(
             self, self.tr("Save the field sheet"),
-            str(Path(self._window.files.folder()) / "field_sheet.pdf"),
+            str(Path(start_folder(self._studio)) / "field_sheet.pdf"),
             "PDF (*.pdf);;SVG (*.svg);;HTML (*.html)",
         )  # fmt: skip
         if not name:
@@ -335,7 +335,7 @@ class PlannerDialog(QDialog):
         return QMessageBox.question(self, self.tr("Save the field sheet"), words) == yes
 
     def save_to(self, path: Path) -> None:
-        plan, studio = self.plan, self._window.studio
+        plan, studio = self.plan, self._studio
         if plan is None:
             return
 

@@ -1,92 +1,102 @@
-"""Commands of the Photos panel."""
+"""Commands of the Photos panel: planning, photos and frames, and the model that they make."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt, QUrl
-from PySide6.QtGui import QDesktopServices
-from PySide6.QtWidgets import QDialog, QFileDialog
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QFileDialog, QWidget
 
-from vomstudio.document.records import Model
 from vomstudio.io.project.folder import SUFFIX, is_project
-from vomstudio.photogrammetry.base.stage_folders import is_aligned
-from vomstudio.rendering.view.scalars import FieldStyle
 from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.chosen import start_folder
+from vomstudio.ui.common.open_dialogs import OpenDialogs
+from vomstudio.ui.common.ports import Docks
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.photos.photo_survey import PhotoSurvey
 
-if TYPE_CHECKING:
-    from vomstudio.ui.shell.main_window import MainWindow
-
+_DOCK = "photos"
 # Five photos with their thumbnails.
 _HEIGHT = 320
-SPARSE, REPORT = "sparse.ply", "report.html"
 
 
-def commands(w: MainWindow) -> list[Command]:
+def commands(
+    studio: Studio, survey: PhotoSurvey, show: SurveyDialogs, open_folder: Callable[[Path], None]
+) -> list[Command]:
+    """open_folder : a folder of photos"""
+
+    def choose() -> None:
+        name = QFileDialog.getExistingDirectory(
+            show.parent,
+            show.parent.tr("A folder of photos"),
+            start_folder(studio),
+            QFileDialog.Option.ShowDirsOnly,
+        )
+        if name:
+            open_folder(Path(name))
+
+    def nothing_to_make() -> str | None:
+        if survey.making is not None:
+            return "a model is being made"
+        return None if survey.rows else "choose a folder of photos first"
+
     return [
-        Command("choose_photos", "New model from &photos…", lambda: _choose(w),
+        Command("choose_photos", "New model from &photos…", choose,
                 "image-multiple-outline", "Ctrl+Shift+I",
                 "A folder of photos: what they are worth, and the model they make"),
-        Command("plan_survey", "&Plan a survey…", lambda: _plan(w), "clipboard-text-outline", (),
+        Command("plan_survey", "&Plan a survey…", show.plan, "clipboard-text-outline", (),
                 "Before going out: distance, positions, number of photos, control points, and a "
                 "field sheet"),
-        Command("video_frames", "Frames from a &video…", lambda: _video(w), "movie-open-outline",
+        Command("video_frames", "Frames from a &video…", show.video, "movie-open-outline",
                 (), "The sharp frames of a video, as photos of a model"),
-        Command("make_settings", "&Settings of the model…", lambda: _settings(w), "tune", (),
+        Command("make_settings", "&Settings of the model…", show.settings, "tune", (),
                 "Quality, ground control, coordinate system, threads and memory",
-                lambda: _nothing_to_make(w)),
-        Command("make_model", "&Make the model", lambda: w.survey.make(), "cube-scan", (),
+                nothing_to_make),
+        Command("make_model", "&Make the model", survey.make, "cube-scan", (),
                 "Align the photos and make a dense, textured model, in the background",
-                lambda: w.survey.why_not_make()),
-        Command("pause_model", "Pause", lambda: w.survey.pause(), "pause", (),
+                survey.why_not_make),
+        Command("pause_model", "Pause", survey.pause, "pause", (),
                 "Stop for now; what is finished is kept",
-                lambda: None if w.survey.making else "no model is being made"),
-        Command("show_alignment", "&Alignment…", lambda: _show_alignment(w), "vector-link", (),
-                "What the photos have in common, how well they fit, and their depth maps",
-                lambda: _not_aligned(w)),
-        Command("show_tie_points", "Show &tie points", lambda: _show_tie_points(w),
-                "dots-hexagon", (),
-                "The points that join the photos, coloured by their error in pixels",
-                lambda: _no_tie_points(w)),
-        Command("open_report", "&Report", lambda: _open_report(w), "file-document-outline", (),
-                "All figures of the reconstruction as one page", lambda: _no_report(w)),
+                lambda: None if survey.making else "no model is being made"),
     ]  # fmt: skip
 
 
-def _plan(w: MainWindow) -> None:
-    from vomstudio.ui.survey.planner_dialog import PlannerDialog
+class SurveyDialogs:
+    """The dialogs about photos, beside the window. actions : of the window, as they are by then"""
 
-    _show(w, PlannerDialog)
+    def __init__(
+        self,
+        parent: QWidget,
+        studio: Studio,
+        survey: PhotoSurvey,
+        dialogs: OpenDialogs,
+        actions: Mapping[str, QAction],
+        open_folder: Callable[[Path], None],
+    ) -> None:
+        self.parent = parent
+        self._studio, self._survey = studio, survey
+        self._dialogs, self._actions, self._open_folder = dialogs, actions, open_folder
 
+    def plan(self) -> None:
+        from vomstudio.ui.survey.planner_dialog import PlannerDialog
 
-def _video(w: MainWindow) -> None:
-    from vomstudio.ui.survey.video_dialog import VideoDialog
+        self._dialogs.show(
+            PlannerDialog, lambda: PlannerDialog(self.parent, self._studio, self._survey)
+        )
 
-    _show(w, VideoDialog)
+    def video(self) -> None:
+        from vomstudio.ui.survey.video_dialog import VideoDialog
 
+        self._dialogs.show(
+            VideoDialog, lambda: VideoDialog(self.parent, self._studio, self._open_folder)
+        )
 
-def _settings(w: MainWindow) -> None:
-    from vomstudio.ui.survey.make_dialog import MakeDialog
+    def settings(self) -> None:
+        from vomstudio.ui.survey.make_dialog import MakeDialog
 
-    _show(w, MakeDialog)
-
-
-def _show(w: MainWindow, kind: Callable[[MainWindow], QDialog]) -> None:
-    """The one that is open already comes forward."""
-    for shown in w.findChildren(QDialog):
-        if type(shown) is kind and shown.isVisible():
-            shown.raise_()
-            shown.activateWindow()
-            return
-    kind(w).show()
-
-
-def _nothing_to_make(w: MainWindow) -> str | None:
-    if w.survey.making is not None:
-        return "a model is being made"
-    return None if w.survey.rows else "choose a folder of photos first"
+        make = self._actions["make_model"]
+        self._dialogs.show(MakeDialog, lambda: MakeDialog(self.parent, self._survey, make))
 
 
 def is_photo_folder(path: Path) -> bool:
@@ -94,94 +104,7 @@ def is_photo_folder(path: Path) -> bool:
     return path.is_dir() and path.suffix != SUFFIX and not is_project(path)
 
 
-def open_photos(w: MainWindow, folder: Path) -> None:
-    w.survey.open(folder)
-    w.show_dock("photos")
-    dock = w.docks["photos"]
-    if dock.height() < _HEIGHT and not dock.isFloating():
-        w.resizeDocks([dock], [_HEIGHT], Qt.Orientation.Vertical)
-
-
-NOT_ALIGNED = "the photos have not been aligned yet; make the model first"
-
-
-def _results(w: MainWindow) -> Path | None:
-    """Where a reconstruction is: of the photos in the panel, else of a model that is open."""
-    out = w.survey.out()
-    if out is not None and is_aligned(out):
-        return out
-    return out if out is not None and w.survey.rows else w.cameras.folder()
-
-
-def _not_aligned(w: MainWindow) -> str | None:
-    out = _results(w)
-    if out is None:
-        return "choose a folder of photos and make their model first"
-    return None if is_aligned(out) else NOT_ALIGNED
-
-
-def _show_alignment(w: MainWindow) -> None:
-    from vomstudio.ui.alignment.alignment_dialog import AlignmentDialog
-
-    out = _results(w)
-    if out is None:
-        return
-    for shown in w.findChildren(AlignmentDialog):
-        if shown.folder == out and shown.isVisible():
-            shown.raise_()
-            shown.activateWindow()
-            return
-    AlignmentDialog(w, w.studio, out).show()
-
-
-def _no_tie_points(w: MainWindow) -> str | None:
-    out = _results(w)
-    if out is None:
-        return "choose a folder of photos and make their model first"
-    return None if (out / SPARSE).exists() else NOT_ALIGNED
-
-
-def _show_tie_points(w: MainWindow) -> None:
-    """As a model of its own, in the frame of the model that was made of the same photos."""
-    out = _results(w)
-    if out is None:
-        return
-    folder, studio = out.resolve(), w.studio
-    # Links may lead to the same folder: paths are compared as they truly are.
-    models = {
-        model.id: path.resolve()
-        for model in studio.session.of(Model)
-        if (path := studio.project.find_model(model)) is not None
-    }
-    there = next((i for i, path in models.items() if path == folder / SPARSE), None)
-    if there is not None:
-        studio.set_visible([there], True)
-        studio.display.show_field(there, FieldStyle("error_px"))
-        return
-    like = next((i for i, path in models.items() if path.parent == folder), None)
-    name = studio.records[like].name if like is not None else folder.name
-
-    def opened(model_id: str) -> None:
-        studio.display.show_field(model_id, FieldStyle("error_px"))
-
-    studio.open_model(out / SPARSE, w.tr("{0} tie points").format(name), like=like, then=opened)
-
-
-def _no_report(w: MainWindow) -> str | None:
-    out = _results(w)
-    if out is not None and (out / REPORT).exists():
-        return None
-    return "the report is written when the model is finished"
-
-
-def _open_report(w: MainWindow) -> None:
-    if (out := _results(w)) is not None:
-        QDesktopServices.openUrl(QUrl.fromLocalFile(str(out / REPORT)))
-
-
-def _choose(w: MainWindow) -> None:
-    name = QFileDialog.getExistingDirectory(
-        w, w.tr("A folder of photos"), w.files.folder(), QFileDialog.Option.ShowDirsOnly
-    )
-    if name:
-        open_photos(w, Path(name))
+def open_photos(survey: PhotoSurvey, docks: Docks, folder: Path) -> None:
+    survey.open(folder)
+    docks.bring_forward(_DOCK)
+    docks.make_room(_DOCK, _HEIGHT)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
@@ -17,16 +17,16 @@ from PySide6.QtWidgets import (
     QMessageBox,
     QProgressBar,
     QVBoxLayout,
+    QWidget,
 )
 
 from vomstudio.jobs.events import Failed
+from vomstudio.jobs.survey_tasks import TAKE_FRAMES, FramesOrder, TakenFrames
 from vomstudio.survey.video import DEFAULT_FPS, is_ours
-from vomstudio.ui.common.job_bridge import Job
-from vomstudio.ui.common.studio import Notice
+from vomstudio.ui.common.chosen import start_folder
+from vomstudio.ui.common.studio import Notice, Studio
 from vomstudio.ui.common.widgets import file_field
-
-if TYPE_CHECKING:
-    from vomstudio.ui.shell.main_window import MainWindow
+from vomstudio.workspace.jobs import RunningJob
 
 _VIDEOS = "Videos (*.mp4 *.MP4 *.mov *.MOV *.avi *.AVI *.mkv *.m4v *.mts *.MTS);;All files (*)"
 _SHOWN_GAPS = 6
@@ -35,13 +35,15 @@ _SHOWN_GAPS = 6
 class VideoDialog(QDialog):
     """It can be closed while the work goes on: the Jobs panel shows it, and a notice its end."""
 
-    def __init__(self, window: MainWindow) -> None:
-        super().__init__(window)
+    def __init__(
+        self, parent: QWidget, studio: Studio, open_photos: Callable[[Path], None]
+    ) -> None:
+        super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(self.tr("Frames from a video"))
         self.setMinimumWidth(620)
-        self._window = window
-        self._job: Job | None = None
+        self._studio, self._open_photos = studio, open_photos
+        self._job: RunningJob | None = None
         about = QLabel(
             self.tr(
                 "The sharpest frame of every moment is kept, unless it is blurred or shows what "
@@ -90,13 +92,13 @@ class VideoDialog(QDialog):
         layout.addWidget(buttons)
         for field in (self.video, self.folder):
             field.textChanged.connect(self._refresh)
-        window.studio.jobs.changed.connect(self._refresh)
+        studio.jobs.changed.connect(self._refresh)
         self._refresh()
 
     # --- choosing ----------------------------------------------------------------------------
     def _browse_video(self) -> None:
         name, _ = QFileDialog.getOpenFileName(
-            self, self.tr("A video of the outcrop"), self._window.files.folder(), self.tr(_VIDEOS)
+            self, self.tr("A video of the outcrop"), start_folder(self._studio), self.tr(_VIDEOS)
         )
         if name:
             self.choose_video(Path(name))
@@ -138,28 +140,24 @@ class VideoDialog(QDialog):
                 return
             force = True
         self.said.setText("")
-        window, fps = self._window, self.fps.value()
-        request = {"video": str(video), "out": str(folder), "fps": fps, "force": force}
+        studio, open_photos, fps = self._studio, self._open_photos, self.fps.value()
 
-        def done(result: dict[str, Any]) -> None:
+        def done(result: TakenFrames) -> None:
             self._ended(report_words(result))
-            level = "info" if result["good_enough"] else "warning"
-            window.studio.notice.emit(Notice(f"{video.name}: {result['verdict']}", level))
-            from vomstudio.ui.survey.survey_commands import open_photos
-
-            open_photos(window, folder)
+            level = "info" if result.good_enough else "warning"
+            studio.notice.emit(Notice(f"{video.name}: {result.verdict}", level))
+            open_photos(folder)
 
         def failed(event: Failed) -> None:
             if event.cancelled:
                 self._ended(self.tr("Stopped; nothing was written."))
                 return
             self._ended(event.message)
-            window.studio.warn(event.message, "error")
+            studio.warn(event.message, "error")
 
-        self._job = window.studio.jobs.submit(
-            "photos",
-            "take_frames",
-            request,
+        self._job = studio.jobs.submit(
+            TAKE_FRAMES,
+            FramesOrder(video, folder, fps, force),
             title=self.tr("Frames of {0}").format(video.name),
             on_done=done,
             on_failed=failed,
@@ -168,7 +166,7 @@ class VideoDialog(QDialog):
 
     def _stop(self) -> None:
         if self._job is not None:
-            self._window.studio.jobs.cancel(self._job)
+            self._studio.jobs.cancel(self._job)
 
     def _ended(self, words: str) -> None:
         """Whatever was shown, where the dialog is still there."""
@@ -182,18 +180,18 @@ class VideoDialog(QDialog):
             return
 
 
-def report_words(result: dict[str, Any]) -> str:
+def report_words(result: TakenFrames) -> str:
     """What was taken and what not, with the reasons."""
-    count = len(result["frames"])
+    count = len(result.frames)
     lines = [
-        f"<b>{count} frames kept</b> of {result['width']} × {result['height']} pixels, from "
-        f"{result['seconds']:.0f} s",
-        *(f"{number} moments left out: {reason}" for reason, number in result["skipped"].items()),
+        f"<b>{count} frames kept</b> of {result.width} × {result.height} pixels, from "
+        f"{result.seconds:.0f} s",
+        *(f"{number} moments left out: {reason}" for reason, number in result.skipped.items()),
     ]
-    if gaps := result["gaps_s"]:
+    if gaps := result.gaps_s:
         more = " …" if len(gaps) > _SHOWN_GAPS else ""
         shown = ", ".join(f"{seconds:.1f} s" for seconds in gaps[:_SHOWN_GAPS])
         lines.append(f"the picture jumps at {shown}{more}: frames may not overlap there")
-    lines += [f"⚠ {text}" for text in result["warnings"]]
-    lines.append(f"<b>{result['verdict']}</b>")
+    lines += [f"⚠ {text}" for text in result.warnings]
+    lines.append(f"<b>{result.verdict}</b>")
     return "<br>".join(lines)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vomstudio.io.models.formats._jit import part
+from vomstudio.io.models.formats._jit import part, step
 
 EXACT = 1 << 53
 MAX_DIGITS = 18
@@ -52,6 +52,43 @@ def _quotient(mantissa, power):  # type: ignore[no-untyped-def]
     if rounded + (rest + slack) == rounded and rounded + (rest - slack) == rounded:
         return rounded
     return np.nan
+
+
+@step
+def _rounded(mantissa, exponent):  # type: ignore[no-untyped-def]
+    """mantissa * 10**exponent, correctly rounded, or NaN where that is not certain."""
+    if mantissa == 0:
+        return 0.0
+    if mantissa <= EXACT and -22 <= exponent <= 22:
+        value = float(mantissa)
+        if exponent < 0:
+            value /= POWERS[-exponent]
+        elif exponent > 0:
+            value *= POWERS[exponent]
+        return value
+    if -22 <= exponent < 0:
+        return _quotient(mantissa, -exponent)
+    return np.nan
+
+
+@step
+def _power(data, i, end):  # type: ignore[no-untyped-def]
+    """The power of ten from i on, whether there is one, and its end."""
+    minus = False
+    if i < end and (data[i] == 45 or data[i] == 43):
+        minus = data[i] == 45
+        i += 1
+    power = np.int64(0)
+    sound = False
+    while i < end:
+        d = np.int64(data[i]) - 48
+        if d < 0 or d > 9:
+            break
+        sound = True
+        if power < 100000:
+            power = power * 10 + d
+        i += 1
+    return (-power if minus else power), sound, i
 
 
 @part
@@ -98,22 +135,8 @@ def number(data, start, end):  # type: ignore[no-untyped-def]
                 long = True
             i += 1
     if sound and i < end and (data[i] == 101 or data[i] == 69):
-        i += 1
-        minus = False
-        if i < end and (data[i] == 45 or data[i] == 43):
-            minus = data[i] == 45
-            i += 1
-        power = np.int64(0)
-        sound = False
-        while i < end:
-            d = np.int64(data[i]) - 48
-            if d < 0 or d > 9:
-                break
-            sound = True
-            if power < 100000:
-                power = power * 10 + d
-            i += 1
-        exponent += -power if minus else power
+        power, sound, i = _power(data, i + 1, end)
+        exponent += power
     if i < end and not is_space(data[i]):
         sound = False
     if not sound or long:
@@ -124,20 +147,9 @@ def number(data, start, end):  # type: ignore[no-untyped-def]
         if 97 <= c <= 122 and c != 110 and c != 105:
             return 0.0, NO_NUMBER, i
         return 0.0, LEFT_OVER, i
-    value = 0.0
-    if mantissa != 0:
-        if mantissa <= EXACT and -22 <= exponent <= 22:
-            value = float(mantissa)
-            if exponent < 0:
-                value /= POWERS[-exponent]
-            elif exponent > 0:
-                value *= POWERS[exponent]
-        elif -22 <= exponent < 0:
-            value = _quotient(mantissa, -exponent)
-            if np.isnan(value):
-                return 0.0, LEFT_OVER, i
-        else:
-            return 0.0, LEFT_OVER, i
+    value = _rounded(mantissa, exponent)
+    if np.isnan(value):
+        return 0.0, LEFT_OVER, i
     return -value if negative else value, READY, i
 
 

@@ -298,3 +298,14 @@ class Document:
         values = values.copy()
         values[rows] = new
         return values
+
+
+def numbers(document: Document, values: object, n: int, place: str) -> npt.NDArray[np.float64]:
+    if isinstance(values, list) and len(values) == n:
+        try:
+            found = np.array(values, np.float64)
+        except (TypeError, ValueError, OverflowError):
+            found = np.full(n, np.nan)
+        if found.shape == (n,) and np.isfinite(found).all():
+            return found
+    raise document.wrong(f"{n} numbers are wanted in it", place)

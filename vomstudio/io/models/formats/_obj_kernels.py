@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.io.models.formats._decimals import LEFT_OVER, READY, is_space, number
-from vomstudio.io.models.formats._jit import kernel, part
+from vomstudio.io.models.formats._jit import kernel, part, step
 
 # What `count` returns, by row.
 N_VERTICES, N_UVS, N_TRIANGLES, N_WORDS, N_POLYGONS, N_ODD, N_SHORT_FACES, N_COLORED = range(8)
@@ -127,28 +127,104 @@ def _integer(data, i):  # type: ignore[no-untyped-def]
     return (-value if negative else value), i > first, i
 
 
+@part
+def _line_end(data, i):  # type: ignore[no-untyped-def]
+    while data[i] != 10:
+        i += 1
+    return i
+
+
+@part
+def _report(report, row, first, where):  # type: ignore[no-untyped-def]
+    """Count something that is wrong; of the first case, where it is."""
+    if report[row] == 0:
+        report[first] = where
+    report[row] += 1
+
+
+@part
+def _leave(left_over, report, target, flat, start, end):  # type: ignore[no-untyped-def]
+    """Note a number that is left over for Python, while there is room."""
+    r = report[R_LEFT_OVER]
+    if r < left_over.shape[0]:
+        left_over[r, 0] = target
+        left_over[r, 1] = flat
+        left_over[r, 2] = start
+        left_over[r, 3] = end
+    report[R_LEFT_OVER] += 1
+
+
+@step
+def _color(colors, v, n, value, token, state, left_over, report):  # type: ignore[no-untyped-def]
+    """The colour of a vertex: what follows its place in a line of n numbers; NaN without."""
+    for k in range(3):
+        colors[v, k] = value[3 + k] if n >= 6 else np.nan
+        if n >= 6 and state[3 + k] == LEFT_OVER:
+            _leave(left_over, report, TO_COLOR, v * 3 + k, token[3 + k, 0], token[3 + k, 1])
+
+
+@step
+def _face(data, i, v, u, n_vertices, n_uvs, t, corners, uv_corners, report):  # type: ignore[no-untyped-def]
+    """The corners from i to the end of the line, as a fan of triangles from t onwards. Returns how
+    many they are, whether one is unsound, the next triangle, and where the last one ends."""
+    line = i
+    n = 0
+    bad = False
+    want_uv = uv_corners.shape[0] > 0
+    first_v = first_u = last_v = last_u = np.int64(-1)
+    while True:
+        while is_space(data[i]):
+            i += 1
+        if data[i] == 10 or data[i] == 35:
+            break
+        a, sound, i = _integer(data, i)
+        b = np.int64(0)
+        has_b = False
+        if sound and data[i] == 47:
+            b, has_b, i = _integer(data, i + 1)
+            if data[i] == 47:
+                _, _, i = _integer(data, i + 1)
+        if data[i] != 10 and not is_space(data[i]):
+            sound = False
+            while data[i] != 10 and not is_space(data[i]):
+                i += 1
+        # 1 is the first row, -1 the last one so far, 0 nothing.
+        row = np.int64(a - 1 if a > 0 else (a + v if a < 0 else -1))
+        if not sound or row < 0 or row >= n_vertices:
+            row = np.int64(-1)
+            bad = True
+        uv_row = np.int64((b - 1 if b > 0 else (b + u if b < 0 else -1)) if has_b else -1)
+        if uv_row < 0 or uv_row >= n_uvs:
+            uv_row = np.int64(-1)
+            if has_b:
+                _report(report, R_BAD_UVS, R_FIRST_BAD_UV, line)
+        if n == 0:
+            first_v = row
+            first_u = uv_row
+        elif n >= 2:
+            corners[t, 0] = first_v
+            corners[t, 1] = last_v
+            corners[t, 2] = row
+            if want_uv:
+                uv_corners[t, 0] = first_u
+                uv_corners[t, 1] = last_u
+                uv_corners[t, 2] = uv_row
+            t += 1
+        last_v = row
+        last_u = uv_row
+        n += 1
+    return n, bad, t, i
+
+
 @kernel(
     "void(uint8[::1], int64, int64, int64[::1], int64, int64, float64[:,::1], float64[:,::1],"
     " float32[:,::1], int32[:,::1], int32[:,::1], int64[:,::1], int64[:,::1], int64[:,::1],"
     " int64[::1])"
 )
 def parse(  # type: ignore[no-untyped-def]
-    data,
-    start,
-    end,
-    base,
-    n_vertices,
-    n_uvs,
-    vertices,
-    uvs,
-    colors,
-    corners,
-    uv_corners,
-    words,
-    polygons,
-    left_over,
-    report,
-):
+    data, start, end, base, n_vertices, n_uvs, vertices, uvs, colors, corners, uv_corners, words,
+    polygons, left_over, report,
+):  # fmt: skip
     """One block into the final arrays, from the rows `base` (as `count` has them) onwards.
 
     corners, uv_corners (m, 3): rows of vertices and uvs, -1 where unsound or absent; uv_corners and
@@ -156,14 +232,9 @@ def parse(  # type: ignore[no-untyped-def]
     which the line stands. polygons (p, 2): first triangle of the fan, corners. left_over (any, 4):
     target, flat position, start, end; counted on beyond its rows.
     """
-    v = base[N_VERTICES]
-    u = base[N_UVS]
-    t = base[N_TRIANGLES]
-    w = base[N_WORDS]
-    p = base[N_POLYGONS]
-    want_uv = uv_corners.shape[0] > 0
+    v, u, t = base[N_VERTICES], base[N_UVS], base[N_TRIANGLES]
+    w, p = base[N_WORDS], base[N_POLYGONS]
     want_colors = colors.shape[0] > 0
-    room = left_over.shape[0]
     value = np.empty(8)
     token = np.empty((8, 2), np.int64)
     state = np.empty(8, np.int64)
@@ -186,98 +257,33 @@ def parse(  # type: ignore[no-untyped-def]
                 if state[n] != READY:
                     value[n] = np.nan
                     if state[n] != LEFT_OVER:
-                        if report[R_NO_NUMBERS] == 0:
-                            report[R_FIRST_NO_NUMBER] = token[n, 0]
-                        report[R_NO_NUMBERS] += 1
+                        _report(report, R_NO_NUMBERS, R_FIRST_NO_NUMBER, token[n, 0])
                 token[n, 1] = i
                 n += 1
-            wanted = 3 if kind == _VERTEX else 2
-            for k in range(wanted):
-                x = np.nan
-                if k < n:
-                    x = value[k]
-                    if state[k] == LEFT_OVER:
-                        r = report[R_LEFT_OVER]
-                        if r < room:
-                            left_over[r, 0] = TO_VERTEX if kind == _VERTEX else TO_UV
-                            left_over[r, 1] = v * 3 + k if kind == _VERTEX else u * 2 + k
-                            left_over[r, 2] = token[k, 0]
-                            left_over[r, 3] = token[k, 1]
-                        report[R_LEFT_OVER] += 1
-                elif kind == _UV and k == 1 and n == 1:
-                    x = 0.0  # a one-dimensional texture
+            if kind == _UV and n == 1:
+                value[1], state[1], n = 0.0, READY, 2  # a one-dimensional texture
+            row, width = (v, 3) if kind == _VERTEX else (u, 2)
+            for k in range(width):
+                x = value[k] if k < n else np.nan
+                if k < n and state[k] == LEFT_OVER:
+                    target = TO_VERTEX if kind == _VERTEX else TO_UV
+                    _leave(left_over, report, target, row * width + k, token[k, 0], token[k, 1])
                 if kind == _VERTEX:
-                    vertices[v, k] = x
+                    vertices[row, k] = x
                 else:
-                    uvs[u, k] = x
+                    uvs[row, k] = x
+            if kind == _VERTEX and want_colors:
+                _color(colors, v, n, value, token, state, left_over, report)
             if kind == _VERTEX:
-                if want_colors:
-                    if n >= 6:
-                        for k in range(3):
-                            colors[v, k] = value[3 + k]
-                            if state[3 + k] == LEFT_OVER:
-                                r = report[R_LEFT_OVER]
-                                if r < room:
-                                    left_over[r, 0] = TO_COLOR
-                                    left_over[r, 1] = v * 3 + k
-                                    left_over[r, 2] = token[3 + k, 0]
-                                    left_over[r, 3] = token[3 + k, 1]
-                                report[R_LEFT_OVER] += 1
-                    else:
-                        for k in range(3):
-                            colors[v, k] = np.nan
                 v += 1
             else:
                 u += 1
         elif kind == _FACE:
             line = i
-            n = 0
-            bad = False
-            first_v = first_u = last_v = last_u = np.int64(-1)
             t0 = t
-            while True:
-                while is_space(data[i]):
-                    i += 1
-                if data[i] == 10 or data[i] == 35:
-                    break
-                a, sound, i = _integer(data, i)
-                b = np.int64(0)
-                has_b = False
-                if sound and data[i] == 47:
-                    b, has_b, i = _integer(data, i + 1)
-                    if data[i] == 47:
-                        _, _, i = _integer(data, i + 1)
-                if data[i] != 10 and not is_space(data[i]):
-                    sound = False
-                    while data[i] != 10 and not is_space(data[i]):
-                        i += 1
-                # 1 is the first row, -1 the last one so far, 0 nothing.
-                row = np.int64(a - 1 if a > 0 else (a + v if a < 0 else -1))
-                if not sound or row < 0 or row >= n_vertices:
-                    row = np.int64(-1)
-                    bad = True
-                uv_row = np.int64((b - 1 if b > 0 else (b + u if b < 0 else -1)) if has_b else -1)
-                if uv_row < 0 or uv_row >= n_uvs:
-                    uv_row = np.int64(-1)
-                    if has_b:
-                        if report[R_BAD_UVS] == 0:
-                            report[R_FIRST_BAD_UV] = line
-                        report[R_BAD_UVS] += 1
-                if n == 0:
-                    first_v = row
-                    first_u = uv_row
-                elif n >= 2:
-                    corners[t, 0] = first_v
-                    corners[t, 1] = last_v
-                    corners[t, 2] = row
-                    if want_uv:
-                        uv_corners[t, 0] = first_u
-                        uv_corners[t, 1] = last_u
-                        uv_corners[t, 2] = uv_row
-                    t += 1
-                last_v = row
-                last_u = uv_row
-                n += 1
+            n, bad, t, i = _face(
+                data, i, v, u, n_vertices, n_uvs, t, corners, uv_corners, report
+            )  # fmt: skip
             if n > 3:
                 polygons[p, 0] = t0
                 polygons[p, 1] = n
@@ -285,20 +291,13 @@ def parse(  # type: ignore[no-untyped-def]
             if bad and n >= 3:
                 for k in range(t0, t):
                     corners[k, 0] = -1
-                if report[R_BAD_CORNERS] == 0:
-                    report[R_FIRST_BAD_CORNER] = line
-                report[R_BAD_CORNERS] += 1
+                _report(report, R_BAD_CORNERS, R_FIRST_BAD_CORNER, line)
         elif kind == _WORD:
             words[w, 0] = i
-            stop = i
-            while data[stop] != 10:
-                stop += 1
-            words[w, 1] = stop
+            words[w, 1] = _line_end(data, i)
             words[w, 2] = t
             w += 1
-        while data[i] != 10:
-            i += 1
-        i += 1
+        i = _line_end(data, i) + 1
 
 
 @kernel(

@@ -23,6 +23,38 @@ def _turn(points, a, b, c, nx, ny, nz):  # type: ignore[no-untyped-def]
     return (uy * vz - uz * vy) * nx + (uz * vx - ux * vz) * ny + (ux * vy - uy * vx) * nz
 
 
+@part
+def _load(corners, t0, n, ring):  # type: ignore[no-untyped-def]
+    """The corners of the polygon whose fan begins with triangle t0; whether all are sound."""
+    ring[0] = corners[t0, 0]
+    ring[1] = corners[t0, 1]
+    for k in range(n - 2):
+        ring[k + 2] = corners[t0 + k, 2]
+    sound = True
+    for k in range(n):
+        if ring[k] < 0:
+            sound = False
+    return sound
+
+
+@part
+def _is_ear(points, index, left, a, b, c, nx, ny, nz):  # type: ignore[no-untyped-def]
+    """Whether the triangle abc lies inside the polygon that is left."""
+    if not _turn(points, a, b, c, nx, ny, nz) > 0:
+        return False
+    for j in range(left):
+        o = index[j]
+        if o in (a, b, c):
+            continue
+        if (
+            _turn(points, a, b, o, nx, ny, nz) >= 0
+            and _turn(points, b, c, o, nx, ny, nz) >= 0
+            and _turn(points, c, a, o, nx, ny, nz) >= 0
+        ):
+            return False
+    return True
+
+
 def cut_concave(
     vertices: npt.NDArray[np.float64],
     corners: npt.NDArray[np.int32],
@@ -64,19 +96,9 @@ def _cut(vertices, corners, uv_corners, polygons, points, rings, ears):  # type:
         n = polygons[q, 1]
         if n > MAX_RING:
             continue
-        ring[0] = corners[t0, 0]
-        ring[1] = corners[t0, 1]
-        for k in range(n - 2):
-            ring[k + 2] = corners[t0 + k, 2]
+        sound = _load(corners, t0, n, ring)
         if want_uv:
-            uv_ring[0] = uv_corners[t0, 0]
-            uv_ring[1] = uv_corners[t0, 1]
-            for k in range(n - 2):
-                uv_ring[k + 2] = uv_corners[t0 + k, 2]
-        sound = True
-        for k in range(n):
-            if ring[k] < 0:
-                sound = False
+            _load(uv_corners, t0, n, uv_ring)
         if not sound:
             continue
         for k in range(n):
@@ -105,20 +127,7 @@ def _cut(vertices, corners, uv_corners, polygons, points, rings, ears):  # type:
             a = index[(k + left - 1) % left]
             b = index[k % left]
             c = index[(k + 1) % left]
-            ear = _turn(points, a, b, c, nx, ny, nz) > 0
-            if ear:
-                for j in range(left):
-                    o = index[j]
-                    if o in (a, b, c):
-                        continue
-                    if (
-                        _turn(points, a, b, o, nx, ny, nz) >= 0
-                        and _turn(points, b, c, o, nx, ny, nz) >= 0
-                        and _turn(points, c, a, o, nx, ny, nz) >= 0
-                    ):
-                        ear = False
-                        break
-            if ear:
+            if _is_ear(points, index, left, a, b, c, nx, ny, nz):
                 ears[made, 0] = a
                 ears[made, 1] = b
                 ears[made, 2] = c

@@ -15,7 +15,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models.formats._clean import Columns, drop_unsound_points, scale_colors
 from vomstudio.io.models.formats._las_records import STANDARD_FIELDS
 from vomstudio.io.models.formats._las_top import check_header, mended
-from vomstudio.io.models.registry import LoadedModel, Reader
+from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
 
 Array = npt.NDArray[np.generic]

@@ -19,7 +19,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.models.formats._clean import drop_unsound, read_whole, scale_colors, some
 from vomstudio.io.models.mtl import decode, find_beside, read_library, unquote
-from vomstudio.io.models.registry import LoadedModel, Reader
+from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
 
 BLOCK_BYTES = 8 * 1024 * 1024

@@ -14,7 +14,7 @@ from vomstudio.errors import InputError
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.formats._clean import drop_unsound, read_whole, some
 from vomstudio.io.models.offset_file import read_offset
-from vomstudio.io.models.registry import LoadedModel, Reader
+from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
 
 HEADER_BYTES, RECORD_BYTES = 84, 50

@@ -1,1 +1,1 @@
-"""One module per format that can be written; see `vomstudio.io.models.writing`."""
+"""One module per format that can be written; see `vomstudio.io.models.writer`."""

@@ -19,7 +19,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import parse_crs
 from vomstudio.io.models.image_store import ending_of, plain_name
-from vomstudio.io.models.writing import Outgoing
+from vomstudio.io.models.writer import Outgoing
 
 Array = npt.NDArray[Any]
 

@@ -7,8 +7,8 @@ import numpy as np
 from vomstudio.files.atomic import atomic_group
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.dxf import Drawing, color_number, color_numbers, layer_names
+from vomstudio.io.models.writer import Outgoing, Writer
 from vomstudio.io.models.writers._common import lost, positions_of, prj_beside, step_rows
-from vomstudio.io.models.writing import Outgoing, Writer
 
 
 def write(out: Outgoing) -> list[str]:

@@ -16,8 +16,8 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.models.image_store import ending_of
 from vomstudio.io.models.offset_file import offset_path, offset_text
+from vomstudio.io.models.writer import Outgoing, Writer
 from vomstudio.io.models.writers._common import image_bytes, positions_of
-from vomstudio.io.models.writing import Outgoing, Writer
 from vomstudio.version import __version__
 
 Array = npt.NDArray[Any]

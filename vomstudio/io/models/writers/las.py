@@ -15,8 +15,8 @@ from vomstudio.errors import Cancelled
 from vomstudio.files.atomic import atomic_write
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.models.writer import Outgoing, Writer
 from vomstudio.io.models.writers._common import bare_points, field_names, positions_of, step_rows
-from vomstudio.io.models.writing import Outgoing, Writer
 
 Array = npt.NDArray[Any]
 

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from vomstudio.files.atomic import atomic_group
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.models.writer import Outgoing, Writer
 from vomstudio.io.models.writers._common import (
     Images,
     copy_images,
@@ -22,7 +23,6 @@ from vomstudio.io.models.writers._common import (
     step_rows,
     write_lines,
 )
-from vomstudio.io.models.writing import Outgoing, Writer
 
 
 def write(out: Outgoing) -> list[str]:

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from vomstudio.files.atomic import atomic_group
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.models.writer import Outgoing, Writer
 from vomstudio.io.models.writers._common import (
     Images,
     copy_images,
@@ -19,7 +20,6 @@ from vomstudio.io.models.writers._common import (
     prj_beside,
     step_rows,
 )
-from vomstudio.io.models.writing import Outgoing, Writer
 
 Array = npt.NDArray[Any]
 

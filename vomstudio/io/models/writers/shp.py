@@ -11,8 +11,8 @@ from vomstudio.errors import TargetError
 from vomstudio.files.atomic import atomic_group
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.shapefile import Column, column, is_too_large, short_names, write_points
+from vomstudio.io.models.writer import Outgoing, Writer
 from vomstudio.io.models.writers._common import bare_points, positions_of, prj_beside, step_rows
-from vomstudio.io.models.writing import Outgoing, Writer
 
 Array = npt.NDArray[Any]
 

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from vomstudio.files.atomic import atomic_group
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.models.writer import Outgoing, Writer
 from vomstudio.io.models.writers._common import (
     bare_points,
     field_names,
@@ -18,7 +19,6 @@ from vomstudio.io.models.writers._common import (
     step_rows,
     write_lines,
 )
-from vomstudio.io.models.writing import Outgoing, Writer
 
 Array = npt.NDArray[Any]
 

@@ -1,0 +1,104 @@
+"""Nobody reaches through the window: its parts are handed what they need."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+UI = ROOT / "vomstudio" / "ui"
+
+WINDOWS = {"window", "parent", "main", "main_window", "w"}
+"""Names, with an underscore before them or without, that stand for the window or for a widget that
+holds others."""
+MOST_STEPS = 2
+"""Attributes after such a name; three would be a reach into what somebody else is made of."""
+
+
+def files() -> list[Path]:
+    found = sorted(UI.rglob("*.py"))
+    assert len(found) > 80, "the window has moved: bring this test up to date"
+    return found
+
+
+def tree_of(path: Path) -> ast.Module:
+    return ast.parse(path.read_text("utf-8"), str(path))
+
+
+def place(path: Path, node: ast.AST) -> str:
+    return f"{path.relative_to(ROOT)}:{getattr(node, 'lineno', 0)}"
+
+
+def names_of(node: ast.expr) -> list[str]:
+    """The names of a chain such as `self._window.a().b[0].c`, from the left."""
+    names: list[str] = []
+    while True:
+        if isinstance(node, ast.Attribute):
+            names.append(node.attr)
+            node = node.value
+        elif isinstance(node, ast.Call):
+            node = node.func
+        elif isinstance(node, ast.Subscript):
+            node = node.value
+        else:
+            break
+    if isinstance(node, ast.Name):
+        names.append(node.id)
+    return names[::-1]
+
+
+def steps_through_a_window(tree: ast.AST) -> Iterator[tuple[ast.Attribute, int]]:
+    """Every attribute that is reached through a window, with the number of steps after it."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute):
+            names = names_of(node)
+            windows = [i for i, name in enumerate(names[:-1]) if name.lstrip("_") in WINDOWS]
+            if windows:
+                yield node, len(names) - 1 - windows[0]
+
+
+def searches_among_children(tree: ast.AST) -> Iterator[ast.Attribute]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and node.attr in ("findChild", "findChildren"):
+            yield node
+
+
+def test_nobody_reaches_through_the_window() -> None:
+    steps = [(k, place(f, n)) for f in files() for n, k in steps_through_a_window(tree_of(f))]
+    most, _ = max(steps)
+    print(f"{len(steps)} attributes of a window or parent, {most} steps at most")
+    assert [where for count, where in steps if count > MOST_STEPS] == []
+
+
+def test_nobody_looks_for_a_colleague_among_children() -> None:
+    found = [place(f, n) for f in files() for n in searches_among_children(tree_of(f))]
+    print(f"{len(found)} searches among children")
+    assert found == []
+
+
+def test_only_the_start_of_the_program_knows_the_main_window() -> None:
+    guilty = [
+        place(path, node)
+        for path in files()
+        for node in ast.walk(tree_of(path))
+        if isinstance(node, ast.ImportFrom) and node.module == "vomstudio.ui.shell.main_window"
+    ]
+    assert {where.rpartition(":")[0] for where in guilty} == {"vomstudio/ui/shell/start.py"}
+
+
+@pytest.mark.parametrize(
+    ("text", "steps"),
+    [
+        ("w.a.b.c", 3),
+        ("self._window.a.b().c", 3),
+        ("self.window().rows[0].name.x", 3),
+        ("window.files", 1),
+        ("studio.project.journal.view", 0),
+    ],
+)
+def test_a_reach_through_a_window_is_seen(text: str, steps: int) -> None:
+    found = [count for _, count in steps_through_a_window(ast.parse(text))]
+    assert max(found, default=0) == steps

@@ -1,0 +1,320 @@
+"""`vomstudio project`: what the window can do to a project, without a window."""
+
+from __future__ import annotations
+
+import sqlite3
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vomstudio.document import edits
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Frame, Model
+from vomstudio.geometry import transform
+from vomstudio.geometry.brush import MeshSurface
+from vomstudio.io.models.opening import read_model
+from vomstudio.io.project.folder import Project
+from vomstudio.io.project.journal import read_replay
+from vomstudio.io.project.sample import read_truth, sample_model
+from vomstudio.paths import resource
+from vomstudio.tools.surroundings import around
+
+pytestmark = pytest.mark.usefixtures("own_folders")
+
+# On a plane that dips 45 degrees to the east.
+EAST = ((0.0, 0.0, 0.0), (0.0, 9.0, 0.0), (4.0, 5.0, -4.0), (8.0, 1.0, -8.0), (3.0, 2.0, -3.0))
+PICKS = resource("sample", "picks.csv")
+# A triangle as large as EAST, in feet and with Y up.
+OBJ = "v 0 0 0\nv 40 0 0\nv 0 -40 -40\nf 1 2 3\n"
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    """With a model whose file is gone, and one trace on it."""
+    folder = tmp_path / "Kliff é.vom"
+    opened = Project.create(folder)
+    session = opened.session
+    model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("crs", "EPSG:32615"))
+    session.apply(edits.add_model(session.records, model))
+    trace = Trace("t1", "", "bedding", "m1", "0" * 64, EAST, set_name="west", resolution=0.05)
+    session.apply(edits.add_trace(session.records, trace))
+    session.save()
+    opened.close()
+    return folder
+
+
+@pytest.fixture
+def empty(tmp_path: Path) -> Path:
+    folder = tmp_path / "empty.vom"
+    Project.create(folder).close()
+    return folder
+
+
+def traces(folder: Path) -> list[Trace]:
+    return [r for r in read_replay(folder).records.values() if isinstance(r, Trace)]
+
+
+def rows_of(folder: Path) -> list[tuple[object, ...]]:
+    with sqlite3.connect(folder / "journal.sqlite") as db:
+        found = db.execute("SELECT * FROM journal").fetchall()
+    db.close()
+    return found
+
+
+def change_rows(folder: Path, statement: str) -> None:
+    with sqlite3.connect(folder / "journal.sqlite") as db:
+        db.execute(statement)
+    db.close()
+
+
+# --- looking -------------------------------------------------------------------------------------
+def test_the_list_says_what_is_there_although_a_window_has_it_open(run, project: Path) -> None:
+    window = Project.open(project)
+    found = run("project", project, "list", "--json").json
+    window.close()
+    (model,) = found["models"]
+    assert (model["id"], model["name"], model["crs"]) == ("m1", "cliff", "EPSG:32615")
+    assert model["features"] == found["features"] == 1
+    assert (found["kinds"], found["types"], found["sets"]) == (
+        {"trace": 1},
+        {"Bedding": 1},
+        {"west": 1},
+    )
+    assert found["schema"] == 2
+    assert found["sound"]
+    assert not found["unsaved"]
+    assert found["history"]["undo"] == 2
+    assert found["history"]["undo_label"] == "Add bedding trace B01"
+
+
+def test_a_fit_is_the_row_of_the_exported_table(run, project: Path, tmp_path: Path) -> None:
+    (row,) = run("project", project, "fit", "--json").json["planes"]
+    assert (row["id"], row["name"], row["kind"]) == ("t1", "B01", "bedding")
+    assert (row["dip_direction_deg"], row["dip_deg"]) == pytest.approx((90.0, 45.0))
+    assert run("project", project, "fit", "t1", "--json").json["planes"] == [row]
+    assert run("project", project, "fit", "B01", "--json").json["planes"] == [row]
+    refused = run("project", project, "fit", "B02")
+    assert refused.code == 2
+    assert "no feature B02" in refused.said
+
+
+# --- undo and redo -------------------------------------------------------------------------------
+def test_steps_are_taken_back_and_done_again_as_in_the_window(run, project: Path) -> None:
+    undone = run("project", project, "undo", "--json").json
+    assert undone["undone"] == "Add bedding trace B01"
+    assert undone["features"] == 0
+    assert undone["history"] == {
+        "undo": 1, "redo": 1, "undo_label": "Open model cliff",
+        "redo_label": "Add bedding trace B01",
+    }  # fmt: skip
+    assert not undone["unsaved"]
+    redone = run("project", project, "redo", "--json").json
+    assert redone["redone"] == "Add bedding trace B01"
+    assert [trace.vertices for trace in traces(project)] == [EAST]
+    assert (project / "project.gpkg").is_file()
+    assert "nothing to do again" in run("project", project, "redo").said
+    assert run("project", project, "undo").code == 0
+    assert not (project / "project.gpkg").exists(), "layers of nothing"
+    assert run("project", project, "undo").code == 0
+    nothing = run("project", project, "undo", "--json")
+    assert nothing.code == 2
+    assert nothing.json["error"]["code"] == "document"
+
+
+def test_a_project_that_is_open_in_a_window_is_not_changed(run, project: Path) -> None:
+    window = Project.open(project)
+    before = (project / "journal.sqlite").read_bytes()
+    for words in (["undo"], ["add-model", sample_model()], ["compact"]):
+        ran = run("project", project, *words)
+        assert ran.code == 2
+        assert "open in another window" in ran.said
+    assert (project / "journal.sqlite").read_bytes() == before
+    window.close()
+
+
+# --- models --------------------------------------------------------------------------------------
+def test_a_model_comes_with_the_frame_of_its_file(run, empty: Path) -> None:
+    added = run("project", empty, "add-model", sample_model(), "--json").json
+    (model,) = added["models"]
+    assert added["model"] == model["id"]
+    assert added["added"]
+    assert (model["name"], model["kind"], model["crs"]) == ("sample", "mesh", "EPSG:32633")
+    assert not added["unsaved"]
+    again = run("project", empty, "add-model", sample_model(), "--json")
+    assert again.json["model"] == model["id"]
+    assert not again.json["added"]
+    assert "already" in again.err
+    assert len(again.json["models"]) == 1
+    assert again.json["history"]["undo"] == 1
+
+
+def test_a_model_that_says_nothing_is_taken_as_local_with_a_warning(
+    run, empty: Path, write
+) -> None:
+    ran = run("project", empty, "add-model", write(OBJ, "face.obj"), "--json")
+    assert ran.json["models"][0]["frame"] == "local, north known"
+    assert "does not say how it stands" in " ".join(ran.json["warnings"])
+
+
+@pytest.mark.parametrize(
+    ("words", "frame"),
+    [
+        (["--crs", "32633", "--up", "y"], Frame("crs", "EPSG:32633", 1.0, "y")),
+        (["--up", "y", "--unit", "ft"], Frame("local", None, 0.3048, "y")),
+        (["--unit", "cm"], Frame("local", None, 0.01, "z")),
+    ],
+)
+def test_a_frame_is_declared_in_words(run, empty: Path, write, words, frame: Frame) -> None:
+    ran = run("project", empty, "add-model", write(OBJ, "face.obj"), *words, "--json")
+    assert ran.json["warnings"] == []
+    (model,) = [r for r in read_replay(empty).records.values() if isinstance(r, Model)]
+    assert model.frame == frame
+
+
+def test_a_unit_that_is_not_that_of_the_crs_is_refused(run, empty: Path, write) -> None:
+    words = ("--crs", "EPSG:32633", "--unit", "ft")
+    ran = run("project", empty, "add-model", write(OBJ, "face.obj"), *words)
+    assert ran.code == 2
+    assert "--unit" in ran.said
+    assert run("project", empty, "list", "--json").json["models"] == []
+
+
+# --- picks ---------------------------------------------------------------------------------------
+def test_the_samples_picks_become_the_planes_of_its_truth(run, empty: Path) -> None:
+    run("project", empty, "add-model", sample_model())
+    added = run(
+        "project", empty, "add-picks", PICKS, "--type", "bedding", "--by", "pick", "--json"
+    ).json
+    assert len(added["added"]) == added["features"] == len(traces(empty))
+    assert added["history"]["undo"] == 2, "one step back takes all of them away"
+    rows = {row["name"]: row for row in run("project", empty, "fit", "--json").json["planes"]}
+    truth = read_truth().planes
+    assert set(truth) <= set(rows)
+    for name, plane in truth.items():
+        assert rows[name]["dip_deg"] == pytest.approx(plane.dip_deg, abs=4.0), name
+        assert rows[name]["extent_over_resolution"] is not None
+    run("project", empty, "undo")
+    assert traces(empty) == []
+
+
+def test_picks_ask_the_surface_what_the_windows_tool_asks(run, empty: Path, write) -> None:
+    run("project", empty, "add-model", sample_model())
+    run("project", empty, "add-picks", PICKS, "--type", "Fault", "--by", "pick")
+    surface = MeshSurface(read_model(sample_model()).data)
+    for trace in traces(empty)[:3]:
+        assert trace.type_id == "fault"
+        resolution, normal = around(surface, trace.vertices)
+        assert trace.resolution == resolution
+        assert trace.outcrop_normal == normal
+
+
+def test_points_in_world_lie_where_they_were_in_the_models_own_frame(
+    run, empty: Path, write
+) -> None:
+    run("project", empty, "add-model", write(OBJ, "a.obj"), "--up", "y", "--unit", "ft")
+    table = write("x,y,z\n" + "\n".join(f"{x},{y},{z}" for x, y, z in EAST) + "\n", "east.csv")
+    run("project", empty, "add-picks", table, "--type", "joint", "--set", "J1")
+    (trace,) = traces(empty)
+    assert (trace.set_name, trace.name) == ("J1", "J01")
+    to_world = Frame("local", None, 0.3048, "y").to_world()
+    assert np.allclose(transform.apply(to_world, trace.vertices), EAST, atol=1e-12)
+    (row,) = run("project", empty, "fit", "--json").json["planes"]
+    assert (row["dip_direction_deg"], row["dip_deg"]) == pytest.approx((90.0, 45.0))
+
+
+def test_picks_that_are_no_planes_are_named_and_the_others_added(run, project: Path, write) -> None:
+    lines = ["x,y,z,bed", *(f"{x},{y},{z},good" for x, y, z in EAST)]
+    lines += ["0,0,0,short", "1,1,1,short"]
+    ran = run("project", project, "add-picks", write("\n".join(lines)), "--type", "bedding",
+              "--by", "bed", "--json")  # fmt: skip
+    assert [item["name"] for item in ran.json["added"]] == ["good"]
+    assert [item["id"] for item in ran.json["skipped"]] == ["short"]
+    assert "is not where it was" in " ".join(ran.json["warnings"])
+    only = run("project", project, "add-picks", write("x,y,z\n0,0,0\n1,1,1\n"), "--type", "fault")
+    assert only.code == 2
+    assert "plane" in only.said
+    assert len(traces(project)) == 2
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--type", "bedrock"], "no feature type is called bedrock; there are Bedding, Fault"),
+        (["--type", "fault", "--model", "face"], "no model is called face; there are cliff"),
+        (["--type", "fault", "--by", "bed"], "bed"),
+        ([], "--type"),
+    ],
+)
+def test_what_is_not_there_is_said_with_what_there_is(run, project, write, words, said) -> None:
+    table = write("x,y,z\n0,0,0\n0,9,0\n4,5,-4\n")
+    ran = run("project", project, "add-picks", table, *words)
+    assert ran.code == 2
+    assert said in ran.said
+    assert len(traces(project)) == 1
+
+
+# --- soundness -----------------------------------------------------------------------------------
+def test_a_sound_project_is_said_to_be_sound_and_needs_no_repair(run, project: Path) -> None:
+    found = run("project", project, "verify", "--json").json
+    assert found["sound"]
+    assert found["problems"] == []
+    refused = run("project", project, "repair")
+    assert refused.code == 2
+    assert "nothing to repair" in refused.said
+
+
+def test_a_damaged_row_is_named_and_a_repair_keeps_all_the_rest(run, project: Path, write) -> None:
+    lines = ["x,y,z,bed", *(f"{x},{y},{z + shift},{name}" for name, shift in (("a", 5.0),)
+                            for x, y, z in EAST)]  # fmt: skip
+    table = write("\n".join(lines))
+    run("project", project, "add-picks", table, "--type", "fault", "--by", "bed")
+    change_rows(project, "UPDATE journal SET label = 'x' WHERE label = 'Add bedding trace B01'")
+    damaged = run("project", project, "verify", "--json")
+    assert damaged.code == 2
+    assert not damaged.json["sound"]
+    assert len(damaged.json["problems"]) == 1
+    assert "repair it first" in run("project", project, "compact").said
+    before = (project / "journal.sqlite").read_bytes()
+    repaired = run("project", project, "repair", "--json").json
+    assert repaired["sound"]
+    assert len(repaired["lost"]) == 1
+    assert Path(repaired["kept"]).read_bytes()[:16] == before[:16]
+    assert read_replay(Path(repaired["kept"])).problems != []
+    assert run("project", project, "verify").code == 0
+    assert [trace.name for trace in traces(project)] == ["a"]
+    assert run("project", project, "undo", "--json").json["undone"] == "Add a"
+
+
+def test_compacting_takes_what_nothing_can_reach_and_says_so_before(
+    run, project: Path, write
+) -> None:
+    table = write("x,y,z\n" + "\n".join(f"{x},{y},{z}" for x, y, z in EAST))
+    run("project", project, "undo")
+    run("project", project, "add-picks", table, "--type", "fault")
+    before = run("project", project, "list", "--json").json
+    rows_before = rows_of(project)
+    plan = run("project", project, "compact", "--dry-run", "--json").json
+    assert not plan["compacted"]
+    assert plan["rows"] > 0
+    assert rows_of(project) == rows_before
+    done = run("project", project, "compact", "--json").json
+    assert done["compacted"]
+    assert done["rows"] == plan["rows"]
+    after = run("project", project, "list", "--json").json
+    assert after == before
+    assert not run("project", project, "compact", "--json").json["compacted"]
+
+
+# --- words ---------------------------------------------------------------------------------------
+def test_what_is_no_project_is_refused_in_a_sentence(run, tmp_path: Path) -> None:
+    for action in ("list", "undo", "verify", "fit"):
+        ran = run("project", tmp_path / "none.vom", action, "--json")
+        assert ran.code == 2
+        assert ran.json["error"]["file"]
+
+
+def test_an_action_that_there_is_not_is_answered_with_those_that_there_are(run, project) -> None:
+    ran = run("project", project, "frobnicate")
+    assert ran.code == 2
+    assert "add-picks" in ran.said

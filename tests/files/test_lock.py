@@ -1,0 +1,74 @@
+"""A lock keeps others out, and never its owner."""
+
+from __future__ import annotations
+
+import random
+import sqlite3
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from vomstudio.errors import InputError, TargetError
+from vomstudio.files.lock import ProjectLock
+
+
+def whole(folder: Path) -> bytes:
+    ProjectLock(folder / "lock").release()
+    return (folder / "lock").read_bytes()
+
+
+def test_a_damaged_lock_shuts_nobody_out(tmp_path: Path) -> None:
+    path = tmp_path / "lock"
+    good = whole(tmp_path)
+    chance = random.Random(1)
+    cases = [b"", b"hello", b"\0" * 4096, good[:-1], good[: len(good) // 2]]
+    for _ in range(200):
+        data = bytearray(good)
+        for _ in range(chance.choice([1, 3, 20, 200])):
+            at = chance.randrange(len(data) if chance.random() < 0.5 else 120)
+            data[at] = chance.randrange(256)
+        cases.append(bytes(data))
+    for data in cases:
+        path.write_bytes(data)
+        lock = ProjectLock(path)
+        with pytest.raises(InputError, match="open in another window"):
+            ProjectLock(path)
+        lock.release()
+
+
+@pytest.mark.parametrize(
+    "statement", ["CREATE TABLE holder (a, b, c)", "CREATE VIEW holder AS SELECT 1"]
+)
+def test_a_lock_of_another_shape_shuts_nobody_out(tmp_path: Path, statement: str) -> None:
+    db = sqlite3.connect(tmp_path / "lock")
+    db.execute(statement)
+    db.close()
+    ProjectLock(tmp_path / "lock").release()
+
+
+def test_a_lock_that_another_process_holds_is_kept_and_its_holder_named(tmp_path: Path) -> None:
+    code = (
+        "import sys, pathlib; from vomstudio.files.lock import ProjectLock;"
+        "lock = ProjectLock(pathlib.Path(sys.argv[1])); print('held', flush=True);"
+        "sys.stdin.read()"
+    )
+    root = Path(__file__).resolve().parents[2]
+    with subprocess.Popen(
+        [sys.executable, "-c", code, str(tmp_path / "lock")],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=root,
+    ) as other:  # fmt: skip
+        assert other.stdout is not None
+        other.stdout.readline()
+        with pytest.raises(InputError, match=f"process {other.pid}"):
+            ProjectLock(tmp_path / "lock")
+        other.kill()
+    # Whoever is killed holds nothing any more.
+    ProjectLock(tmp_path / "lock").release()
+
+
+def test_a_lock_that_cannot_be_made_says_why(tmp_path: Path) -> None:
+    (tmp_path / "lock").mkdir()
+    with pytest.raises(TargetError, match="cannot be written"):
+        ProjectLock(tmp_path / "lock")

@@ -1,0 +1,87 @@
+"""A journal with damaged rows is written anew, and nothing that could be read is lost."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.samples import bed
+from vomstudio.document import edits
+from vomstudio.document.records import Frame, Model
+from vomstudio.errors import DocumentError
+from vomstudio.io.project.folder import Project
+from vomstudio.io.project.journal import read_replay
+from vomstudio.io.project.verify import verify
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Three beds B01 to B03, the last of them undone; the row of B02 is damaged."""
+    folder = tmp_path / "a.vom"
+    project = Project.create(folder)
+    session = project.session
+    model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"))
+    session.apply(edits.add_model(session.records, model))
+    for number in range(3):
+        session.apply(edits.add_trace(session.records, bed(f"t{number}", float(number))))
+    session.undo()
+    session.save()
+    project.close()
+    db = sqlite3.connect(folder / "journal.sqlite")
+    db.execute("UPDATE journal SET time = 'then' WHERE kind = 'do' AND label LIKE '%B02%'")
+    db.commit()
+    db.close()
+    return folder
+
+
+@pytest.fixture
+def damaged(folder: Path) -> Iterator[Project]:
+    project = Project.open(folder)
+    yield project
+    project.close()
+
+
+def test_what_could_be_read_stays_with_its_steps_both_ways(damaged: Project) -> None:
+    session = damaged.session
+    records, label, again = dict(session.records), session.undo_label, session.redo_label
+    assert len(damaged.problems) == 1
+    made = damaged.repair()
+    assert made.lost == tuple(read_replay(made.kept).problems)
+    assert damaged.problems == []
+    assert verify(damaged.folder).sound
+    played = read_replay(damaged.folder)
+    assert played.records == dict(session.records) == records
+    assert (session.undo_label, session.redo_label) == (label, again)
+
+
+def test_work_goes_on_in_the_new_journal(damaged: Project, folder: Path) -> None:
+    damaged.repair()
+    session = damaged.session
+    session.redo()
+    session.apply(edits.add_trace(session.records, bed("t9", 9.0)))
+    session.undo()
+    session.undo()
+    assert verify(folder).sound
+    assert read_replay(folder).records == dict(session.records)
+    damaged.compact()
+    assert read_replay(folder).records == dict(session.records)
+
+
+def test_a_sound_journal_is_left_alone(damaged: Project, folder: Path) -> None:
+    damaged.repair()
+    before = (folder / "journal.sqlite").stat().st_ino
+    with pytest.raises(DocumentError, match="nothing to repair"):
+        damaged.repair()
+    assert (folder / "journal.sqlite").stat().st_ino == before
+    assert [path.name for path in folder.glob("journal-*")] == ["journal-damaged-1.sqlite"]
+
+
+def test_no_damaged_journal_takes_the_place_of_an_earlier_one(
+    damaged: Project, folder: Path
+) -> None:
+    (folder / "journal-damaged-1.sqlite").write_bytes(b"of another day")
+    assert damaged.repair().kept.name == "journal-damaged-2.sqlite"
+    assert (folder / "journal-damaged-1.sqlite").read_bytes() == b"of another day"

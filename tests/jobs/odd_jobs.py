@@ -1,0 +1,96 @@
+"""Jobs that go wrong in every way, and a worker that knows them."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from dataclasses import dataclass
+
+from vomstudio.jobs import tasks, worker
+from vomstudio.jobs.job import Job, Lane, Nothing
+from vomstudio.progress import Progress
+
+
+@dataclass(frozen=True)
+class Word:
+    word: str
+
+
+@dataclass(frozen=True)
+class To:
+    to: int
+
+
+@dataclass(frozen=True)
+class Value:
+    value: float
+
+
+def _chatter(asked: Word, progress: Progress) -> Word:
+    print("a library speaks on stdout")
+    os.write(1, b"and a native one too\n")
+    return asked
+
+
+def _count(asked: To, progress: Progress) -> Nothing:
+    progress.stage("counting", asked.to)
+    for i in range(asked.to):
+        progress.step(i)
+        time.sleep(0.005)
+    return Nothing()
+
+
+def _deaf(asked: Nothing, progress: Progress) -> Nothing:
+    progress.stage("deaf")
+    time.sleep(60)
+    return Nothing()
+
+
+def _deafest(asked: Nothing, progress: Progress) -> Nothing:
+    # Python's lock is held all the while: no thread of the child hears anything.
+    import ctypes
+
+    progress.stage("deafest")
+    ctypes.PyDLL(None).sleep(60)
+    return Nothing()
+
+
+def _die(asked: Nothing, progress: Progress) -> Nothing:
+    progress.stage("dying")
+    os.abort()
+
+
+def _nan(asked: Nothing, progress: Progress) -> Value:
+    return Value(float("nan"))
+
+
+def _fault(asked: Nothing, progress: Progress) -> Nothing:
+    raise RuntimeError("our own fault")
+
+
+def _no_memory(asked: Nothing, progress: Progress) -> Nothing:
+    raise MemoryError
+
+
+def _other_answer(asked: Nothing, progress: Progress) -> Nothing:
+    return Word("no number")  # type: ignore[return-value]
+
+
+CHATTER = Job("chatter", Lane.MODELS, Word, Word, _chatter)
+COUNT = Job("count", Lane.MODELS, To, Nothing, _count)
+DEAF = Job("deaf", Lane.MODELS, Nothing, Nothing, _deaf)
+DEAFEST = Job("deafest", Lane.MODELS, Nothing, Nothing, _deafest)
+DIE = Job("die", Lane.MODELS, Nothing, Nothing, _die)
+NAN = Job("nan", Lane.MODELS, Nothing, Value, _nan)
+FAULT = Job("fault", Lane.MODELS, Nothing, Nothing, _fault)
+NO_MEMORY = Job("no_memory", Lane.MODELS, Nothing, Nothing, _no_memory)
+OTHER_ANSWER = Job("other_answer", Lane.MODELS, Nothing, Value, _other_answer)  # type: ignore[arg-type]
+LEVITATE = Job("levitate", Lane.MODELS, Nothing, Nothing, _deaf)
+"""No worker knows it."""
+
+KNOWN = (CHATTER, COUNT, DEAF, DEAFEST, DIE, NAN, FAULT, NO_MEMORY, OTHER_ANSWER)
+
+if __name__ == "__main__":
+    tasks.TASKS.update({job.name: job for job in KNOWN})
+    sys.exit(worker.main())

@@ -1,0 +1,252 @@
+"""`vomstudio project`: what the window can do to a project, without a window."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vomstudio.cli.arguments import Run, Subparsers, add_command, progress_of
+from vomstudio.cli.output import Output
+from vomstudio.geometry.units import METRES
+
+if TYPE_CHECKING:
+    from vomstudio.workspace.desk import ProjectDesk
+    from vomstudio.workspace.summary import ProjectSummary
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = add_command(
+        subparsers, "project", _run, help_="Look into a project, change it, and keep it sound"
+    )
+    parser.add_argument("project", metavar="PROJECT", help="the folder NAME.vom")
+    actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
+
+    def add(name: str, act: Run, help_: str) -> argparse.ArgumentParser:
+        # What all commands share may stand before or after the action.
+        made: argparse.ArgumentParser = actions.add_parser(
+            name, help=help_, description=f"{help_}.", argument_default=argparse.SUPPRESS
+        )
+        made.add_argument("--json", action="store_true", help="print one JSON object on stdout")
+        made.add_argument(
+            "--progress", choices=["json"], help="report progress as JSON lines on stderr"
+        )
+        made.set_defaults(act=act)
+        return made
+
+    add("list", _list, "Say what is in it")
+    model = add("add-model", _add_model, "Make a model part of it")
+    model.add_argument("file", metavar="FILE", help="model or cloud in any format that is read")
+    model.add_argument("--crs", metavar="EPSG", default=None, help="the projected CRS of FILE")
+    model.add_argument(
+        "--up", choices=["y", "z"], default=None, help="the axis of FILE that points up"
+    )
+    model.add_argument(
+        "--unit", choices=sorted(METRES), default=None, help="the unit of FILE's coordinates"
+    )
+    picks = add("add-picks", _add_picks, "Add traces: points in World along beds or fractures")
+    picks.add_argument("table", metavar="TABLE", help="text table with x, y, z")
+    picks.add_argument(
+        "--model", default=None, help="name or id of the model they lie on (default: the only one)"
+    )
+    picks.add_argument("--type", required=True, help="feature type, such as bedding")
+    picks.add_argument(
+        "--by",
+        metavar="COLUMN",
+        default=None,
+        help="name or number of the column that tells the traces apart, and names them",
+    )
+    picks.add_argument("--set", default="", help="the set that they belong to")
+    fit = add("fit", _fit, "Fit and judge its features")
+    fit.add_argument("ids", metavar="ID", nargs="*", default=[], help="ids or names (default: all)")
+    add("undo", _undo, "Take the last step back")
+    add("redo", _redo, "Do the step that was taken back again")
+    add("verify", _verify, "Read every row and file of it and say what is not as it was written")
+    add("repair", _repair, "Write a journal with damaged rows anew, and keep the damaged one")
+    compact = add("compact", _compact, "Take away rows and files that nothing can reach any more")
+    compact.add_argument(
+        "--dry-run", action="store_true", default=False, help="only say what would go"
+    )
+
+
+def _run(args: argparse.Namespace, out: Output) -> None:
+    args.act(args, out)
+
+
+# --- looking -------------------------------------------------------------------------------------
+def _list(args: argparse.Namespace, out: Output) -> None:
+    summary = _summary(args)
+    out.result(summary.as_dict())
+    out.warn(summary.problems)
+    out.text(_in_words(summary))
+
+
+def _fit(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.workspace.summary import fitted
+
+    found = fitted(Path(args.project), args.ids)
+    result = {
+        "planes": [row for row in found.rows if row["geometry"] == "plane"],
+        "lines": [row for row in found.rows if row["geometry"] == "line"],
+        "skipped": list(found.skipped),
+    }
+    out.result({**_summary(args).as_dict(), **result})
+    out.warn([f"{item['name']} left out: {item['reason']}" for item in found.skipped])
+    out.text("\n".join(_row_in_words(row) for row in found.rows) or "no features")
+
+
+def _verify(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.io.project.verify import verify
+
+    found = verify(Path(args.project))
+    result = {"sound": found.sound, "problems": list(found.problems), "assets": found.assets}
+    out.result({**_summary(args).as_dict(), **result})
+    out.warn(found.problems)
+    # A project that is not sound is no success, whoever asks by a script.
+    out.failed = not found.sound
+    said = "sound" if found.sound else f"{len(found.problems)} problems"
+    out.text(f"{args.project}: {found.steps} steps, {found.assets} files, {said}")
+
+
+# --- changing ------------------------------------------------------------------------------------
+def _add_model(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.workspace.declared import Declared
+
+    with _changing(args, out) as desk:
+        added = desk.add_model(Path(args.file), Declared(args.crs, args.up, args.unit))
+    out.warn(added.warnings)
+    what = {"model": added.model.id, "added": added.new, "warnings": list(added.warnings)}
+    _report(args, out, what, f"{added.model.name}: {added.model.frame.name()}")
+
+
+def _add_picks(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.io.text.tables import read_points
+    from vomstudio.workspace.desk import Picks
+
+    groups = read_points(args.table, args.by)
+    names = groups.ids if args.by is not None else ("",)
+    ends = zip(groups.offsets, groups.offsets[1:], strict=False)
+    picks = [
+        Picks(name, groups.points[first:last])
+        for name, (first, last) in zip(names, ends, strict=True)
+    ]
+    with _changing(args, out) as desk:
+        model, kind = desk.find_model(args.model), desk.find_type(args.type)
+        added = desk.add_picks(picks, model, kind, args.set)
+    warnings = [*groups.warnings, *added.warnings]
+    out.warn([*warnings, *(f"{name} left out: {reason}" for name, reason in added.skipped)])
+    what = {
+        "added": [{"id": trace.id, "name": trace.name} for trace in added.traces],
+        "skipped": [{"id": name, "reason": reason} for name, reason in added.skipped],
+        "warnings": warnings,
+    }
+    count = len(added.traces)
+    _report(args, out, what, f"{count} trace{'s' if count > 1 else ''} on {model.name}")
+
+
+def _undo(args: argparse.Namespace, out: Output) -> None:
+    with _changing(args, out) as desk:
+        label = desk.undo()
+    _report(args, out, {"undone": label}, f"undone: {label}")
+
+
+def _redo(args: argparse.Namespace, out: Output) -> None:
+    with _changing(args, out) as desk:
+        label = desk.redo()
+    _report(args, out, {"redone": label}, f"done again: {label}")
+
+
+def _repair(args: argparse.Namespace, out: Output) -> None:
+    with _changing(args, out) as desk:
+        made = desk.project.repair()
+    out.warn(made.lost)
+    what = {"kept": str(made.kept), "lost": list(made.lost)}
+    _report(args, out, what, f"repaired; the damaged journal is kept as {made.kept}")
+
+
+def _compact(args: argparse.Namespace, out: Output) -> None:
+    with _changing(args, out, saves=not args.dry_run) as desk:
+        if not args.dry_run:
+            desk.save()
+        plan = desk.project.compaction()
+        if not (args.dry_run or plan.nothing):
+            desk.project.compact()
+    what = {
+        "compacted": not (args.dry_run or plan.nothing),
+        "rows": plan.rows,
+        "of_rows": plan.of_rows,
+        "assets": list(plan.assets),
+        "asset_bytes": plan.asset_bytes,
+    }
+    words = f"{plan.rows} of {plan.of_rows} rows, {len(plan.assets)} files"
+    _report(args, out, what, f"would go: {words}" if args.dry_run else f"gone: {words}")
+
+
+@contextmanager
+def _changing(
+    args: argparse.Namespace, out: Output, *, saves: bool = True
+) -> Iterator[ProjectDesk]:
+    """The open project; what was done to it is saved, and its layers are brought up to date."""
+    from vomstudio.io.settings import read_settings
+    from vomstudio.workspace.desk import ProjectDesk
+    from vomstudio.workspace.layers import written_layers
+
+    settings, problems = read_settings()
+    out.warn(problems)
+    with ProjectDesk.opened(Path(args.project), settings, progress_of(args)) as desk:
+        if desk.session.recovered and saves:
+            out.warn(["changes that had not been saved are part of the project, and saved now"])
+        yield desk
+        if not saves:
+            return
+        desk.save()
+        folder, has_features = desk.project.folder, bool(desk.session.features())
+    out.warn(written_layers(folder, has_features))
+
+
+def _report(args: argparse.Namespace, out: Output, what: dict[str, Any], words: str) -> None:
+    out.result({**_summary(args).as_dict(), **what})
+    out.text(words)
+
+
+# --- in words ------------------------------------------------------------------------------------
+def _summary(args: argparse.Namespace) -> ProjectSummary:
+    from vomstudio.workspace.summary import summarise
+
+    return summarise(Path(args.project))
+
+
+def _in_words(summary: ProjectSummary) -> str:
+    def counts(of: dict[str, int]) -> str:
+        return ", ".join(f"{name} {count}" for name, count in of.items())
+
+    history = summary.history
+    lines = [
+        f"{summary.project}: journal of schema {summary.schema}, "
+        + ("sound" if summary.sound else "damaged"),
+        *(f"model {m.name}: {m.kind}, {m.frame}, {m.features} features" for m in summary.models),
+        f"{summary.features} features" + (f": {counts(summary.kinds)}" if summary.kinds else ""),
+    ]
+    lines += [f"types: {counts(summary.types)}"] if summary.types else []
+    lines += [f"sets: {counts(summary.sets)}"] if summary.sets else []
+    lines += [f"history: {history.undo} steps back, {history.redo} forward"]
+    lines += ["there are changes that have not been saved"] if summary.unsaved else []
+    lines += ["there is an unfinished feature"] if summary.draft else []
+    return "\n".join(lines)
+
+
+def _row_in_words(row: dict[str, Any]) -> str:
+    from vomstudio.cli import words
+
+    def angle(name: str, show: Callable[[float, int], str]) -> str:
+        return "–" if row.get(name) is None else show(row[name], 3)
+
+    if row["geometry"] == "line":
+        place = f"{angle('trend_deg', words.azimuth)}/{angle('plunge_deg', words.inclination)}"
+    else:
+        dip = angle("dip_deg", words.inclination)
+        place = f"{angle('dip_direction_deg', words.azimuth)}/{dip}"
+    quality = f", {row['quality']}" if row.get("quality") else ""
+    return f"{row['name']} ({row['kind']}): {place}{quality}"

@@ -1,0 +1,332 @@
+"""The figures that several kinds have; those of planes and lines in the order of the orientation
+table's columns, which is a contract."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from vomstudio.document.figures import Figure, Form, Subject
+from vomstudio.document.measurement import Floats
+from vomstudio.document.records import OnAModel
+from vomstudio.geometry.planes import PlaneFit
+
+NO_MODEL = "local frame: its model is missing"
+IN_WORLD = "grid north, as entered"
+
+Value = Callable[[Subject], Any]
+
+
+def _fit(name: str) -> Value:
+    """Of a fitted plane."""
+    return lambda s: None if s.measured.fit is None else getattr(s.measured.fit, name)
+
+
+def _plane(name: str) -> Value:
+    return lambda s: None if s.measured.plane is None else getattr(s.measured.plane, name)
+
+
+def _line(name: str) -> Value:
+    return lambda s: None if s.measured.line is None else getattr(s.measured.line, name)
+
+
+def _pole(name: str) -> Value:
+    return lambda s: None if s.measured.plane is None else getattr(s.measured.plane.pole(), name)
+
+
+def _of_either(of_plane: str, of_line: str) -> Value:
+    """Of a fitted plane, else of a fitted line."""
+
+    def value(s: Subject) -> Any:
+        fit, line = s.measured.fit, s.measured.line_fit
+        if fit is not None:
+            return getattr(fit, of_plane)
+        return None if line is None else getattr(line, of_line)
+
+    return value
+
+
+def _feature(name: str) -> Value:
+    """A field of the record; None where it is empty, or there is none."""
+    return lambda s: getattr(s.feature, name, None) or None
+
+
+def _type(s: Subject) -> str | None:
+    kind = s.type
+    return kind.name.casefold() if kind is not None else getattr(s.feature, "type_id", None)
+
+
+def _undefined(s: Subject) -> bool | None:
+    what = s.measured.fit or s.measured.plane or s.measured.line
+    return None if what is None else bool(what.undefined)
+
+
+def _geometry(s: Subject) -> str | None:
+    if s.measured.plane is not None:
+        return "plane"
+    return None if s.measured.line is None else "line"
+
+
+def place_of(s: Subject) -> Floats | None:
+    """(3,) the middle of its points, in World."""
+    if s.measured.fit is not None:
+        return s.measured.fit.centroid
+    return s.measured.points.mean(axis=0) if len(s.measured.points) else None
+
+
+def _place(axis: int) -> Value:
+    def value(s: Subject) -> float | None:
+        place = place_of(s)
+        return None if place is None else float(place[axis])
+
+    return value
+
+
+def _normal(axis: int) -> Value:
+    def value(s: Subject) -> float | None:
+        fit: PlaneFit | None = s.measured.fit
+        if fit is not None:
+            return float(fit.normal[axis])
+        return None if s.measured.plane is None else float(s.measured.plane.normal()[axis])
+
+    return value
+
+
+def _eigenvalue(index: int) -> Value:
+    def value(s: Subject) -> float | None:
+        return None if s.measured.fit is None else float(s.measured.fit.eigenvalues[index])
+
+    return value
+
+
+def _rake(s: Subject) -> float | None:
+    slip = s.measured.slip_rake_deg
+    return s.measured.rake_deg if slip is None else slip
+
+
+def _ratio(s: Subject) -> float | None:
+    fit, resolution = s.measured.fit, s.measured.resolution_m
+    extent = None if fit is None else fit.extent
+    return extent / resolution if extent and np.isfinite(extent) and resolution else None
+
+
+def _quality(s: Subject) -> str | None:
+    return s.measured.verdict.quality if s.measured.verdict else None
+
+
+def _reasons(s: Subject) -> str | None:
+    if s.measured.verdict is None:
+        return s.measured.problem
+    return "; ".join(s.measured.verdict.reasons)
+
+
+def _method(s: Subject) -> str | None:
+    if s.measured.fit is not None:
+        return s.measured.fit.method
+    return None if s.measured.line_fit is None else "line"
+
+
+def _model(s: Subject) -> str | None:
+    return None if s.model is None else s.model.name
+
+
+def _frame(s: Subject) -> str:
+    if not isinstance(s.feature, OnAModel):
+        return IN_WORLD
+    return NO_MODEL if s.model is None else s.model.frame.name()
+
+
+def _overturned(s: Subject) -> bool | None:
+    value = getattr(s.feature, "overturned", None)
+    return None if value is None else bool(value)
+
+
+def _to_pick(s: Subject) -> float | None:
+    found = s.nearest()
+    return None if found is None else found.angle_deg
+
+
+def _measured(name: str) -> Value:
+    return lambda s: getattr(s.measured, name)
+
+
+def _text(name: str, title: str, explanation: str, value: Value, **more: Any) -> Figure:
+    return Figure(name, title, explanation, value, "text", **more)
+
+
+def _degrees(
+    name: str, title: str, explanation: str, value: Value, form: Form = "error", **more: Any
+) -> Figure:
+    return Figure(name, title, explanation, value, form, "deg", **more)
+
+
+def _metres(name: str, title: str, explanation: str, value: Value, **more: Any) -> Figure:
+    return Figure(name, title, explanation, value, "length", "m", **more)
+
+
+def _shown_quality(s: Subject) -> str:
+    return _quality(s) or ("no plane" if s.measured.problem else "–")
+
+
+ID = _text("id", "Id", "Name of the record, the same as long as the project lives",
+           lambda s: s.feature.id)  # fmt: skip
+NAME = _text("name", "Name", "Name", lambda s: s.feature.name, words=("name",), attribute="name")
+KIND = _text("kind", "Type", "Feature type", _type, words=("type",),
+             shown=lambda s: s.type.name if s.type else "")  # fmt: skip
+GEOMETRY = _text("geometry", "Geometry", "What it is by nature: plane or line", _geometry)
+SET = _text("set", "Set", "Set", _feature("set_name"), words=("set",), attribute="set_name")
+OVERTURNED = Figure(
+    "overturned", "Overturned", "The bed is upside down: its younging is known", _overturned,
+    "flag", words=("overturned",), attribute="overturned",
+)  # fmt: skip
+UNDEFINED = Figure(
+    "undefined", "Undefined", "Its azimuth means nothing: a horizontal plane, a vertical line",
+    _undefined, "flag",
+)  # fmt: skip
+DIP_DIRECTION = _degrees(
+    "dip_direction_deg", "Dip dir.", "Azimuth of the steepest way down the plane",
+    _plane("dip_direction_deg"), "azimuth", short="dip_dir", words=("dipdir", "dd", "azimuth"),
+)  # fmt: skip
+DIP = _degrees("dip_deg", "Dip", "Angle of the plane from the horizontal", _plane("dip_deg"),
+               "angle", short="dip", words=("dip",))  # fmt: skip
+STRIKE = _degrees(
+    "strike_rhr_deg", "Strike", "By the right-hand rule: dip direction less 90 degrees",
+    _plane("strike_rhr_deg"), "azimuth", short="strike_rhr", words=("strike",),
+)  # fmt: skip
+POLE_TREND = _degrees("pole_trend_deg", "Pole trend", "Azimuth of the plane's downward normal",
+                      _pole("trend_deg"), "azimuth", short="pole_trend")  # fmt: skip
+POLE_PLUNGE = _degrees("pole_plunge_deg", "Pole plunge", "Plunge of the plane's downward normal",
+                       _pole("plunge_deg"), "angle", short="pole_plung")  # fmt: skip
+TREND = _degrees("trend_deg", "Trend", "Azimuth of the line, downward", _line("trend_deg"),
+                 "azimuth", short="trend", words=("trend",))  # fmt: skip
+PLUNGE = _degrees("plunge_deg", "Plunge", "Angle of the line from the horizontal",
+                  _line("plunge_deg"), "angle", short="plunge", words=("plunge",))  # fmt: skip
+RAKE = _degrees(
+    "rake_deg", "Rake",
+    "Of a line in its plane, from the right-hand-rule strike; of a slip -180 to 180, positive "
+    "reverse",
+    _rake, short="rake", words=("rake",),
+)  # fmt: skip
+X, Y, Z = (
+    Figure(axis, axis, f"Where it is, {towards} in World", _place(i), "index", "m")
+    for i, (axis, towards) in enumerate((("x", "east"), ("y", "north"), ("z", "up")))
+)
+NORMAL_X, NORMAL_Y, NORMAL_Z = (
+    Figure(f"normal_{axis}", f"Normal {axis}", "Of the plane's upward normal", _normal(i))
+    for i, axis in enumerate("xyz")
+)
+N_POINTS = Figure("n_points", "n", "Number of points", _of_either("n", "n"), "count",
+                  words=("n",))  # fmt: skip
+EXTENT = _metres(
+    "extent_m", "Extent", "Longest axis of the trace, diameter of the patch",
+    _of_either("extent", "length"), short="extent_m", words=("extent",),
+)  # fmt: skip
+AREA = Figure("area_m2", "Area", "Area of the patch's faces", _measured("area_m2"), "area", "m2",
+              words=("area",))  # fmt: skip
+RMS = _metres("rms_m", "RMS", "Root mean square distance from the plane",
+              _of_either("rms", "rms"), words=("rms",))  # fmt: skip
+LAMBDA_1, LAMBDA_2, LAMBDA_3 = (
+    Figure(f"lambda{i + 1}", f"λ{i + 1}", "Eigenvalue of the points' scatter; the three sum to 1",
+           _eigenvalue(i))
+    for i in range(3)
+)  # fmt: skip
+COPLANARITY = Figure(
+    "coplanarity", "Coplan.", "Coplanarity index 1/l3 (textbook eq. 20)", _fit("coplanarity"),
+    short="coplanar", words=("coplanarity",),
+)  # fmt: skip
+COLLINEARITY = Figure(
+    "collinearity", "Collin.", "Collinearity index l1/l2 (textbook eq. 21)", _fit("collinearity"),
+    short="collinear", words=("collinearity",),
+)  # fmt: skip
+M = Figure("M", "M", "ln(l1/l3): over 4 is well defined", _fit("M"), words=("M",))
+K = Figure("K", "K", "ln(l1/l2)/ln(l2/l3): under 0.8 is not a line", _fit("K"), words=("K",))
+MAX_ANGULAR_ERROR = _degrees(
+    "max_angular_error_deg", "Ang. error max",
+    "Largest hyperbolic angular error of the scatter (Quinn and Ehlmann 2019)",
+    _fit("max_angular_error_deg"), short="max_angle",
+)  # fmt: skip
+MIN_ANGULAR_ERROR = _degrees(
+    "min_angular_error_deg", "Ang. error min", "The same, in the best known direction",
+    _fit("min_angular_error_deg"), short="min_angle",
+)  # fmt: skip
+MAX_CONFIDENCE = _degrees(
+    "max_confidence95_deg", "95 % max",
+    "Largest tilt inside the joint 95 % confidence region of the plane or line",
+    _measured("max_confidence95_deg"), short="max_conf95", words=("95", "95max", "error"),
+)  # fmt: skip
+MIN_CONFIDENCE = _degrees(
+    "min_confidence95_deg", "95 % min", "The same, in the best known direction",
+    _measured("min_confidence95_deg"), short="min_conf95", words=("95min",),
+)  # fmt: skip
+ERROR_RAKE = _degrees(
+    "error_rake_deg", "Error rake", "Rake in the plane of the axis about which it is known worst",
+    _fit("error_rake_deg"), "angle", short="error_rake",
+)  # fmt: skip
+DIP_ERROR = _degrees("dip_error_deg", "± dip", "95 % error of the dip", _fit("dip_error_deg"),
+                     short="dip_error", words=("dip_error",))  # fmt: skip
+DIP_DIRECTION_ERROR = _degrees(
+    "dip_direction_error_deg", "± dip dir.",
+    "95 % error of the dip direction; undefined near horizontal",
+    _fit("dip_direction_error_deg"), short="dipdir_err", words=("dipdir_error",),
+)  # fmt: skip
+REGISTRATION_ERROR = _degrees(
+    "registration_error_deg", "Registration", "95 % half-angle of the model's rotation",
+    lambda s: None, short="reg_error",
+)  # fmt: skip
+TOTAL = _degrees("total95_deg", "Total 95 %", "Fit and registration together", lambda s: None,
+                 short="total95")  # fmt: skip
+RESOLUTION = _metres(
+    "resolution_m", "Resolution", "Spacing of the model's points around the feature",
+    _measured("resolution_m"), short="resolution",
+)  # fmt: skip
+EXTENT_OVER_RESOLUTION = Figure(
+    "extent_over_resolution", "Ext./res.", "Extent over the model's resolution: 100 is wanted",
+    _ratio, "ratio", short="extent_res", words=("resolution", "ext/res", "ratio"),
+)  # fmt: skip
+QUALITY = _text("quality", "Quality", "Verdict on the plane or line, with its reasons", _quality,
+                words=("quality", "verdict"), shown=_shown_quality)  # fmt: skip
+REASONS = _text("quality_reason", "Reasons", "Why the verdict is what it is", _reasons,
+                short="reason", words=("reasons",))  # fmt: skip
+METHOD = _text("method", "Method", "How it was fitted or measured", _method)
+MODEL = _text("model", "Model", "Model on which it was measured", _model)
+FRAME = _text("frame", "Frame", "What its azimuths count from", _frame)
+NOTES = _text("notes", "Notes", "Notes", _feature("notes"), words=("notes", "note"),
+              attribute="notes")  # fmt: skip
+
+ORIENTATION: tuple[Figure, ...] = (
+    ID, NAME, KIND, GEOMETRY, SET, DIP_DIRECTION, DIP, STRIKE, POLE_TREND, POLE_PLUNGE, TREND,
+    PLUNGE, RAKE, OVERTURNED, UNDEFINED, X, Y, Z, NORMAL_X, NORMAL_Y, NORMAL_Z, N_POINTS, EXTENT,
+    AREA, RMS, LAMBDA_1, LAMBDA_2, LAMBDA_3, COPLANARITY, COLLINEARITY, M, K, MAX_ANGULAR_ERROR,
+    MIN_ANGULAR_ERROR, MAX_CONFIDENCE, MIN_CONFIDENCE, ERROR_RAKE, DIP_ERROR, DIP_DIRECTION_ERROR,
+    REGISTRATION_ERROR, TOTAL, RESOLUTION, EXTENT_OVER_RESOLUTION, QUALITY, REASONS, METHOD, MODEL,
+    FRAME, NOTES,
+)  # fmt: skip
+"""The orientation table, column after column."""
+
+TO_PICK = _degrees(
+    "to_pick_deg", "To pick",
+    "Of a compass reading: its angle from the nearest pick of the same type, or from the most "
+    "alike where the reading has no position",
+    _to_pick,
+)  # fmt: skip
+ANGLE = _degrees("angle_deg", "Angle", "Angle between the two planes", _measured("angle_deg"))
+
+# --- what goes together ----------------------------------------------------------------------
+NAMED = (ID, NAME, KIND, SET)
+PLACE = (X, Y, Z)
+PLANE = (
+    GEOMETRY, DIP_DIRECTION, DIP, STRIKE, POLE_TREND, POLE_PLUNGE, UNDEFINED, NORMAL_X, NORMAL_Y,
+    NORMAL_Z,
+)  # fmt: skip
+LINE = (GEOMETRY, TREND, PLUNGE, UNDEFINED)
+SIZE = (N_POINTS, EXTENT, RMS)
+CONFIDENCE = (MAX_CONFIDENCE, MIN_CONFIDENCE)
+FITTED = (
+    *SIZE, LAMBDA_1, LAMBDA_2, LAMBDA_3, COPLANARITY, COLLINEARITY, M, K, MAX_ANGULAR_ERROR,
+    MIN_ANGULAR_ERROR, *CONFIDENCE, ERROR_RAKE, DIP_ERROR, DIP_DIRECTION_ERROR, RESOLUTION,
+    EXTENT_OVER_RESOLUTION, METHOD,
+)  # fmt: skip
+VERDICT = (QUALITY, REASONS)
+ON_A_MODEL = (MODEL, FRAME)

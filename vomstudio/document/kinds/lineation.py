@@ -1,0 +1,235 @@
+"""A line on the outcrop: a striation, a hinge, a mineral lineation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from vomstudio.document import catalogue as of
+from vomstudio.document import kind
+from vomstudio.document.figures import Subject, degrees
+from vomstudio.document.kind import (
+    Attribute,
+    GisLayer,
+    Kind,
+    Lookup,
+    NetLook,
+    Sketch,
+    centre,
+    half_way,
+    line_of,
+    plane_below,
+    plane_named,
+)
+from vomstudio.document.measurement import (
+    Floats,
+    Measurement,
+    Measuring,
+    in_world,
+    is_metric,
+    nothing_measured,
+    rows_of,
+    world_points,
+)
+from vomstudio.document.records import Picked, Point, Typed
+from vomstudio.errors import GeometryError
+from vomstudio.geology import orientation
+from vomstudio.geology.intersections import UncertainPlane, stray95
+from vomstudio.geology.orientation import Line, Plane, slip_from_rake
+from vomstudio.geology.quality import judge_line
+from vomstudio.geometry.lines import LineFit, fit_line
+
+SlipSense = Literal["", "normal", "reverse", "sinistral", "dextral"]
+SENSES: tuple[tuple[SlipSense, str], ...] = (
+    ("", "none"),
+    ("normal", "normal"),
+    ("reverse", "reverse"),
+    ("sinistral", "sinistral (left-lateral)"),
+    ("dextral", "dextral (right-lateral)"),
+)
+
+
+@dataclass(frozen=True)
+class Lineation(Picked, Typed):
+    """Two vertices or more.
+
+    plane_id: the feature on whose plane it lies, "" for none: its direction is then projected onto
+    that plane and has a rake. slip: how the hanging wall moved along it. Other fields as in Trace.
+    """
+
+    id: str
+    name: str
+    type_id: str
+    model_id: str
+    model_hash: str
+    vertices: tuple[Point, ...]
+    resolution: float | None = None
+    plane_id: str = ""
+    slip: SlipSense = ""
+    set_name: str = ""
+    notes: str = ""
+
+
+def measure(at: Measuring, lines: Sequence[Lineation]) -> list[Measurement]:
+    """Directions of lines, with rake and slip on their planes."""
+    return [_measure(at, line) for line in lines]
+
+
+def _measure(at: Measuring, feature: Lineation) -> Measurement:
+    model = at.model(feature.model_id)
+    points = world_points(feature, model)
+    resolution = in_world(feature.resolution, rows_of(model))
+    metric = is_metric(model)
+    base = at.plane(feature.plane_id)
+    gone = bool(feature.plane_id) and base is None
+    try:
+        fit = fit_line(points)
+        line, rake, off, slip = Line.from_vector(fit.direction), None, None, None
+        largest = smallest = fit.confidence95_deg
+        axis = None
+        if base is not None:
+            plane = Plane.from_normal(base.normal)
+            off = orientation.angle_line_plane(line, plane)
+            rake = orientation.rake_of(line, plane)
+            line = orientation.line_from_rake(plane, rake)
+            slip = slip_rake(plane, rake, feature.slip)
+            largest, smallest, axis = _in_plane_error(line.vector(), fit, base)
+    except GeometryError as error:
+        return nothing_measured(points, resolution, str(error), kind="lineation", metric=metric)
+    verdict = judge_line(
+        fit,
+        confidence95_deg=largest,
+        off_plane_deg=off,
+        plane_is_gone=gone,
+        plane_is_known=base is None or base.spread95 is not None,
+        thresholds=at.thresholds,
+    )
+    return Measurement(
+        points,
+        resolution,
+        None,
+        None,
+        verdict,
+        None,
+        line=line,
+        line_fit=fit,
+        max_confidence95_deg=largest,
+        min_confidence95_deg=smallest,
+        confidence_axis=axis,
+        rake_deg=rake,
+        slip_rake_deg=slip,
+        off_plane_deg=off,
+        metric=metric,
+        kind="lineation",
+    )
+
+
+def _in_plane_error(
+    direction: Floats, fit: LineFit, base: UncertainPlane
+) -> tuple[float | None, float | None, Floats | None]:
+    """Semi-axes and axis of the joint 95 % region of a line that was turned into a plane: along the
+    plane it strays with the fit, across it with the plane."""
+    across = stray95(base, direction)
+    if across is None or fit.confidence95_deg is None:
+        return None, None, None
+    within, out = fit.confidence95_deg, float(np.degrees(np.arctan(across)))
+    if out > within:
+        return out, within, base.normal
+    return within, out, np.cross(base.normal, direction)
+
+
+def slip_rake(plane: Plane, rake_deg: float, sense: str) -> float | None:
+    """The directed rake (-180, 180] of a slip along the axial rake [0, 180) with its sense of
+    movement; None without one, or where the sense does not tell the direction: a normal or reverse
+    movement along the strike, or on a vertical plane, which has no hanging wall; a strike slip
+    down the dip; any sense on a horizontal plane."""
+    if not sense or plane.undefined:
+        return None
+    if sense in ("normal", "reverse"):
+        if rake_deg == 0.0 or plane.vertical:
+            return None
+        # The axial rake points down the dip; a reverse hanging wall moves the other way.
+        return 180.0 - rake_deg if sense == "reverse" else -rake_deg
+    if rake_deg == 90.0:
+        return None
+    # Rake 0 is left-lateral, and the axial rake's line has it where it is under 90.
+    downward_is_sinistral = rake_deg < 90.0
+    same = downward_is_sinistral == (sense == "sinistral")
+    return (0.0 if same else 180.0) - rake_deg
+
+
+def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
+    """The line, with a head at the end toward which the hanging wall moved where that is known."""
+    feature: Lineation = subject.feature
+    points = subject.measured.points
+    if not len(points):
+        return None
+    line = points
+    slip = subject.measured.slip_rake_deg
+    base = None if slip is None else measured(feature.plane_id)
+    if slip is not None and base is not None and base.plane is not None:
+        line = _with_arrow(points, base.plane, slip)
+    if len(points) < 2:
+        middle = centre(subject.measured)
+        return Sketch(line, middle, sign=middle)
+    return Sketch(line, half_way(line[: len(feature.vertices)]), sign=half_way(points))
+
+
+def _with_arrow(ends: Floats, plane: Plane, slip_rake_deg: float) -> Floats:
+    slip = slip_from_rake(plane, slip_rake_deg).vector()
+    if (ends[-1] - ends[0]) @ slip < 0.0:
+        ends = ends[::-1]
+    size = 0.18 * float(np.linalg.norm(ends[-1] - ends[0]))
+    across = np.cross(plane.normal(), slip)
+    wings = [ends[-1] + size * (0.5 * side * across - slip) for side in (1.0, -1.0)]
+    return np.vstack([ends, wings[0], ends[-1], wings[1]])
+
+
+def words(measured: Measurement) -> list[str]:
+    lines = []
+    if measured.rake_deg is not None:
+        off = degrees(measured.off_plane_deg)
+        lines.append(f"Rake {measured.rake_deg:.0f}°, {off} off its plane")
+    if measured.slip_rake_deg is not None:
+        lines.append(f"Slip of the hanging wall: rake {measured.slip_rake_deg:.0f}°")
+    return lines
+
+
+N_VERTICES = replace(of.N_POINTS, value=lambda s: len(s.feature.vertices))
+
+KIND = Kind(
+    name="lineation",
+    order=20,
+    record=Lineation,
+    title="Lineation",
+    icon="arrow-top-right",
+    measure=measure,
+    figures=(
+        *of.NAMED, *of.LINE, of.RAKE, *of.PLACE, *of.SIZE, *of.CONFIDENCE, *of.VERDICT, of.METHOD,
+        *of.ON_A_MODEL, of.NOTES,
+    ),
+    attributes=(
+        kind.NAME, kind.TYPE, kind.SET,
+        Attribute("plane_id", "On plane", "plane"),
+        Attribute("slip", "Slip", "choice", SENSES, applies=lambda line: bool(line.plane_id)),
+        kind.NOTES,
+    ),
+    sketch=sketch,
+    words=words,
+    orientations=("line",),
+    evidence="picked",
+    names=plane_named,
+    below=plane_below,
+    tool="line",
+    net=NetLook(),
+    layer=GisLayer(
+        "lineations", "line", line_of,
+        (
+            *of.NAMED, N_VERTICES, of.TREND, of.PLUNGE, of.RAKE, of.MAX_CONFIDENCE, of.QUALITY,
+            of.NOTES,
+        ),
+    ),
+)  # fmt: skip

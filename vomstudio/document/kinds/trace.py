@@ -1,0 +1,161 @@
+"""A digitised line where a surface meets the outcrop."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from vomstudio.document import catalogue as of
+from vomstudio.document import kind
+from vomstudio.document.figures import Subject
+from vomstudio.document.kind import (
+    Attribute,
+    GisLayer,
+    Kind,
+    Lookup,
+    NetLook,
+    Sketch,
+    centre,
+    line_of,
+)
+from vomstudio.document.measurement import (
+    Floats,
+    Measurement,
+    Measuring,
+    in_world,
+    is_metric,
+    of_fit,
+    rows_of,
+    world_points,
+)
+from vomstudio.document.records import Picked, Point, Typed
+from vomstudio.geology.quality import judge
+from vomstudio.geometry import transform
+from vomstudio.geometry.planes import PlaneFit, fit_planes
+
+METHODS = (("pca", "moment of inertia (PCA)"), ("regression", "planar regression of Z"))
+
+
+@dataclass(frozen=True)
+class Trace(Picked, Typed):
+    """vertices: in order, model file frame. resolution: mean spacing of the model's vertices or
+    points around the pick, in file units, None where unknown. outcrop_normal: unit normal of the
+    outcrop face around the trace, file frame, None where unknown.
+    """
+
+    id: str
+    name: str
+    type_id: str
+    model_id: str
+    model_hash: str
+    vertices: tuple[Point, ...]
+    resolution: float | None = None
+    outcrop_normal: Point | None = None
+    set_name: str = ""
+    overturned: bool = False
+    notes: str = ""
+    method: Literal["pca", "regression"] = "pca"
+
+
+def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
+    """Fit and judge traces in World, all in one batch."""
+    models = [at.model(trace.model_id) for trace in traces]
+    points = [world_points(t, model) for t, model in zip(traces, models, strict=True)]
+    result = []
+    for trace, model, own, (fit, problem) in zip(
+        traces, models, points, _fits(traces, points), strict=True
+    ):
+        rows = rows_of(model)
+        resolution = in_world(trace.resolution, rows)
+        face = (
+            None
+            if trace.outcrop_normal is None
+            else transform.rotate(rows, [trace.outcrop_normal])[0]
+        )
+        verdict = (
+            None
+            if fit is None
+            else judge(fit, resolution_m=resolution, outcrop_normal=face, thresholds=at.thresholds)
+        )
+        result.append(
+            Measurement(
+                own,
+                resolution,
+                face,
+                fit,
+                verdict,
+                problem,
+                **of_fit(fit),
+                metric=is_metric(model),
+                kind="trace",
+            )
+        )
+    return result
+
+
+def _fits(
+    traces: Sequence[Trace], points: Sequence[Floats]
+) -> list[tuple[PlaneFit | None, str | None]]:
+    """The plane of each trace, or why there is none."""
+    fits: list[tuple[PlaneFit | None, str | None]] = [(None, None)] * len(traces)
+    for method in ("pca", "regression"):
+        chosen = [i for i, trace in enumerate(traces) if trace.method == method]
+        if not chosen:
+            continue
+        batch = fit_planes(
+            np.concatenate([points[i] for i in chosen]),
+            np.concatenate([[0], np.cumsum([len(points[i]) for i in chosen])]),
+            method=method,
+        )
+        for row, i in enumerate(chosen):
+            problem = batch.error[row]
+            fits[i] = (None, problem) if problem else (batch[row], None)
+    return fits
+
+
+def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
+    """Named on the rock, so at the vertex nearest its centroid, which itself may lie in the air or
+    inside."""
+    points = subject.measured.points
+    if not len(points):
+        return None
+    off = np.linalg.norm(points - centre(subject.measured), axis=1)
+    anchor = np.asarray(points[int(np.argmin(off))], float)
+    return Sketch(points, anchor, sign=anchor)
+
+
+N_VERTICES = replace(of.N_POINTS, value=lambda s: len(s.feature.vertices))
+
+KIND = Kind(
+    name="trace",
+    order=10,
+    record=Trace,
+    title="Trace",
+    icon="vector-polyline",
+    measure=measure,
+    figures=(
+        *of.NAMED, *of.PLANE, of.OVERTURNED, *of.PLACE, *of.FITTED, *of.VERDICT, *of.ON_A_MODEL,
+        of.NOTES,
+    ),
+    attributes=(
+        kind.NAME, kind.TYPE, kind.SET, kind.OVERTURNED,
+        Attribute("method", "Fit", "choice", METHODS), kind.NOTES,
+    ),
+    sketch=sketch,
+    orientations=("plane",),
+    evidence="picked",
+    plane=kind.always,
+    tool="trace",
+    net=NetLook(),
+    layer=GisLayer(
+        "traces", "line", line_of,
+        (
+            *of.NAMED, N_VERTICES, of.DIP_DIRECTION, of.DIP, of.MAX_CONFIDENCE, of.QUALITY,
+            of.NOTES,
+        ),
+        main=True,
+    ),
+)  # fmt: skip

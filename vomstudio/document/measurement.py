@@ -1,0 +1,156 @@
+"""What one feature says once it is measured, and what a kind has at hand to measure it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.document.records import Model, Picked, Record, get
+from vomstudio.geology import orientation
+from vomstudio.geology.intersections import UncertainPlane, uncertain_plane
+from vomstudio.geology.orientation import Line, Plane
+from vomstudio.geology.quality import Kind as JudgedAs
+from vomstudio.geology.quality import Thresholds, Verdict, wider_of
+from vomstudio.geometry import transform
+from vomstudio.geometry.lines import LineFit
+from vomstudio.geometry.planes import PlaneFit
+
+Records = Mapping[str, Record]
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """What a feature says, in World; None where a figure does not apply or cannot be had.
+
+    points : (n, 3) float64 its vertices; the centre of a patch, the place of a reading (n = 1); of
+        an intersection the ends of a line as long as its planes
+    resolution_m, outcrop_normal : the feature's own
+    fit : of a trace or patch; line_fit : of a lineation. Where there is none `problem` says why
+    plane, line : the orientation, whatever it comes from
+    max/min_confidence95_deg : semi-axes of its joint 95 % region, confidence_axis (3,) the
+        direction of the larger one where it is a line
+    rake_deg : of a lineation in its plane, off_plane_deg : its angle from that plane,
+    slip_rake_deg : directed, as in geology.orientation.slip_rake_of
+    angle_deg : between the planes of an intersection
+    area_m2 : of a patch's faces
+    dimension : figures of a dimension by name, in m or m2
+    metric : False where the model's scale is not known: lengths are then in units of its file
+    kind : the name of the feature's kind
+    judged_as : what kind of plane the verdict is on
+    """
+
+    points: Floats
+    resolution_m: float | None
+    outcrop_normal: Floats | None
+    fit: PlaneFit | None
+    verdict: Verdict | None
+    problem: str | None
+    plane: Plane | None = None
+    line: Line | None = None
+    line_fit: LineFit | None = None
+    max_confidence95_deg: float | None = None
+    min_confidence95_deg: float | None = None
+    confidence_axis: Floats | None = None
+    rake_deg: float | None = None
+    slip_rake_deg: float | None = None
+    off_plane_deg: float | None = None
+    angle_deg: float | None = None
+    area_m2: float | None = None
+    dimension: Mapping[str, float] | None = None
+    metric: bool = True
+    kind: str = ""
+    judged_as: JudgedAs = "trace"
+
+
+@dataclass(frozen=True, eq=False)
+class NearestPick:
+    """The pick of a reading's type to which it is compared.
+
+    angle_deg: between the two planes or lines, axial, 0 to 90. distance_m: from the reading's
+    place to the nearest point of the pick; None where the reading has no place: then the pick is
+    the one with the smallest angle.
+    """
+
+    pick_id: str
+    name: str
+    angle_deg: float
+    distance_m: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class Measuring:
+    """What features are measured with. known: the measurements of what they rest on, by id."""
+
+    records: Records
+    thresholds: Thresholds
+    known: Mapping[str, Measurement]
+
+    def model(self, model_id: str) -> Model | None:
+        return get(self.records, model_id, Model)
+
+    def plane(self, feature_id: str) -> UncertainPlane | None:
+        """The plane of a feature with the error it is judged by; None where it has none."""
+        measured = self.known.get(feature_id)
+        return None if measured is None else as_uncertain(measured)
+
+
+def nothing_measured(
+    points: Floats,
+    resolution_m: float | None,
+    problem: str | None,
+    *,
+    kind: str,
+    metric: bool = True,
+) -> Measurement:
+    """Of a feature that has a place but no figure."""
+    return Measurement(points, resolution_m, None, None, None, problem, kind=kind, metric=metric)
+
+
+def of_fit(fit: PlaneFit | None) -> dict[str, Any]:
+    """The fields of a measurement that a fitted plane gives."""
+    if fit is None:
+        return {}
+    return {
+        "plane": Plane.from_normal(fit.normal),
+        "max_confidence95_deg": fit.max_confidence95_deg,
+        "min_confidence95_deg": fit.min_confidence95_deg,
+    }
+
+
+def as_uncertain(measured: Measurement) -> UncertainPlane | None:
+    """The plane with the error it is judged by; None where there is no plane."""
+    fit, plane = measured.fit, measured.plane
+    if plane is None:
+        return None
+    if fit is None or fit.error_rake_deg is None:
+        return UncertainPlane(plane.normal(), None)
+    tilt = orientation.line_from_rake(plane, fit.error_rake_deg).vector()
+    largest, smallest = wider_of(fit, measured.judged_as)
+    free = 1.0 if fit.n_effective is None else max(fit.n_effective - 3.0, 1.0)
+    rough = 0.0 if fit.rms is None else fit.rms * float(np.sqrt(fit.n / max(fit.n - 3.0, 1.0)))
+    return replace(uncertain_plane(plane.normal(), tilt, largest, smallest, free), roughness=rough)
+
+
+# --- from the file frame to World ------------------------------------------------------------
+def world_points(feature: Picked, model: Model | None) -> Floats:
+    """(n, 3) vertices in World; in the file frame where the model is gone."""
+    return transform.apply(rows_of(model), np.asarray(feature.vertices, dtype=np.float64))
+
+
+def rows_of(model: Model | None) -> Floats:
+    """(4, 4) from the file frame to World; the identity where the model is gone."""
+    return np.eye(4) if model is None else transform.matrix(model.to_world)
+
+
+def in_world(length: float | None, rows: Floats) -> float | None:
+    """A length of the file in metres."""
+    return None if length is None else length * transform.scale_of(rows)
+
+
+def is_metric(model: Model | None) -> bool:
+    return model is None or model.frame.has_metres

@@ -1,0 +1,277 @@
+"""The figures of many fitted planes at once; `geometry.planes` says what each of them is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geometry import plane_errors
+from vomstudio.geometry.plane_limits import (
+    COLLINEAR,
+    COUNT_REPEATS_UP_TO,
+    IDENTICAL,
+    LARGEST,
+    PARALLEL,
+    ROUNDINGS,
+)
+from vomstudio.geometry.vectors import TILT_FLOOR, dip_of_normals, upward
+
+Floats = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+Ints = npt.NDArray[np.int64]
+Method = Literal["pca", "regression"]
+
+
+def figures(
+    xyz: Floats, counts: Ints, method: Method, axis: int, ordered: bool
+) -> tuple[dict[str, npt.NDArray[Any]], list[str | None]]:
+    """All figures of groups that lie one after the other in xyz, each of at least 3 points, under
+    the names of `PlaneFits`; and why a group has none."""
+    m = len(counts)
+    starts = np.cumsum(counts) - counts
+    n = counts.astype(np.float64)
+    local, scale = _centred(xyz, starts, counts, n)
+    unit, rounding = scale.unit, scale.rounding
+
+    covariance = np.empty((m, 3, 3))
+    for i in range(3):
+        for j in range(i, 3):
+            product = np.add.reduceat(local[i] * local[j], starts) / n
+            covariance[:, i, j] = covariance[:, j, i] = product
+    axes = np.linalg.eigh(covariance)[1].transpose(0, 2, 1)[:, ::-1]  # rows, descending
+    axes, (u, v, r), values = _sharpen(axes, local, starts, counts, n)
+
+    low, high = np.minimum.reduceat(u, starts), np.maximum.reduceat(u, starts)
+    values[:, 2] = np.where(np.sqrt(values[:, 2]) <= rounding, 0.0, values[:, 2])
+    errors: list[str | None] = [None] * m
+    identical = (np.sqrt(values[:, 0]) <= rounding) | (scale.size <= 1.0 / LARGEST)
+    collinear = ~identical & (np.sqrt(values[:, 1]) <= rounding)
+    for i in np.flatnonzero(identical | collinear).tolist():
+        errors[i] = IDENTICAL if identical[i] else COLLINEAR
+
+    tr = values.sum(axis=1)
+    tr = np.where(tr > 0.0, tr, 1.0)
+    axes = axes.copy()
+    axes[:, 2] = upward(axes[:, 2])
+    normal = axes[:, 2]
+    rms = np.sqrt(values[:, 2])
+    residual = rms
+    leverage = None
+    if method == "regression":
+        normal, residual, parallel, leverage = _regress(covariance, axis, rounding)
+        rms = residual * np.abs(normal[:, axis])
+        for i in np.flatnonzero(parallel & ~identical & ~collinear).tolist():
+            errors[i] = PARALLEL.format(axis="xyz"[axis])
+
+    with np.errstate(divide="ignore", invalid="ignore"):
+        floor = np.maximum(TILT_FLOOR, rounding / np.sqrt(values[:, 1]))
+        floor = np.where(np.isfinite(floor), np.minimum(floor, 1e-3), TILT_FLOOR)
+    dip_direction, dip, flat = dip_of_normals(normal, floor)
+    sure = _errors(
+        (u, v, r),
+        starts,
+        counts,
+        values,
+        axes,
+        (normal, dip_direction, dip, flat),
+        _distinct(xyz, starts, counts),
+        ordered,
+        None if leverage is None else leverage * (residual**2)[:, None, None],
+    )
+    return {
+        "centroid": scale.centroid,
+        "normal": normal,
+        "eigenvalues": values / tr[:, None],
+        "axes": axes,
+        "trace": tr * unit**2,
+        "rms": rms * unit,
+        "residual": residual * unit,
+        "extent": (high - low) * unit,
+        "max_coordinate": scale.max_coordinate,
+        **_indices(values.T / tr),
+        "dip_direction_deg": dip_direction,
+        "dip_deg": dip,
+        "undefined": flat,
+        **sure,
+    }, errors
+
+
+@dataclass(frozen=True, eq=False)
+class _Scale:
+    """Of each group: centroid (m, 3); its size; the unit by which its coordinates are divided;
+    its largest coordinate; and what is rounding only, in that unit."""
+
+    centroid: Floats
+    size: Floats
+    unit: Floats
+    max_coordinate: Floats
+    rounding: Floats
+
+
+def _centred(xyz: Floats, starts: Ints, counts: Ints, n: Floats) -> tuple[list[Floats], _Scale]:
+    """Coordinates x, y, z off the centroid of each group, divided by its size."""
+
+    def spread(x: Floats) -> Floats:
+        return np.repeat(x, counts)
+
+    # Off the first point first: that difference is exact or nearly so, the mean then small.
+    first = xyz[starts]
+    local = [xyz[:, i] - spread(first[:, i]) for i in range(3)]
+    mean = [np.add.reduceat(x, starts) / n for x in local]
+    local = [x - spread(c) for x, c in zip(local, mean, strict=True)]
+    centroid = first + np.stack(mean, axis=1)
+    max_coordinate = np.maximum.reduceat(np.abs(xyz).max(axis=1), starts)
+
+    # A common length, so that squares of tiny and huge coordinates stay in range.
+    size = np.maximum.reduceat(np.maximum.reduce([np.abs(x) for x in local]), starts)
+    unit = np.where(size > 1.0 / LARGEST, size, 1.0)
+    per_unit = spread(1.0 / unit)
+    local = [x * per_unit for x in local]
+    rounding = ROUNDINGS * np.finfo(np.float64).eps * max_coordinate / unit
+    return local, _Scale(centroid, size, unit, max_coordinate, rounding)
+
+
+def _indices(parts: Floats) -> dict[str, Floats]:
+    """Of the three eigenvalues' parts of their sum (3, m)."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        l1, l2, l3 = parts
+        collinearity = l1 / l2
+        return {
+            "coplanarity": 1.0 / l3,
+            "collinearity": collinearity,
+            "M": np.log(l1 / l3),
+            "K": np.log(collinearity) / np.log(l2 / l3),
+        }
+
+
+def members(starts: Ints, counts: Ints) -> Ints:
+    """Indices of all points of the groups, group after group."""
+    shift = np.repeat(starts - (np.cumsum(counts) - counts), counts)
+    return np.arange(len(shift)) + shift
+
+
+def _sharpen(
+    axes: Floats, local: list[Floats], starts: Ints, counts: Ints, n: Floats
+) -> tuple[Floats, tuple[Floats, Floats, Floats], Floats]:
+    """Axes, coordinates along them and variances, free of the rounding of the covariance.
+
+    The covariance of a long straight trace holds its thickness only to 1e-8 of its length. In the
+    frame of its eigenvectors that is no more so: there e2 and e3 are separated once more.
+    """
+    frame = axes
+    u, v, r = _along(frame, local, counts)
+    b22 = np.add.reduceat(v * v, starts) / n
+    b33 = np.add.reduceat(r * r, starts) / n
+    b23 = np.add.reduceat(v * r, starts) / n
+    angle = 0.5 * np.arctan2(2.0 * b23, b22 - b33)
+    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    frame = np.stack(
+        [frame[:, 0], c * frame[:, 1] + s * frame[:, 2], c * frame[:, 2] - s * frame[:, 1]], axis=1
+    )
+    u, v, r = _along(frame, local, counts)
+    values = np.stack([np.add.reduceat(x * x, starts) / n for x in (u, v, r)], axis=1)
+    return frame, (u, v, r), values
+
+
+def _along(frame: Floats, local: list[Floats], counts: Ints) -> tuple[Floats, Floats, Floats]:
+    def component(k: int) -> Floats:
+        return sum(
+            (np.repeat(frame[:, k, i], counts) * local[i] for i in range(1, 3)),
+            start=np.repeat(frame[:, k, 0], counts) * local[0],
+        )
+
+    return component(0), component(1), component(2)
+
+
+def _distinct(xyz: Floats, starts: Ints, counts: Ints) -> Ints:
+    """Number of different points per group; a point clicked twice is no second witness."""
+    distinct = counts.copy()
+    short = counts <= COUNT_REPEATS_UP_TO
+    if not short.any():
+        return distinct
+    group = np.repeat(np.flatnonzero(short), counts[short])
+    part = xyz[members(starts[short], counts[short])]
+    order = np.lexsort((part[:, 2], part[:, 1], part[:, 0], group))
+    same = (np.diff(part[order], axis=0) == 0.0).all(axis=1) & (np.diff(group[order]) == 0)
+    np.subtract.at(distinct, group[order][1:][same], 1)
+    return distinct
+
+
+def _regress(
+    covariance: Floats, axis: int, rounding: Floats
+) -> tuple[Floats, Floats, Bools, Floats]:
+    """Upward normals of the regressions of one coordinate, their residual, where parallel, and the
+    covariance (m, 3, 3) of the normal's end for residuals of variance n."""
+    a, b = (i for i in range(3) if i != axis)
+    saa, sbb, sab = covariance[:, a, a], covariance[:, b, b], covariance[:, a, b]
+    sac, sbc = covariance[:, a, axis], covariance[:, b, axis]
+    determinant = saa * sbb - sab * sab
+    # The smaller spread of the two other coordinates: zero for a plane parallel to the axis.
+    spread = determinant / np.maximum(saa + sbb, np.finfo(np.float64).tiny)
+    parallel = np.sqrt(np.maximum(spread, 0.0)) <= np.maximum(rounding, 1e-7)
+    safe = np.where(parallel, 1.0, determinant)
+    pa = (sbb * sac - sab * sbc) / safe
+    pb = (saa * sbc - sab * sac) / safe
+    normal = np.empty((len(pa), 3))
+    normal[:, a], normal[:, b], normal[:, axis] = -pa, -pb, 1.0
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    square = covariance[:, axis, axis] - pa * sac - pb * sbc
+    # (S^-1) of the slopes, carried over to the normal, of which slopes are the ratio.
+    inverse = np.zeros((len(pa), 3, 3))
+    inverse[:, a, a], inverse[:, b, b] = sbb / safe, saa / safe
+    inverse[:, a, b] = inverse[:, b, a] = -sab / safe
+    across = np.eye(3) - normal[:, :, None] * normal[:, None, :]
+    leverage = across @ inverse @ across * (normal[:, axis] ** 2)[:, None, None]
+    return upward(normal), np.sqrt(np.maximum(square, 0.0)), parallel, leverage
+
+
+def _errors(
+    along: tuple[Floats, Floats, Floats],
+    starts: Ints,
+    counts: Ints,
+    values: Floats,
+    axes: Floats,
+    attitude: tuple[Floats, Floats, Floats, Bools],
+    distinct: Ints,
+    ordered: bool,
+    regression: Floats | None,
+) -> dict[str, npt.NDArray[Any]]:
+    """Both angular errors and their split; NaN where fewer than 4 different points leave none.
+
+    along : coordinates along the axes; attitude : normal, dip direction, dip, horizontal
+    """
+    normal, dip_direction, dip, flat = attitude
+    known = distinct > 3
+    n = np.where(known, counts, 4)
+    dof = np.where(known, distinct - 3.0, 1.0)
+    q1, q2, effective, long = plane_errors.quantiles(*along, starts, counts, dof, ordered)
+    # Points exactly in a plane have residuals of rounding alone, which tell of no roughness.
+    exact = values[:, 2] == 0.0
+    effective, long = np.where(exact, dof + 3.0, effective), long & ~exact
+    h_max, h_min, overflow = plane_errors.hyperbolic(n, values)
+    if regression is None:
+        e1, e2 = axes[:, 0], axes[:, 1]
+        largest, smallest = plane_errors.confidence_axes_rad(values, q1, q2)
+    else:
+        e1, e2, largest, smallest = plane_errors.regression_axes_rad(
+            regression, normal, np.maximum(q1, q2)
+        )
+    dip_error, azimuth_error, rake = plane_errors.split_rad(
+        e1, e2, dip_direction, dip, flat, largest, smallest
+    )
+    blank = np.where(known, 1.0, np.nan)
+    return {
+        "max_angular_error_deg": h_max * blank,
+        "min_angular_error_deg": h_min * blank,
+        "hyperbolic_overflow": overflow & known,
+        "max_confidence95_deg": np.degrees(largest) * blank,
+        "min_confidence95_deg": np.degrees(smallest) * blank,
+        "error_rake_deg": np.degrees(rake) * blank,
+        "dip_error_deg": np.degrees(dip_error) * blank,
+        "dip_direction_error_deg": np.degrees(azimuth_error) * blank,
+        "n_effective": effective * blank,
+        "long_roughness": long & known,
+    }

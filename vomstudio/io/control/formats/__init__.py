@@ -1,0 +1,1 @@
+"""One module per format of ground control; each defines CONTROL_FORMAT."""

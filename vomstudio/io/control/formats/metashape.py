@@ -1,0 +1,138 @@
+"""Markers with their places and their marks in the photos, in the XML that Metashape exports."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vomstudio.errors import InputError
+from vomstudio.io.control.format import ControlFormat
+from vomstudio.io.control.metres import in_metres
+from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.io.text.xml_tree import (
+    Element,
+    Once,
+    attribute,
+    is_xml,
+    number,
+    read_xml,
+    wrong,
+)
+
+TOP = "document"
+
+
+def matches(path: Path) -> bool:
+    """By its root. Raises InputError for XML that is damaged."""
+    return is_xml(path) and read_xml(path).tag == TOP
+
+
+def points_of(path: Path) -> list[ControlPoint]:
+    """Raises InputError with line and element."""
+    return _placed(path)[0]
+
+
+def crs_of(path: Path) -> str | None:
+    """Raises InputError with line and element."""
+    return _placed(path)[1]
+
+
+def _placed(path: Path) -> tuple[list[ControlPoint], str | None]:
+    root = read_xml(path)
+    return in_metres(path, _points(path, root), _stated_crs(path, root))
+
+
+def _chunk(path: Path, root: Element) -> Element:
+    found = [each for each in root.below("chunk") if each.child("markers") is not None]
+    if len(found) != 1:
+        raise InputError(
+            "has no chunk with markers"
+            if not found
+            else f"has {len(found)} chunks with markers; export the one that is meant",
+            file=path,
+            field=root.tag,
+        )
+    return found[0]
+
+
+def _points(path: Path, root: Element) -> list[ControlPoint]:
+    """Markers that have coordinates; those that are switched off in the reference pane are check
+    points. Raises InputError with line and element."""
+    points = []
+    labels = Once(path)
+    for marker in _markers(_chunk(path, root)):
+        reference = marker.child("reference")
+        if reference is None or "x" not in reference.attributes:
+            continue
+        label = attribute(path, marker, "label")
+        said = f"'{label}' is in line {{line}} too; give each marker its own label"
+        labels.add(label, marker, said)
+        x, y, z = (_number(path, reference, name) for name in "xyz")
+        errors = [_number(path, reference, n) for n in ("sx", "sy", "sz")
+                  if n in reference.attributes]  # fmt: skip
+        sigma = (sum(e * e for e in errors) / len(errors)) ** 0.5 if errors else None
+        check = reference.attributes.get("enabled", "true").casefold() in ("false", "0")
+        points.append(ControlPoint(label, (x, y, z), sigma or None, check))
+    if not points:
+        raise InputError("no marker has coordinates (reference with x, y, z)", file=path)
+    return points
+
+
+def marks_of(path: Path) -> list[Mark]:
+    """What was placed or confirmed by hand ("pinned"). Raises InputError with line and element."""
+    chunk = _chunk(path, read_xml(path))
+    cameras = chunk.child("cameras")
+    names = {
+        attribute(path, camera, "id"): attribute(path, camera, "label")
+        for camera in ([] if cameras is None else cameras.below("camera"))
+    }
+    labels = {
+        attribute(path, marker, "id"): attribute(path, marker, "label")
+        for marker in _markers(chunk)
+    }
+    frames = chunk.child("frames")
+    marks = []
+    for marker in frames.below("marker") if frames is not None else ():
+        label = _known(path, marker, "marker_id", labels)
+        for place in marker.all("location"):
+            pinned = place.attributes.get("pinned", place.attributes.get("valid", "true"))
+            if pinned.casefold() in ("false", "0"):
+                continue
+            photo = _known(path, place, "camera_id", names)
+            marks.append(Mark(label, photo, _number(path, place, "x"), _number(path, place, "y")))
+    if not marks:
+        raise InputError("has no marks that were placed by hand (location, pinned)", file=path)
+    return marks
+
+
+def _stated_crs(path: Path, root: Element) -> str | None:
+    """That of the chunk with the markers, as the file has it: WKT, or a code. Raises InputError."""
+    for place in _chunk(path, root).all("reference"):
+        if place.text.strip():
+            return place.text.strip()
+    return None
+
+
+def _markers(chunk: Element) -> list[Element]:
+    top = chunk.child("markers")
+    return [] if top is None else list(top.below("marker"))
+
+
+def _number(path: Path, element: Element, name: str) -> float:
+    return number(path, element, attribute(path, element, name), name)
+
+
+def _known(path: Path, element: Element, name: str, known: dict[str, str]) -> str:
+    key = attribute(path, element, name)
+    if key not in known:
+        raise wrong(path, element, f"{name} {key} is not in the file")
+    return known[key]
+
+
+CONTROL_FORMAT = ControlFormat(
+    "markers of Metashape (XML)",
+    matches=matches,
+    points=points_of,
+    marks=marks_of,
+    crs=crs_of,
+    holds_marks=True,
+)

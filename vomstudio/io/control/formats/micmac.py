@@ -1,0 +1,97 @@
+"""MicMac's XML files of ground points (DicoAppuisFlottant) and of their marks in the photos
+(SetOfMesureAppuisFlottants), as its tools GCPConvert and SaisieAppuis write them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vomstudio.errors import InputError
+from vomstudio.io.control.format import ControlFormat
+from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.io.text.xml_tree import (
+    Element,
+    Once,
+    is_xml,
+    numbers,
+    read_xml,
+    words,
+    wrong,
+)
+
+POINTS, MARKS = "DicoAppuisFlottant", "SetOfMesureAppuisFlottants"
+_POINT, _PHOTO, _MARK = "OneAppuisDAF", "MesureAppuiFlottant1Im", "OneMesureAF1I"
+# What is written where nobody has stated an error: a weight, not a length.
+_UNSTATED = (1.0, 1.0, 1.0)
+
+
+def points_of(path: Path) -> list[ControlPoint]:
+    """The ground points of a file; their error is the root mean square of the three numbers of
+    `Incertitude`, metres, unless these are 1 1 1. Raises InputError with line and element."""
+    root = read_xml(path)
+    found = [each for top in root.below(POINTS) for each in top.all(_POINT)]
+    if not found:
+        said = f"has no ground point ({POINTS} with {_POINT})"
+        if any(root.below(MARKS)):
+            said = f"holds marks in photos ({MARKS}) and no ground points ({POINTS}); name it as "
+            said += "the marks"
+        raise InputError(said, file=path, field=root.tag)
+    points = []
+    labels = Once(path)
+    for each in found:
+        label = words(path, each, "NamePt")
+        said = f"'{label}' is in line {{line}} too; give each point its own name"
+        labels.add(label, each, said, "NamePt")
+        x, y, z = numbers(path, each.child("Pt") or each, words(path, each, "Pt"), 3)
+        points.append(ControlPoint(label, (x, y, z), _sigma(path, each)))
+    return points
+
+
+def crs_of(path: Path) -> None:
+    """Such a file states none. Raises InputError for what is wrong in its points, all the same."""
+    points_of(path)
+
+
+def _sigma(path: Path, point: Element) -> float | None:
+    element = point.child("Incertitude")
+    if element is None:
+        return None
+    stated = numbers(path, element, element.text, 3)
+    if stated == _UNSTATED:
+        return None
+    if min(stated) <= 0:
+        raise wrong(path, element, "is the error of a point and must be positive")
+    return float((sum(value * value for value in stated) / 3) ** 0.5)
+
+
+def marks_of(path: Path) -> list[Mark]:
+    """The marks of a file; pixels are taken as they stand. Raises InputError with line and
+    element."""
+    root = read_xml(path)
+    photos = [each for top in root.below(MARKS) for each in top.all(_PHOTO)]
+    marks = []
+    seen = Once(path)
+    for photo in photos:
+        name = words(path, photo, "NameIm").replace("\\", "/")
+        for each in photo.all(_MARK):
+            label = words(path, each, "NamePt")
+            x, y = numbers(path, each.child("PtIm") or each, words(path, each, "PtIm"), 2)
+            said = f"'{label}' is marked in {name} in line {{line}} already"
+            seen.add((label, name), each, said, "NamePt")
+            marks.append(Mark(label, name, x, y))
+    if not marks:
+        said = f"has no mark ({MARKS} with {_PHOTO} and {_MARK})"
+        if any(root.below(POINTS)):
+            said = f"holds ground points ({POINTS}) and no marks ({MARKS}); name it as the control"
+        raise InputError(said, file=path, field=root.tag)
+    return marks
+
+
+# It takes whatever XML no other format knows, and says what it misses in it.
+CONTROL_FORMAT = ControlFormat(
+    "ground points of MicMac (XML)",
+    matches=is_xml,
+    points=points_of,
+    marks=marks_of,
+    crs=crs_of,
+    certain=False,
+)

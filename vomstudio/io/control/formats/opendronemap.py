@@ -1,0 +1,155 @@
+"""OpenDroneMap's `gcp_list.txt`: a line that names the projection, then for every mark
+`x y z pixel_x pixel_y photo [label]`; without labels, marks at the same place are one point."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from math import isfinite
+from pathlib import Path
+
+from vomstudio.errors import InputError
+from vomstudio.io.control.format import ControlFormat
+from vomstudio.io.control.metres import in_metres
+from vomstudio.io.control.points import ControlPoint, Mark
+
+_LARGEST = 64 << 20
+_UTM = re.compile(r"WGS84\s+UTM\s+(\d{1,2})\s*([NS])", re.IGNORECASE)
+_HEADER = re.compile(r"(EPSG:\s*\d+(?:\s*\+\s*\d+)?|WGS84\s+UTM\b.*|\+proj=.*)", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class OdmControl:
+    """crs : as pyproj understands it; line : of the header"""
+
+    crs: str
+    line: int
+    points: tuple[ControlPoint, ...]
+    marks: tuple[Mark, ...]
+
+
+def points_of(path: Path) -> list[ControlPoint]:
+    """Raises InputError with line and column."""
+    return _placed(path)[0]
+
+
+def crs_of(path: Path) -> str | None:
+    """Raises InputError with line and column."""
+    return _placed(path)[1]
+
+
+def marks_of(path: Path) -> list[Mark]:
+    """Raises InputError with line and column."""
+    return list(read_odm(path).marks)
+
+
+def _placed(path: Path) -> tuple[list[ControlPoint], str | None]:
+    odm = read_odm(path)
+    return in_metres(path, odm.points, odm.crs, odm.line)
+
+
+def is_odm(path: str | Path) -> bool:
+    """By its first line with words; False for what cannot be read."""
+    try:
+        with Path(path).open(encoding="utf-8-sig") as stream:
+            for text in stream.read(1 << 16).splitlines():
+                if text.strip() and not text.startswith("#"):
+                    return _HEADER.fullmatch(text.strip()) is not None
+    except (OSError, UnicodeDecodeError):
+        pass
+    return False
+
+
+def read_odm(path: str | Path) -> OdmControl:
+    """Raises InputError with line and column."""
+    path = Path(path)
+    try:
+        if path.stat().st_size > _LARGEST:
+            raise InputError(f"is larger than {_LARGEST >> 20} MB", file=path)
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror})", file=path) from error
+    except UnicodeDecodeError as error:
+        raise InputError("is not text in UTF-8", file=path) from error
+    rows = [
+        (number, text.strip())
+        for number, text in enumerate(lines, start=1)
+        if text.strip() and not text.startswith("#")
+    ]
+    if not rows or _HEADER.fullmatch(rows[0][1]) is None:
+        raise InputError(
+            "does not begin with its projection (EPSG:32633, WGS84 UTM 33N or +proj=…)",
+            file=path,
+            line=rows[0][0] if rows else 1,
+        )
+    first, header = rows[0]
+    points: dict[str, tuple[int, ControlPoint]] = {}
+    unnamed: dict[tuple[float, float, float], str] = {}
+    marks: dict[tuple[str, str], tuple[int, Mark]] = {}
+    for line, text in rows[1:]:
+        cells = [cell.strip() for cell in text.split("\t")] if "\t" in text else text.split()
+        if len(cells) < 6:
+            raise InputError(
+                f"has {len(cells)} columns; x y z pixel_x pixel_y photo are needed",
+                file=path,
+                line=line,
+            )
+        x, y, z, u, v = (
+            _number(path, line, name, cell)
+            for name, cell in zip(("x", "y", "z", "pixel_x", "pixel_y"), cells, strict=False)
+        )
+        place, photo = (x, y, z), cells[5].replace("\\", "/")
+        label = cells[6] if len(cells) > 6 and cells[6] else ""
+        label = label or unnamed.setdefault(place, f"GCP{len(unnamed) + 1}")
+        before, known = points.setdefault(label, (line, ControlPoint(label, place)))
+        if known.position != place:
+            raise InputError(
+                f"'{label}' is at another place in line {before}", file=path, line=line
+            )
+        before, _ = marks.setdefault((label, photo), (line, Mark(label, photo, u, v)))
+        if before != line:
+            raise InputError(
+                f"'{label}' is marked in {photo} in line {before} already", file=path, line=line
+            )
+    if not points:
+        raise InputError("has no points", file=path)
+    return OdmControl(
+        _crs(path, first, header),
+        first,
+        tuple(point for _, point in points.values()),
+        tuple(mark for _, mark in marks.values()),
+    )
+
+
+def _crs(path: Path, line: int, header: str) -> str:
+    if header.casefold().startswith("wgs84"):
+        found = _UTM.fullmatch(header)
+        if found is None or not 1 <= int(found[1]) <= 60:
+            raise InputError(
+                f"'{header[:40]}' is no UTM zone; write it as in WGS84 UTM 33N",
+                file=path,
+                line=line,
+            )
+        return f"EPSG:{(32600 if found[2].upper() == 'N' else 32700) + int(found[1])}"
+    return header.replace(" ", "") if header.casefold().startswith("epsg") else header
+
+
+def _number(path: Path, line: int, name: str, cell: str) -> float:
+    try:
+        value = float(cell)
+    except ValueError:
+        value = float("nan")
+    if not isfinite(value):
+        raise InputError(f"'{cell[:40]}' is not a number", file=path, line=line, field=name)
+    return value
+
+
+CONTROL_FORMAT = ControlFormat(
+    "list of ground control of OpenDroneMap",
+    matches=is_odm,
+    points=points_of,
+    marks=marks_of,
+    crs=crs_of,
+    holds_marks=True,
+    found_as=("gcp_list.txt",),
+)

@@ -1,0 +1,36 @@
+"""Which format takes which file of ground control.
+
+A new format is one module in `vomstudio/io/control/formats` that defines `CONTROL_FORMAT`, or a
+package of someone else that names a `ControlFormat` in the entry point group
+`vomstudio.control_formats`.
+"""
+
+from __future__ import annotations
+
+import functools
+from pathlib import Path
+
+from vomstudio.errors import InputError
+from vomstudio.io.control.format import ControlFormat
+from vomstudio.io.plugins import Found, find_plugins
+
+GROUP = "vomstudio.control_formats"
+
+
+@functools.cache
+def find_formats() -> Found[ControlFormat]:
+    from vomstudio.io.control import formats
+
+    return find_plugins(formats, "CONTROL_FORMAT", ControlFormat, GROUP)
+
+
+def choose_format(path: Path) -> ControlFormat:
+    """By the file's content, a certain format before those that take what nobody else knows.
+    Raises InputError for a damaged file."""
+    found = find_formats()
+    for format_ in sorted(found.all, key=lambda one: not one.certain):
+        if format_.matches(path):
+            return format_
+    known = ", ".join(one.name for one in found.all)
+    sentence = "; ".join((f"is none of what can be read: {known}", *found.broken))
+    raise InputError(sentence, file=path)

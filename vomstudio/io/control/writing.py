@@ -1,0 +1,82 @@
+"""Ground control written as tables of our own, as `io.control.formats.tables` reads them."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from vomstudio.errors import TargetError
+from vomstudio.files.atomic import write_bytes
+from vomstudio.files.backup import set_aside
+from vomstudio.io.control.points import ControlPoint, Mark
+
+_CRS = re.compile(r"# (?:EPSG:\d+|[A-Z]+CRS\[.*\])")
+
+
+def write_control(
+    path: Path, points: Iterable[ControlPoint], crs: str | None = None
+) -> Path | None:
+    """Write the table of points, whole or not at all; without points there is none afterwards.
+
+    crs : "EPSG:n" of the points, or WKT in one line where there is no code, which the table then
+        states in a comment; None where not known
+    Returns where a table was put that held more than these columns. Raises TargetError.
+    """
+    rows = [
+        [p.label, *map(_digits, p.position), "" if p.sigma_m is None else _digits(p.sigma_m),
+         "check" if p.check else "control"]
+        for p in points
+    ]  # fmt: skip
+    comment = f"# {crs}\n" if crs is not None and _CRS.fullmatch(f"# {crs}") else ""
+    return _write(path, ["label", "x", "y", "z", "sigma", "use"], rows, comment)
+
+
+def write_marks(path: Path, marks: Iterable[Mark]) -> Path | None:
+    """Write the table of marks, whole or not at all; without marks there is none afterwards.
+
+    Returns where a table was put that held more than these columns. Raises TargetError.
+    """
+    rows = [[m.label, m.photo, _digits(m.x), _digits(m.y)] for m in marks]
+    return _write(path, ["label", "photo", "x", "y"], rows)
+
+
+def _write(
+    path: Path, header: Sequence[str], rows: Sequence[Sequence[str]], comment: str = ""
+) -> Path | None:
+    kept = set_aside(path) if path.exists() and not _is_plain(path, header) else None
+    if not rows:
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as error:
+            raise TargetError(f"it cannot be removed ({error.strerror}).", file=path) from error
+        return kept
+    text = io.StringIO()
+    # Unquoted, a line that begins with # or > is none of the table.
+    odd = any(not row[0][:1].isalnum() for row in rows)
+    writer = csv.writer(
+        text, lineterminator="\n", quoting=csv.QUOTE_ALL if odd else csv.QUOTE_MINIMAL
+    )
+    writer.writerow(header)
+    writer.writerows(rows)
+    write_bytes(path, (comment + text.getvalue()).encode(), force=True)
+    return kept
+
+
+def _is_plain(path: Path, header: Sequence[str]) -> bool:
+    """Whether a table holds nothing that would be lost if it were written anew."""
+    try:
+        with path.open(encoding="utf-8") as stream:
+            first = stream.readline().rstrip("\n").replace('"', "")
+            if _CRS.fullmatch(first):
+                first = stream.readline().rstrip("\n").replace('"', "")
+            return first == ",".join(header) and not any(row.startswith("#") for row in stream)
+    except (OSError, UnicodeDecodeError):
+        return False
+
+
+def _digits(value: float) -> str:
+    """As short as tells it apart from every other number."""
+    return repr(float(value)).removesuffix(".0")

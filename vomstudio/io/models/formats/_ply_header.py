@@ -1,0 +1,119 @@
+"""What a PLY says of itself before its values begin."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from vomstudio.errors import InputError
+from vomstudio.io.models.mtl import decode
+
+MAGIC = (b"ply\n", b"ply\r", b"ply ")
+MAX_HEADER_BYTES = 1 << 20
+
+TYPES = {
+    "char": "i1",
+    "int8": "i1",
+    "uchar": "u1",
+    "uint8": "u1",
+    "short": "i2",
+    "int16": "i2",
+    "ushort": "u2",
+    "uint16": "u2",
+    "int": "i4",
+    "int32": "i4",
+    "uint": "u4",
+    "uint32": "u4",
+    "float": "f4",
+    "float32": "f4",
+    "double": "f8",
+    "float64": "f8",
+}
+FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+
+
+@dataclass(frozen=True)
+class Property:
+    name: str
+    type: str  # numpy, without byte order
+    count_type: str | None = None  # of a list's length
+
+
+@dataclass(frozen=True)
+class Element:
+    name: str
+    count: int
+    properties: tuple[Property, ...]
+
+
+@dataclass(frozen=True)
+class Header:
+    order: str  # "<", ">" or "" for text
+    elements: tuple[Element, ...]
+    textures: tuple[str, ...]
+    body: int  # first byte after it
+
+
+def read_header(top: bytes, path: Path) -> Header:
+    """The header; raises InputError with the line that is wrong."""
+    if not top.startswith(MAGIC):
+        raise InputError("This is not a PLY file: it does not begin with 'ply'.", file=path, line=1)
+    at = 0
+    order: str | None = None
+    elements: list[tuple[str, int, list[Property]]] = []
+    textures: list[str] = []
+    names: set[tuple[int, str]] = set()
+    number = 0
+
+    def wrong(sentence: str) -> InputError:
+        return InputError(f"{sentence}; export the file again.", file=path, line=number)
+
+    while True:
+        ends = [e for e in (top.find(b"\n", at), top.find(b"\r", at)) if e >= 0]
+        if not ends:
+            raise wrong("The PLY header has no 'end_header'")
+        end = min(ends)
+        line = decode(top[at:end])
+        at = end + (2 if top[end : end + 2] == b"\r\n" else 1)
+        number += 1
+        words = line.split()
+        if not words or words[0] == "obj_info" or (number == 1 and words == ["ply"]):
+            continue
+        if words[0] == "end_header":
+            break
+        if words[0] == "comment":
+            if len(words) > 2 and words[1].lower() == "texturefile":
+                textures.append(line.split(None, 2)[2].strip())
+        elif words[0] == "format":
+            if len(words) < 2 or words[1] not in FORMATS:
+                raise wrong(f"The PLY format '{' '.join(words[1:])}' is not known")
+            order = FORMATS[words[1]]
+        elif words[0] == "element":
+            if len(words) != 3 or not words[2].isdecimal() or len(words[2]) > 18:
+                raise wrong(f"'{line.strip()}' names no element and count")
+            elements.append((words[1], int(words[2]), []))
+        elif words[0] == "property":
+            if not elements:
+                raise wrong("A property stands before the first element")
+            is_list = words[1:2] == ["list"]
+            kinds = words[2:4] if is_list else words[1:2]
+            if len(words) != (5 if is_list else 3) or any(k not in TYPES for k in kinds):
+                raise wrong(f"'{line.strip()}' is no property of a known type")
+            if is_list:
+                if TYPES[kinds[0]][0] == "f":
+                    raise wrong(f"'{line.strip()}' counts a list in broken numbers")
+                new = Property(words[4], TYPES[kinds[1]], TYPES[kinds[0]])
+            else:
+                new = Property(words[2], TYPES[kinds[0]])
+            known = (len(elements), new.name)
+            if known in names:
+                raise wrong(f"The property '{new.name}' stands twice in one element")
+            names.add(known)
+            elements[-1][2].append(new)
+        else:
+            raise wrong(f"The PLY header line '{line.strip()[:60]}' is not understood")
+    if order is None:
+        raise InputError("The PLY header names no format; export it again.", file=path)
+    return Header(
+        order, tuple(Element(n, c, tuple(p)) for n, c, p in elements), tuple(textures), at
+    )

@@ -1,0 +1,259 @@
+"""The values of a PLY, element by element, as text or binary of either byte order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError
+from vomstudio.io.models.formats._clean import some
+from vomstudio.io.models.formats._ply_header import Element, Header
+from vomstudio.progress import Progress
+
+Array = npt.NDArray[np.generic]
+
+VALUES_PER_STEP = 1 << 20
+
+
+@dataclass
+class Table:
+    """One element's values: plain ones by name, lists as (lengths, all items)."""
+
+    n: int
+    plain: dict[str, Array] = field(default_factory=dict)
+    lists: dict[str, tuple[npt.NDArray[np.int64], Array]] = field(default_factory=dict)
+
+
+def _missing(element: Element, found: int, said: list[str]) -> None:
+    """The header promised more than there is."""
+    what = "points" if element.name == "vertex" else f"'{element.name}' records"
+    said.append(f"The file is cut short: {found:,} of {element.count:,} promised {what} are there.")
+
+
+def read_binary(
+    buffer: npt.NDArray[np.uint8], header: Header, said: list[str], progress: Progress
+) -> dict[str, Table]:
+    tables: dict[str, Table] = {}
+    at = header.body
+    progress.stage("Reading the model", len(header.elements))
+    for i, element in enumerate(header.elements):
+        if element.properties and element.count:
+            # Never believe a count: each record takes at least so many bytes.
+            least = sum(np.dtype(p.count_type or p.type).itemsize for p in element.properties)
+            n = min(element.count, (len(buffer) - at) // least)
+            table, at = _binary_table(buffer, at, element, n, header.order)
+            if table.n < element.count:
+                _missing(element, table.n, said)
+                at = len(buffer)
+        else:
+            table = Table(0)
+        tables.setdefault(element.name, table)
+        progress.step(i + 1)
+    return tables
+
+
+def _binary_table(
+    buffer: npt.NDArray[np.uint8], at: int, element: Element, n: int, order: str
+) -> tuple[Table, int]:
+    """Up to n records from byte `at`, and the byte after them."""
+    lists = [p for p in element.properties if p.count_type]
+    guess: dict[str, int] = {}
+    if lists:
+        guess = _first_lengths(buffer, at, element, order) if n else {}
+        if len(guess) < len(lists):
+            return _ragged_table(buffer, at, element, n, order)
+    parts: list[tuple[str, object]] = []
+    for p in element.properties:
+        if p.count_type:
+            parts.append((f"n {p.name}", order + p.count_type))
+            parts.append((p.name, (order + p.type, (guess[p.name],))))
+        else:
+            parts.append((p.name, order + p.type))
+    record = np.dtype(parts)
+    fitting = min(n, (len(buffer) - at) // record.itemsize)
+    array = np.frombuffer(buffer, record, fitting, at)
+    if any(np.any(array[f"n {p.name}"] != guess[p.name]) for p in lists):
+        return _ragged_table(buffer, at, element, n, order)
+    if lists and fitting < n:
+        return _ragged_table(buffer, at, element, n, order)
+    table = Table(fitting)
+    for p in element.properties:
+        values = array[p.name].astype(p.type)
+        if p.count_type:
+            table.lists[p.name] = (
+                np.full(fitting, guess[p.name], np.int64),
+                values.reshape(-1),
+            )
+        else:
+            table.plain[p.name] = values
+    return table, at + fitting * record.itemsize
+
+
+def _first_lengths(
+    buffer: npt.NDArray[np.uint8], at: int, element: Element, order: str
+) -> dict[str, int]:
+    """Lengths of the lists of the first record; fewer than there are where it is unsound."""
+    found: dict[str, int] = {}
+    for p in element.properties:
+        size = np.dtype(p.type).itemsize
+        if p.count_type is None:
+            at += size
+            continue
+        kind = np.dtype(order + p.count_type)
+        if at + kind.itemsize > len(buffer):
+            break
+        n = int(np.frombuffer(buffer, kind, 1, at)[0])
+        at += kind.itemsize + n * size
+        if n < 0 or n > 64 or at > len(buffer):
+            break
+        found[p.name] = n
+    return found
+
+
+def _ragged_table(
+    buffer: npt.NDArray[np.uint8], at: int, element: Element, n: int, order: str
+) -> tuple[Table, int]:
+    from vomstudio.io.models.formats import _ply_kernels as k
+
+    data = buffer
+    kinds = [np.dtype(p.type) for p in element.properties]
+    sizes = np.array([kind.itemsize for kind in kinds], np.int64)
+    count_kinds = [np.dtype(p.count_type) if p.count_type else None for p in element.properties]
+    count_sizes = np.array([c.itemsize if c else 0 for c in count_kinds], np.int64)
+    signed = np.array([c is not None and c.kind == "i" for c in count_kinds])
+    places = np.empty((n, len(sizes)), np.int64)
+    counts = np.empty((n, len(sizes)), np.int64)
+    n = k.walk(data, at, sizes, count_sizes, signed, order == "<", places, counts)
+    places, counts = places[:n], counts[:n]
+    table = Table(n)
+    for j, p in enumerate(element.properties):
+        out = np.empty(int(counts[:, j].sum()) * kinds[j].itemsize, np.uint8)
+        k.gather(data, places[:, j], counts[:, j], kinds[j].itemsize, out)
+        values = out.view(order + p.type).astype(p.type)
+        if p.count_type:
+            table.lists[p.name] = (counts[:, j].copy(), values)
+        else:
+            table.plain[p.name] = values
+    if n:
+        at = int(places[-1, -1] + counts[-1, -1] * sizes[-1])
+    return table, at
+
+
+def read_text(
+    buffer: bytearray, header: Header, path: Path, said: list[str], progress: Progress
+) -> dict[str, Table]:
+    from vomstudio.io.models.formats import _ply_kernels as k
+
+    if buffer.find(0, header.body) >= 0:
+        raise InputError(
+            "The header says the PLY is a text, but binary data follow; export it again.", file=path
+        )
+    if buffer.find(b"\n", header.body) < 0:
+        buffer[header.body :] = buffer[header.body :].replace(b"\r", b"\n")
+    cut = not buffer.endswith(b"\n")
+    if cut:
+        buffer += b"\n"
+    data = np.frombuffer(buffer, np.uint8)
+    tables: dict[str, Table] = {}
+    at = header.body
+    wrong = 0
+    first_wrong: int | None = None
+    progress.stage("Reading the model", len(buffer))
+    for element in header.elements:
+        if not element.count or not element.properties:
+            tables.setdefault(element.name, Table(0))
+            continue
+        # A record takes two bytes for each of its values at least.
+        wanted = min(element.count, (len(buffer) - at) // (2 * len(element.properties)) + 1)
+        starts = np.zeros(wanted + 1, np.int64)
+        longest = _longest_line(buffer, at)
+        room = max(VALUES_PER_STEP, longest)
+        parts: list[npt.NDArray[np.float64]] = []
+        row = filled = 0
+        while row < wanted and at < len(buffer):
+            values = np.empty(room)
+            left_over = np.empty((room, 3), np.int64)
+            before = row
+            at, row, n = k.rows(data, at, wanted, starts, values, left_over, row, 0)
+            ends = np.flatnonzero(left_over[:, 0] < 0)
+            for where, begin, stop in left_over[: ends[0] if len(ends) else room].tolist():
+                value, sound = _value(bytes(buffer[begin:stop]))
+                values[where] = value
+                if not sound:
+                    wrong += 1
+                    first_wrong = begin if first_wrong is None else first_wrong
+            starts[before + 1 : row + 1] += filled
+            filled += n
+            parts.append(values[:n].copy())
+            progress.step(at)
+        if row < element.count:
+            if cut and at >= len(buffer) and row:
+                row -= 1  # its last number may have lost digits
+            _missing(element, row, said)
+            at = len(buffer)
+        tables.setdefault(
+            element.name,
+            _text_table(element, np.concatenate(parts or [np.empty(0)]), starts[: row + 1], said),
+        )
+    if cut and not any("cut short" in s for s in said):
+        said.append("The last line has no line end: its last number may have been cut short.")
+    if first_wrong is not None:
+        line = 1 + buffer.count(b"\n", 0, first_wrong)
+        said.append(f"{some(wrong, 'value')} not a number, first in line {line}.")
+    return tables
+
+
+def _value(token: bytes) -> tuple[float, bool]:
+    from vomstudio.io.models.formats._decimals import python_number
+
+    value = python_number(token)
+    return (float("nan"), False) if value is None else (value, True)
+
+
+def _longest_line(buffer: bytearray, at: int) -> int:
+    """An upper bound for the values of one line, and of what else a step needs."""
+    lengths = np.diff(np.flatnonzero(np.frombuffer(buffer, np.uint8)[at:] == 10), prepend=-1)
+    return int(lengths.max(initial=0)) // 2 + 2
+
+
+def _text_table(
+    element: Element,
+    values: npt.NDArray[np.float64],
+    starts: npt.NDArray[np.int64],
+    said: list[str],
+) -> Table:
+    from vomstudio.io.models.formats import _ply_kernels as k
+
+    n = len(starts) - 1
+    is_list = np.array([p.count_type is not None for p in element.properties])
+    places = np.empty((n, len(is_list)), np.int64)
+    counts = np.empty((n, len(is_list)), np.int64)
+    k.walk_rows(values, starts, is_list, places, counts)
+    short = int(np.count_nonzero(counts[:, ~is_list].min(axis=1, initial=1) == 0)) if n else 0
+    if short and not is_list.any():
+        what = "vertex" if element.name == "vertex" else "record"
+        said.append(f"{some(short, what)} with too few values in their line.")
+    table = Table(n)
+    for j, p in enumerate(element.properties):
+        if p.count_type:
+            out = np.empty(int(counts[:, j].sum()))
+            k.gather_values(values, places[:, j], counts[:, j], out)
+            table.lists[p.name] = (counts[:, j].copy(), out)
+        else:
+            column = np.full(n, np.nan)
+            there = counts[:, j] == 1
+            column[there] = values[places[there, j]]
+            table.plain[p.name] = _as_type(column, p.type)
+    return table
+
+
+def _as_type(values: npt.NDArray[np.float64], type_: str) -> Array:
+    kind = np.dtype(type_)
+    if kind.kind == "f":
+        with np.errstate(over="ignore"):
+            return values.astype(kind)
+    limits = np.iinfo(kind)
+    return np.clip(np.nan_to_num(values), limits.min, limits.max).astype(kind)

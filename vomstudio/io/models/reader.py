@@ -1,0 +1,58 @@
+"""What a format's reader is, and what it gives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.progress import Progress
+
+HEAD_BYTES = 4096
+"""Of a file's beginning, by which its format is told."""
+
+
+@dataclass(frozen=True, eq=False)
+class LoadedModel:
+    """What a file held.
+
+    data : in the file's own frame
+    kind : "mesh" or "cloud"
+    crs : "EPSG:n", a WKT text, or None where the file names none
+    warnings : one sentence for each thing that was wrong, left out or guessed
+    path : the file
+    content_hash : sha256 of the file itself in hex (of an OBJ: without its MTL and images); a
+        reader may leave it empty, `read_model` fills it
+    turned_about : where the format says that Y is up and the reader has therefore turned the model
+        upright, the point of `data`'s frame about which it did; else None
+    resolution : as `vomstudio.io.models.opening.resolution` tells it, where it is known; else None
+    """
+
+    data: Mesh | PointCloud
+    kind: Literal["mesh", "cloud"]
+    crs: str | None
+    warnings: tuple[str, ...]
+    path: Path
+    content_hash: str = ""
+    turned_about: tuple[float, float, float] | None = None
+    resolution: float | None = None
+
+
+@dataclass(frozen=True)
+class Reader:
+    """One format.
+
+    name : as a person says it
+    extensions : lower case, with the dot
+    matches : from the path and the file's first bytes (at most `HEAD_BYTES`), whether the *content*
+        is surely of this format, whatever the extension says
+    read : raises InputError for what cannot be read, Cancelled when `progress` says so
+    """
+
+    name: str
+    extensions: tuple[str, ...]
+    matches: Callable[[Path, bytes], bool]
+    read: Callable[[Path, Progress], LoadedModel]

@@ -1,0 +1,58 @@
+"""A journal with damaged rows, written anew with all that could be read.
+
+What stood in the damaged rows is lost, and is named; the journal as it was is kept beside the new
+one for whoever can read more of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from vomstudio.document.session import Session
+from vomstudio.errors import DocumentError, TargetError
+from vomstudio.io.project import compaction
+from vomstudio.io.project.journal import NAME, SqliteJournal, read_replay
+
+
+@dataclass(frozen=True)
+class Repaired:
+    """journal : the new one, in which the session goes on; kept : the damaged one; lost : sentences
+    on what could not be read"""
+
+    journal: SqliteJournal
+    kept: Path
+    lost: tuple[str, ...]
+
+
+def repair(folder: Path, session: Session, journal: SqliteJournal) -> Repaired:
+    """Raises DocumentError where there is nothing to repair, or where the new journal would say
+    something else, TargetError where it cannot be written; then nothing has changed."""
+    lost = tuple(session.problems)
+    if not lost:
+        raise DocumentError("the journal is sound: there is nothing to repair")
+    new = folder / compaction.NEW
+    numbers = compaction.write_anew(new, session, journal)
+    written = read_replay(new)
+    if written.records != dict(session.records) or written.saved != dict(session.saved):
+        compaction.remove(new)
+        raise DocumentError("what can be read does not fit together; restore it from a copy")
+    kept = _free_name(folder)
+    journal.copy_to(kept)
+    journal.close()
+    try:
+        new.replace(folder / NAME)
+    except OSError as error:
+        session.use_journal(SqliteJournal(folder / NAME), {})
+        raise TargetError(f"cannot be written ({error.strerror})", file=folder) from error
+    taken = SqliteJournal(folder / NAME)
+    session.use_journal(taken, numbers)
+    session.problems = ()
+    return Repaired(taken, kept, lost)
+
+
+def _free_name(folder: Path) -> Path:
+    number = 1
+    while (path := folder / f"journal-damaged-{number}.sqlite").exists():
+        number += 1
+    return path

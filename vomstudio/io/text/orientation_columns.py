@@ -1,0 +1,150 @@
+"""What the columns of a table of orientations mean, and the angles in them."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vomstudio.errors import InputError
+from vomstudio.geology.orientation import wrap360
+from vomstudio.io.text.tables import TextTable, lines_in_words, plain
+
+ALIASES: dict[str, set[str]] = {
+    "dip direction": {"dipdirection", "dipdir", "dipdirn", "ddir", "dd", "ddr", "azimuthofdip"}
+    | {"dipazimuth", "dipazi", "dipaz", "dipdirectionazimuth", "directionofdip"},
+    "strike": {"strike", "strikerhr", "rhrstrike", "strikerighthand", "strikerighthandrule"}
+    | {"strikelhr", "lhrstrike", "strikelefthand", "strikelefthandrule", "strikeazimuth"},
+    "dip": {"dip", "dipangle", "dipamount", "dipmagnitude", "angleofdip"},
+    "quadrant": {"quadrant", "dipquadrant", "dipquad", "quad", "dipsector", "dipcardinal"}
+    | {
+        "dipdirectionquadrant",
+        "dipside",
+        "quadrantofdip",
+        "dipto",
+        "dipsto",
+        "dipstowards",
+        "dipstoward",
+    },
+    "azimuth": {"azimuth", "azimut", "azim", "azi", "az"},
+    "trend": {"trend", "trendazimuth", "plungeazimuth", "plungedirection", "plungedir"},
+    "plunge": {"plunge", "plungeangle", "plungeamount"},
+    "pole trend": {"poletrend", "trendofpole", "poleazimuth"},
+    "pole plunge": {"poleplunge", "plungeofpole"},
+    "attitude": {"attitude", "orientation", "planeorientation"},
+    "geometry": {"geometry", "geometrytype"},
+    "kind": {"kind", "type", "featuretype", "planetype"},
+    "set": {"set", "sets", "setname", "family", "domain"},
+    "id": {"id", "fid", "uid", "number", "no", "nr"},
+}
+_WIND = re.compile(r"[NSEW]{1,3}", re.IGNORECASE)
+_BEARING = re.compile(
+    r"[NSEW]{1,3}(\s*\d+([.,]\d+)?\s*°?\s*[EW]?)?|\d+([.,]\d+)?\s*°?\s*[NSEW]{1,3}", re.IGNORECASE
+)
+
+
+class Columns:
+    """The columns of one table by what they mean. `warnings` grows with what is strange in them."""
+
+    def __init__(self, table: TextTable, warnings: list[str]) -> None:
+        self.table = table
+        self.warnings = warnings
+        self._by_meaning = self._found()
+
+    def _found(self) -> dict[str, int]:
+        """Column by what it means; a meaning claimed twice is an error only where it is needed."""
+        found: dict[str, int] = {}
+        self._claimed_twice: dict[str, list[str]] = {}
+        for i, name in enumerate(self.table.names or ()):
+            for meaning, aliases in ALIASES.items():
+                if plain(name) not in aliases:
+                    continue
+                if meaning in found:
+                    first = self.table.label(found[meaning])
+                    self._claimed_twice.setdefault(meaning, [first]).append(name)
+                else:
+                    found[meaning] = i
+        return found
+
+    @property
+    def known(self) -> set[int]:
+        """Those of which the meaning is known."""
+        return set(self._by_meaning.values())
+
+    def find(self, meaning: str) -> int | None:
+        """The first column that means this, None where there is none."""
+        return self._by_meaning.get(meaning)
+
+    def take(self, meaning: str) -> int | None:
+        """The column that means this, None where there is none. Raises InputError where there are
+        several."""
+        if meaning in self._claimed_twice:
+            names = ", ".join(self._claimed_twice[meaning])
+            raise InputError(
+                f"more than one column is the {meaning} ({names}); rename all but one.",
+                file=self.table.path,
+                line=self.table.header_line,
+                field=meaning,
+            )
+        return self.find(meaning)
+
+    def words(self, meaning: str, kept: NDArray[np.int64]) -> tuple[str, ...] | None:
+        """The cells of a column, None where there is none or nothing in it."""
+        column = self.find(meaning)
+        if column is None:
+            return None
+        cells = self.table.labels(column)
+        words = tuple(cells[i] for i in kept)
+        return words if any(words) else None
+
+    def named(self, *columns: int) -> str:
+        names = [self.table.label(c) for c in columns]
+        return ", ".join(f"'{n}'" if self.table.names else n for n in names)
+
+    def azimuths(self, column: int, undefined: NDArray[np.bool_]) -> NDArray[np.float64]:
+        """(n,) in [0, 360); 0 where the direction is `undefined`, whatever is written there."""
+        values = self.table.numbers([column])[:, 0]
+        values = np.where(undefined, 0.0, values)
+        outside = np.isfinite(values) & ((values < 0.0) | (values > 360.0))
+        hopeless = np.isinf(values) | (outside & ((values < -360.0) | (values > 720.0)))
+        if hopeless.any():
+            raise self._outside(int(np.argmax(hopeless)), column, values, "0 to 360")
+        self.say_wrapped(column, [int(n) for n in self.table.line_numbers[outside]])
+        return np.asarray(wrap360(values))
+
+    def say_wrapped(self, column: int, where: list[int]) -> None:
+        if where:
+            self.warnings.append(
+                f"{len(where)} azimuth{'s' if len(where) > 1 else ''} outside 0 to 360 in "
+                f"{self.named(column)} taken modulo 360: {lines_in_words(where)}"
+            )
+
+    def inclinations(self, column: int, lowest: float) -> NDArray[np.float64]:
+        """(n,) dips or plunges, which must lie in [lowest, 90]."""
+        values = self.table.numbers([column])[:, 0]
+        outside = ~np.isnan(values) & ~((values >= lowest) & (values <= 90.0))
+        if outside.any():
+            raise self._outside(int(np.argmax(outside)), column, values, f"{lowest:g} to 90")
+        return values
+
+    def _outside(
+        self, row: int, column: int, values: NDArray[np.float64], wanted: str
+    ) -> InputError:
+        hint = ""
+        if wanted == "0 to 90":
+            hint = " (are the columns in another order? an overturned bed is a flag, not a dip)"
+        return InputError(
+            f"{values[row]:g} is outside {wanted} degrees; correct it{hint}.",
+            file=self.table.path,
+            line=int(self.table.line_numbers[row]),
+            field=self.table.label(column),
+        )
+
+    def has_letters(self, column: int) -> bool:
+        """Whether a cell is a bearing or a quadrant, such as N30E or 40SE."""
+        return any(_BEARING.fullmatch(cell) for cell in self.table.cells(column))
+
+    def are_winds(self, column: int) -> bool:
+        cells = [c for c in self.table.cells(column) if c]
+        return bool(cells) and all(_WIND.fullmatch(c) for c in cells)

@@ -1,0 +1,47 @@
+"""What a worker can be asked to do: a name, what is asked, what is answered, and who does it."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+from vomstudio.jobs import wire
+from vomstudio.progress import Progress
+
+Request = TypeVar("Request")
+Result = TypeVar("Result")
+
+
+class Lane(enum.Enum):
+    """Jobs of one lane follow one another in one process; lanes run beside each other, so that
+    reading a model never waits for a reconstruction."""
+
+    MODELS = "models"
+    FILES = "files"
+    PRODUCTS = "products"
+    PHOTOS = "photos"
+    RECONSTRUCTION = "reconstruction"
+    INSPECTION = "inspection"
+
+
+@dataclass(frozen=True)
+class Nothing:
+    """Of a job that is asked nothing, or that answers by being done."""
+
+
+@dataclass(frozen=True)
+class Job(Generic[Request, Result]):
+    """`request` and `result` are dataclasses of what can cross as JSON, see `wire`."""
+
+    name: str
+    lane: Lane
+    request: type[Request]
+    result: type[Result]
+    do: Callable[[Request, Progress], Result]
+
+    def carry_out(self, args: Any, progress: Progress) -> Any:
+        """In the worker: plain values in, plain values out. Raises WorkerError where they do not
+        fit, and what the work raises."""
+        return wire.encode(self.do(wire.decode(self.request, args), progress))

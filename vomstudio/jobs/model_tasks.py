@@ -1,0 +1,218 @@
+"""Models in a worker: read, looked at, copied, written."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from vomstudio.jobs.job import Job, Lane, Nothing
+from vomstudio.progress import Progress
+
+Matrix = tuple[tuple[float, ...], ...]
+"""Rows of 4 x 4, as a model's `to_world` is written down."""
+
+
+def _warm(asked: Nothing, progress: Progress) -> Nothing:
+    import laspy  # noqa: F401
+    import lazrs  # noqa: F401
+    import pyproj  # noqa: F401
+    import scipy.spatial  # noqa: F401
+
+    from vomstudio.io.models.formats.obj import warm_up
+
+    warm_up()
+    return Nothing()
+
+
+WARM = Job("warm", Lane.MODELS, Nothing, Nothing, _warm)
+"""Import what reading a model needs, so that the first model opens at once."""
+
+
+def _compile_kernels(asked: Nothing, progress: Progress) -> Nothing:
+    import importlib
+    import os
+    import pkgutil
+
+    import vomstudio
+
+    if hasattr(os, "nice"):
+        os.nice(10)
+    for module in pkgutil.walk_packages(vomstudio.__path__, "vomstudio."):
+        if module.name.endswith("_kernels"):
+            progress.step(0)
+            importlib.import_module(module.name)
+    return Nothing()
+
+
+COMPILE_KERNELS = Job("compile_kernels", Lane.PHOTOS, Nothing, Nothing, _compile_kernels)
+"""Import every module of compiled kernels: those that were never used on this machine are compiled
+now, for seconds each, and not when somebody waits for them."""
+
+
+@dataclass(frozen=True)
+class ModelFile:
+    """path : of the model; cache : the folder below which it is kept at hand"""
+
+    path: Path
+    cache: Path
+
+
+@dataclass(frozen=True)
+class CachedModel:
+    """folder : in the cache, from where it is mapped; crs and content_hash : the file's own;
+    resolution : usual spacing, None where there is none"""
+
+    folder: Path
+    kind: Literal["mesh", "cloud"]
+    crs: str | None
+    content_hash: str
+    warnings: tuple[str, ...]
+    resolution: float | None
+
+
+def _load_model(asked: ModelFile, progress: Progress) -> CachedModel:
+    from vomstudio.io.gis.crs import sidecar_crs
+    from vomstudio.io.models import model_cache
+    from vomstudio.io.models.opening import resolution
+
+    folder = model_cache.folder_of(asked.path, asked.cache)
+    loaded = model_cache.load(asked.path, folder, progress)
+    spacing = loaded.resolution
+    if spacing is None:
+        spacing = resolution(loaded.data)
+    return CachedModel(
+        folder,
+        loaded.kind,
+        # A .prj that came after the cache was written counts too.
+        loaded.crs or sidecar_crs(asked.path)[0],
+        loaded.content_hash,
+        tuple(loaded.warnings),
+        spacing if spacing == spacing else None,
+    )
+
+
+LOAD_MODEL = Job("load_model", Lane.MODELS, ModelFile, CachedModel, _load_model)
+"""Read a model into a cache folder, from where the window maps it."""
+
+
+@dataclass(frozen=True)
+class Glimpse:
+    """out : the file into which the points go"""
+
+    path: Path
+    out: Path
+
+
+@dataclass(frozen=True)
+class GlimpsedPoints:
+    """points : how many, 0 where the file has no quick look"""
+
+    points: int
+
+
+def _preview_model(asked: Glimpse, progress: Progress) -> GlimpsedPoints:
+    import numpy as np
+
+    from vomstudio.io.models.preview import preview
+
+    cloud = preview(asked.path)
+    if cloud is None:
+        return GlimpsedPoints(0)
+    arrays: dict[str, Any] = {"points": cloud.points}
+    if cloud.colors is not None:
+        arrays["colors"] = cloud.colors
+    for name, values in cloud.fields.items():
+        if "intensity" in name.lower():
+            arrays["intensity"] = values
+    np.savez(asked.out, **arrays)
+    return GlimpsedPoints(len(cloud.points))
+
+
+PREVIEW_MODEL = Job("preview_model", Lane.MODELS, Glimpse, GlimpsedPoints, _preview_model)
+"""Write points spread over a cloud as arrays."""
+
+
+@dataclass(frozen=True)
+class ModelCopy:
+    """folder : below which the model goes with all that belongs to it; cameras : the file of its
+    photos' cameras, None for the one beside it; photos : whether they are copied too"""
+
+    path: Path
+    folder: Path
+    cameras: Path | None = None
+    photos: bool = False
+
+
+@dataclass(frozen=True)
+class CopiedModel:
+    path: Path
+
+
+def _copy_model(asked: ModelCopy, progress: Progress) -> CopiedModel:
+    from vomstudio.io.models.model_copy import copy_model
+
+    return CopiedModel(
+        copy_model(asked.path, asked.folder, progress, cameras=asked.cameras, photos=asked.photos)
+    )
+
+
+COPY_MODEL = Job("copy_model", Lane.FILES, ModelCopy, CopiedModel, _copy_model)
+
+
+@dataclass(frozen=True)
+class ModelExport:
+    """The model `path`, kept at hand under `cache`, is written to `out` in World: turned and scaled
+    by to_world, in `crs`, None where there is none."""
+
+    path: Path
+    cache: Path
+    to_world: Matrix
+    crs: str | None
+    out: Path
+
+
+@dataclass(frozen=True)
+class ExportedModel:
+    warnings: tuple[str, ...]
+
+
+def _export_model(asked: ModelExport, progress: Progress) -> ExportedModel:
+    from dataclasses import replace
+
+    import numpy as np
+
+    from vomstudio.geometry import transform
+    from vomstudio.geometry.mesh import Mesh
+    from vomstudio.io.models import model_cache
+    from vomstudio.io.models.model_copy import companions
+    from vomstudio.io.models.writing import choose_writer, write_model
+
+    choose_writer(asked.out)
+    folder = model_cache.folder_of(asked.path, asked.cache)
+    data = model_cache.load(asked.path, folder, progress).data
+    rows = transform.matrix(asked.to_world)
+    if not np.array_equal(rows, np.eye(4)):
+        if isinstance(data, Mesh):
+            data = replace(data, vertices=transform.apply(rows, data.vertices))
+        else:
+            normals = data.normals
+            if normals is not None:
+                normals = transform.rotate(rows, normals).astype(np.float32)
+            data = replace(
+                data, points=transform.apply(rows, data.points), normals=normals, arrangement=None
+            )
+    warnings = write_model(
+        data,
+        asked.crs,
+        asked.out,
+        force=True,
+        inputs=[asked.path, *companions(asked.path)],
+        progress=progress,
+    )
+    return ExportedModel(tuple(warnings))
+
+
+EXPORT_MODEL = Job("export_model", Lane.PRODUCTS, ModelExport, ExportedModel, _export_model)
+
+JOBS = (WARM, COMPILE_KERNELS, LOAD_MODEL, PREVIEW_MODEL, COPY_MODEL, EXPORT_MODEL)

@@ -1,0 +1,162 @@
+"""Photos in a worker: listed, and checked for what they can give."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from vomstudio.io.project.taking_in import Beside
+from vomstudio.jobs.job import Job, Lane
+from vomstudio.progress import Progress
+from vomstudio.survey.check_results import SurveyReport
+
+
+@dataclass(frozen=True)
+class PhotosIn:
+    """photos : their folder; cache : thumbnails are kept below it"""
+
+    photos: Path
+    cache: Path
+
+
+@dataclass(frozen=True)
+class ListedPhoto:
+    """What a photo says of itself. place : (x, y) metres in plan; looks : unit (dx, dy), each None
+    where it is not known"""
+
+    name: str
+    path: str
+    width: int
+    height: int
+    camera: str
+    focal: str
+    taken: str
+    has_gps: bool
+    mask: str | None
+    thumbnail: str | None
+    place: tuple[float, float] | None
+    looks: tuple[float, float] | None
+    found_sha256: str
+    """Of the file of its mask, "" without one."""
+
+
+@dataclass(frozen=True)
+class PhotoList:
+    """left_out : sentences on what is no usable photo"""
+
+    rows: tuple[ListedPhoto, ...]
+    left_out: tuple[str, ...]
+
+
+def _list_photos(asked: PhotosIn, progress: Progress) -> PhotoList:
+    from vomstudio.io.photos.pixels import thumbnail
+    from vomstudio.io.photos.reading import read_photos
+    from vomstudio.survey.camera_positions import metres_from_gps
+
+    found = read_photos(asked.photos, progress)
+    thumbnails = asked.cache / "thumbnails"
+    thumbnails.mkdir(parents=True, exist_ok=True)
+    places = metres_from_gps(found.photos)
+    progress.stage("Thumbnails", len(found.photos))
+    rows = []
+    for number, photo in enumerate(found.photos):
+        progress.step(number)
+        looks = None
+        if photo.yaw_deg is not None and (photo.pitch_deg is None or photo.pitch_deg > -80):
+            yaw = math.radians(photo.yaw_deg)
+            looks = (math.sin(yaw), math.cos(yaw))
+        east, north = (float(value) for value in places[number, :2])
+        rows.append(
+            ListedPhoto(
+                name=photo.name,
+                path=str(photo.path),
+                width=photo.width,
+                height=photo.height,
+                camera=photo.camera or "unknown",
+                focal=_focal(photo),
+                taken="" if photo.taken is None else photo.taken.isoformat(" ", "seconds"),
+                has_gps=photo.latitude_deg is not None,
+                mask=None if photo.mask is None else str(photo.mask),
+                thumbnail=_keep_thumbnail(photo, thumbnails, thumbnail),
+                place=(east, north) if math.isfinite(east) else None,
+                looks=looks,
+                found_sha256="" if photo.mask is None else _sha256(photo.mask),
+            )
+        )
+    left_out = [f"{name} is not used: it {reason}" for name, reason in found.skipped]
+    return PhotoList(tuple(rows), (*left_out, *found.warnings))
+
+
+def _sha256(path: Path) -> str:
+    try:
+        with path.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError:
+        return ""
+
+
+def _focal(photo: Any) -> str:
+    if photo.focal_mm is None:
+        return "unknown" if photo.focal_px is None else f"{photo.focal_px:.0f} px"
+    return f"{photo.focal_mm:g} mm"
+
+
+def _keep_thumbnail(photo: Any, folder: Path, thumbnail: Callable[..., Any]) -> str | None:
+    """The file of a small picture that is kept between sessions; None where there is none."""
+    from PIL import Image
+
+    status = photo.path.stat()
+    name = f"{photo.path.resolve()} {status.st_size} {status.st_mtime_ns}"
+    out = folder / f"{hashlib.sha256(name.encode()).hexdigest()[:24]}.jpg"
+    if not out.exists():
+        try:
+            Image.fromarray(thumbnail(photo, 144)).convert("RGB").save(out, quality=85)
+        except (OSError, ValueError):
+            return None
+    return str(out)
+
+
+LIST_PHOTOS = Job("list_photos", Lane.PHOTOS, PhotosIn, PhotoList, _list_photos)
+"""What the photos of a folder say of themselves."""
+
+
+def _check_photos(asked: PhotosIn, progress: Progress) -> SurveyReport:
+    from vomstudio.io.photos.reading import read_photos
+    from vomstudio.survey.check import check_photos
+
+    return check_photos(read_photos(asked.photos), progress=progress)
+
+
+CHECK_PHOTOS = Job("check_photos", Lane.PHOTOS, PhotosIn, SurveyReport, _check_photos)
+"""The survey check of a folder of photos, as `vomstudio check` prints it."""
+
+
+@dataclass(frozen=True)
+class PhotosBeside:
+    """What lies beside the photos called `names`: tables, and masks, file by photo, which are kept
+    in the folder `project`"""
+
+    project: Path
+    control: Path | None
+    marks: Path | None
+    masks: Mapping[str, Path]
+    names: tuple[str, ...]
+
+
+def _take_in_photos(asked: PhotosBeside, progress: Progress) -> Beside:
+    from vomstudio.io.project.taking_in import read_beside
+
+    progress.stage("Taking in points and masks", len(asked.masks))
+    return read_beside(
+        asked.project, asked.control, asked.marks, asked.masks, asked.names, progress
+    )
+
+
+TAKE_IN_PHOTOS = Job("take_in_photos", Lane.PHOTOS, PhotosBeside, Beside, _take_in_photos)
+"""What lies beside photos, to become records."""
+
+JOBS = (LIST_PHOTOS, CHECK_PHOTOS, TAKE_IN_PHOTOS)

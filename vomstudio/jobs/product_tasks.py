@@ -1,0 +1,93 @@
+"""What is made of a project in a worker: GIS layers, orthophotos."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from vomstudio.jobs.job import Job, Lane, Nothing
+from vomstudio.jobs.model_tasks import Matrix
+from vomstudio.products.ortho import orthophoto, planning, views
+from vomstudio.progress import Progress
+
+
+@dataclass(frozen=True)
+class LayersOf:
+    """The GIS layers of the project in `folder` go to its `project.gpkg`."""
+
+    folder: Path
+
+
+def _write_layers(asked: LayersOf, progress: Progress) -> Nothing:
+    from vomstudio.io.project.export import export_project
+
+    export_project(asked.folder, "gpkg", asked.folder / "project.gpkg", force=True)
+    return Nothing()
+
+
+WRITE_LAYERS = Job("write_layers", Lane.FILES, LayersOf, Nothing, _write_layers)
+
+
+@dataclass(frozen=True)
+class OrthophotoOrder:
+    """Of the model `path`, kept at hand under `cache`. crs, gsd, region and sheet may be None."""
+
+    path: Path
+    cache: Path
+    view: views.View
+    to_world: Matrix
+    crs: str | None
+    gsd: float | None
+    region: planning.Region | None
+    out: Path
+    sheet: Path | None
+
+
+@dataclass(frozen=True)
+class WrittenOrthophoto:
+    """unit : of gsd_m, "m", or "units" where the scale is not known; coverage : share, 0 to 1"""
+
+    image: Path
+    sheet: Path | None
+    width: int
+    height: int
+    gsd_m: float
+    unit: str
+    coverage: float
+    warnings: tuple[str, ...]
+
+
+def _orthophoto(asked: OrthophotoOrder, progress: Progress) -> WrittenOrthophoto:
+    from vomstudio.io.models import model_cache
+
+    folder = model_cache.folder_of(asked.path, asked.cache)
+    loaded = model_cache.load(asked.path, folder, progress)
+    plan = planning.plan(
+        loaded.data, asked.view, to_world=asked.to_world, gsd=asked.gsd, region=asked.region
+    )
+    made = orthophoto.write_orthophoto(
+        loaded.data,
+        plan,
+        asked.out,
+        crs=asked.crs,
+        model=str(asked.path),
+        content_hash=loaded.content_hash,
+        sheet=asked.sheet,
+        force=True,
+        progress=progress,
+    )
+    return WrittenOrthophoto(
+        image=Path(made.image),
+        sheet=None if made.sheet is None else Path(made.sheet),
+        width=plan.grid.width,
+        height=plan.grid.height,
+        gsd_m=plan.grid.gsd,
+        unit="m" if plan.view.metric else "units",
+        coverage=made.coverage,
+        warnings=tuple(made.warnings),
+    )
+
+
+ORTHOPHOTO = Job("orthophoto", Lane.PRODUCTS, OrthophotoOrder, WrittenOrthophoto, _orthophoto)
+
+JOBS = (WRITE_LAYERS, ORTHOPHOTO)

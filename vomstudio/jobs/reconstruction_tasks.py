@@ -1,0 +1,107 @@
+"""A model of photos, made in a worker."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from vomstudio.jobs import wire
+from vomstudio.jobs.job import Job, Lane
+from vomstudio.progress import Progress
+from vomstudio.survey.check_results import SurveyReport
+
+
+@dataclass(frozen=True)
+class ReconstructionOrder:
+    """Of the photos in the folder `photos`, below `out`; the rest as in `Settings`.
+
+    scheduler : address of a Dask cluster, None for this machine's processors
+    """
+
+    photos: Path
+    out: Path
+    quality: str
+    crs: str | None = None
+    control: Path | None = None
+    marks: Path | None = None
+    threads: int | None = None
+    seed: int = 0
+    scheduler: str | None = None
+
+
+@dataclass(frozen=True)
+class Reconstruction:
+    """What was made, in figures and file names: the object that `vomstudio reconstruct` prints.
+
+    frame : "EPSG:n" or "local"; seconds : by stage; dense_gsd_m : a pixel of the depth maps on the
+    rock; what is left open in its type is for the report, as the stages have told it
+    """
+
+    photos: int
+    registered: int
+    unregistered: tuple[str, ...]
+    survey: SurveyReport
+    alignment_notes: tuple[str, ...]
+    reprojection_error_px: float
+    cameras: str
+    sparse: str
+    dense: str
+    mesh: str
+    dense_points: int
+    faces: int
+    frame: str
+    scaled: bool
+    seconds: Mapping[str, float]
+    peak_memory_mb: int
+    report: str
+    poses: str
+    folder: str
+    warnings: tuple[str, ...]
+    tie_points: int
+    tie_points_of_3: int
+    photo_rows: tuple[Mapping[str, Any], ...]
+    dense_gsd_m: float | None
+    calibration: tuple[Mapping[str, Any], ...]
+    registration: Mapping[str, Any]
+    model: Mapping[str, Any]
+    settings: Mapping[str, Any]
+    versions: Mapping[str, str]
+    drawing: Mapping[str, Any]
+    work_mb: float
+
+    def as_dict(self) -> dict[str, Any]:
+        plain: dict[str, Any] = wire.encode(self)
+        return plain
+
+
+def _reconstruct(asked: ReconstructionOrder, progress: Progress) -> Reconstruction:
+    from vomstudio.jobs.executors import make_executor
+    from vomstudio.photogrammetry.base.settings import Settings
+    from vomstudio.photogrammetry.pipeline import outputs, reconstruction
+    from vomstudio.products.report.reconstruction import write_report
+
+    settings = Settings(
+        quality=asked.quality,
+        crs=asked.crs,
+        control=asked.control,
+        marks=asked.marks,
+        threads=asked.threads,
+        seed=asked.seed,
+    )
+    executor = make_executor(settings.threads, asked.scheduler)
+    try:
+        result = reconstruction.reconstruct(asked.photos, asked.out, settings, executor, progress)
+    finally:
+        executor.close()
+    with outputs.disk_watched(asked.out):
+        write_report(outputs.Outputs(asked.out).report, result)
+    return wire.decode(Reconstruction, result)
+
+
+RECONSTRUCT = Job(
+    "reconstruct", Lane.RECONSTRUCTION, ReconstructionOrder, Reconstruction, _reconstruct
+)
+
+JOBS = (RECONSTRUCT,)

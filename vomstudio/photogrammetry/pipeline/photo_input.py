@@ -1,0 +1,100 @@
+"""The photos that a reconstruction begins with: which are used, and what makes them the same."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vomstudio.errors import InputError
+from vomstudio.photogrammetry.base.checkpoints import key_of
+from vomstudio.photogrammetry.base.settings import Settings
+from vomstudio.progress import Progress
+
+if TYPE_CHECKING:
+    from vomstudio.geometry.cameras import View
+    from vomstudio.io.photos.photo import Photo
+    from vomstudio.io.photos.reading import PhotoFolder
+
+
+def usable_photos(folder: Path, settings: Settings, progress: Progress) -> PhotoFolder:
+    """The photos; what can be known to fail after hours is refused here.
+
+    Raises InputError.
+    """
+    from vomstudio.io.control.control_files import agreed_crs, read_control, read_marks
+    from vomstudio.io.photos.reading import read_photos
+    from vomstudio.photogrammetry.place.control_check import check_control
+
+    points = [] if settings.control is None else read_control(settings.control)
+    marks = [] if settings.marks is None else read_marks(settings.marks)
+    if settings.control is not None:
+        agreed_crs(settings.control, settings.crs)
+    found = read_photos(folder, progress)
+    if len(found.photos) < 2:
+        name, reason = found.skipped[0] if found.skipped else ("", "")
+        raise InputError(
+            "holds one photo only that can be used"
+            + (f" ({name} {reason})" if name else "")
+            + "; a model needs at least two that overlap, better ten",
+            file=folder,
+        )
+    if settings.control is not None:
+        checked = check_control(points, marks, found.photos, settings.crs)
+        if checked.problem is not None:
+            raise InputError(checked.problem, file=settings.marks)
+    if settings.crs is not None and settings.control is None:
+        placed = sum(p.latitude_deg is not None and p.altitude_m is not None for p in found.photos)
+        if placed < 3:
+            raise InputError(
+                f"{placed or 'none'} of the {len(found.photos)} photos state where they were taken "
+                f"(latitude, longitude and altitude), and {settings.crs} needs at least 3: name "
+                "control points with --gcp, or leave out --crs",
+                file=folder,
+            )
+    return found
+
+
+@dataclass(frozen=True)
+class TakenPhoto:
+    """A photo as it was taken, for the texture; read when it is asked for."""
+
+    taken: Photo
+    view: View
+
+    @property
+    def photo(self) -> bytes:
+        return bytes_of(self.taken.path)
+
+    @property
+    def mask(self) -> bytes | None:
+        return None if self.taken.mask is None else bytes_of(self.taken.mask)
+
+
+def hash_of(photo: Photo) -> str:
+    """Of the file and its mask."""
+    return key_of(*(hash_file(path) for path in (photo.path, photo.mask) if path is not None))
+
+
+def bytes_of(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise InputError(
+            f"cannot be read any more ({error.strerror}); put it back and start again", file=path
+        ) from error
+
+
+def hash_file(path: Path) -> str:
+    try:
+        with path.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror})", file=path) from error
+
+
+def facts_of(photos: Sequence[Photo]) -> list[Any]:
+    """What the alignment takes from the photos besides their pixels."""
+    return [[p.name, str(p.camera_key), p.latitude_deg, p.longitude_deg] for p in photos]

@@ -1,0 +1,73 @@
+"""What a reconstruction leaves for other programs: cameras, tie points, cloud and model."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vomstudio.files.atomic import atomic_write
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.photogrammetry.pipeline.outputs import Outputs
+from vomstudio.photogrammetry.pipeline.report_data import tie_points
+from vomstudio.progress import Progress
+
+if TYPE_CHECKING:
+    from vomstudio.photogrammetry.align.alignment import Alignment
+
+
+def write_cameras_of(
+    outputs: Outputs, photos: Path, alignment: Alignment, scene: SparseScene
+) -> None:
+    """Cameras and tie points are there before the hours of dense work."""
+    from vomstudio.io.models.writing import write_model
+    from vomstudio.io.photos.cameras_file import Cameras, write_cameras, write_cameras_csv
+
+    cameras = Cameras(scene.views, photos, scene.origin, scene.crs, scene.scaled)
+    write_cameras_csv(outputs.cameras, cameras, force=True)
+    write_cameras(outputs.poses, cameras, force=True)
+    write_model(tie_points(scene), scene.crs, outputs.sparse, force=True)
+    # Of an earlier run, before markers joined them.
+    for folder in outputs.folder.glob("part[0-9]*"):
+        for name in (outputs.poses.name, outputs.sparse.name):
+            (folder / name).unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            folder.rmdir()
+    for number, part in enumerate(alignment.parts[1:], start=2):
+        folder = outputs.folder / f"part{number}"
+        folder.mkdir(exist_ok=True)
+        cameras = Cameras(part.views, photos)
+        write_cameras(folder / outputs.poses.name, cameras, force=True)
+        write_model(tie_points(part), None, folder / outputs.sparse.name, force=True)
+
+
+def write_models(
+    outputs: Outputs, scene: SparseScene, cloud: PointCloud, textured: Mesh, progress: Progress
+) -> None:
+    """The cloud and the textured mesh, in World."""
+    from vomstudio.io.models.writing import write_model
+
+    progress.stage("Writing", 2 + len(outputs.others))
+    world = replace(cloud, points=cloud.points + scene.origin)
+    write_model(world, scene.crs, outputs.dense, force=True)
+    mesh = replace(textured, vertices=textured.vertices + scene.origin)
+    for done, path in enumerate((outputs.mesh, *outputs.others), start=1):
+        progress.step(done)
+        write_model(mesh, scene.crs, path, force=True)
+    if scene.crs is not None:
+        from pyproj import CRS
+
+        with atomic_write(outputs.mesh.with_suffix(".prj"), True) as path:
+            path.write_text(CRS.from_user_input(scene.crs).to_wkt(), encoding="utf-8")
+
+
+def write_json(path: Path, value: dict[str, Any]) -> None:
+    path.write_text(json.dumps(value, indent=1, default=_number), encoding="utf-8")
+
+
+def _number(value: Any) -> Any:
+    return value.tolist() if hasattr(value, "tolist") else str(value)

@@ -1,0 +1,34 @@
+"""The scene in World: metres, less a whole origin near it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.registration.similarity import Similarity
+
+Array = npt.NDArray[np.float64]
+
+
+def moved(
+    scene: SparseScene, fit: Similarity, origin: tuple[int, int, int], crs: str | None
+) -> SparseScene:
+    """The scene after a similarity into World minus `origin`, in metres."""
+    return replace(
+        scene,
+        views=tuple(v.moved(fit.scale, fit.rotation, fit.translation) for v in scene.views),
+        points=fit(scene.points),
+        origin=origin,
+        crs=crs,
+        scaled=True,
+    )
+
+
+def integer_origin(positions: Array) -> tuple[int, int, int]:
+    """Whole hundreds of metres near the positions."""
+    x, y, z = (int(math.floor(v / 100) * 100) for v in np.median(positions, axis=0))
+    return x, y, z

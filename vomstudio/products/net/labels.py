@@ -1,0 +1,78 @@
+"""Where a label goes beside its mark."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Protocol
+
+from vomstudio.geology.orientation import Array
+from vomstudio.products.net.legend import text_width
+
+Box = tuple[float, float, float, float]
+"""Left, lower, right and upper edge, in points from the lower left corner of the figure."""
+
+
+class Sheet(Protocol):
+    """What is known of the figure, in points: its size, the net, the size of its letters, and
+    where text is already."""
+
+    width: float
+    height: float
+    cx: float
+    cy: float
+    radius: float
+    font: float
+    text_boxes: list[Box]
+
+
+def free_place(
+    sheet: Sheet, mark: Array, text: str, crowd: Array, marks: Sequence[Array]
+) -> tuple[float, float] | None:
+    """Left end and middle height of a label near a mark: the place that meets no other text
+    or mark, stays in the figure, and hides the fewest poles; None where there is no room."""
+    width, half = text_width(text, sheet.font), 0.62 * sheet.font
+    best, cost = None, math.inf
+    for reach in (1.0, 1.7, 2.6, 4.0):
+        away = reach * 1.1 * sheet.font
+        for i in range(12):
+            angle = math.radians(30.0 * i)
+            dx, dy = math.cos(angle), math.sin(angle)
+            x = float(mark[0]) + away * dx - width * (0.5 - 0.5 * dx)
+            y = float(mark[1]) + away * dy
+            box = (x - 2, y - half, x + width + 2, y + half)
+            if box[0] < 2 or box[2] > sheet.width - 2:
+                continue
+            if box[1] < 2 or box[3] > sheet.height - 2:
+                continue
+            if any(_meet(box, other) for other in sheet.text_boxes):
+                continue
+            gaps = [_gap(box, m) for m in marks]
+            if min(gaps) < _gap(box, mark):  # it would be read as another mark's
+                continue
+            hits = sum(_holds(box, m, 0.6 * sheet.font) for m in marks)
+            inside = ((crowd > [box[0], box[1]]) & (crowd < [box[2], box[3]])).all(axis=1).sum()
+            corner = max(
+                math.hypot(cx - sheet.cx, cy - sheet.cy) for cx in box[::2] for cy in box[1::2]
+            )
+            rim = 3.0 if corner > sheet.radius else 0.0  # would lie across the rim
+            now = 30.0 * hits + float(inside) + rim + 1.5 * reach
+            if now < cost:
+                best, cost = (x, y), now
+    return best
+
+
+def _meet(a: Box, b: Box) -> bool:
+    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
+
+
+def _gap(box: Box, mark: Array) -> float:
+    """Distance of a mark from a box."""
+    dx = max(box[0] - float(mark[0]), 0.0, float(mark[0]) - box[2])
+    dy = max(box[1] - float(mark[1]), 0.0, float(mark[1]) - box[3])
+    return math.hypot(dx, dy)
+
+
+def _holds(box: Box, mark: Array, margin: float) -> bool:
+    x, y = float(mark[0]), float(mark[1])
+    return box[0] - margin < x < box[2] + margin and box[1] - margin < y < box[3] + margin

@@ -1,0 +1,153 @@
+"""What an orthophoto will be, before a ray is cast: its grid over the plane of the view."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError, UsageError
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.view_frame import ViewFrame
+from vomstudio.products.ortho.tiles import Grid
+from vomstudio.products.ortho.views import View
+from vomstudio.products.ortho.world import in_world
+
+Array = npt.NDArray[np.float64]
+
+MAX_PIXELS = 300_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What an orthophoto will be, before a ray is cast.
+
+    reference : (3,) World, the centre of the model's bounds, where depth is 0
+    notes : what was chosen for the user, one sentence each
+    """
+
+    view: View
+    frame: ViewFrame
+    grid: Grid
+    reference: Array
+    points: Array
+    notes: tuple[str, ...]
+
+    @property
+    def pixel_to_world(self) -> Array:
+        return self.frame.pixel_to_world(
+            self.grid.gsd, self.reference, self.grid.left, self.grid.top
+        )
+
+
+@dataclass(frozen=True)
+class Region:
+    """A part of the view plane: so many metres to the right and up, about a World point."""
+
+    centre: tuple[float, float, float]
+    width: float
+    height: float
+
+
+def plan(
+    data: Mesh | PointCloud,
+    view: View,
+    *,
+    to_world: npt.ArrayLike,
+    gsd: float | None = None,
+    region: Region | None = None,
+) -> Plan:
+    """Fix the grid. `points` of the result are the model's vertices in the view's axes.
+
+    gsd : metres per pixel; None takes the resolution of texture or cloud. region : only this part
+    of the model is drawn. Raises UsageError where the picture would be too large, with the gsd that
+    would do, and InputError for an empty model or where the region shows nothing of it.
+    """
+    vertices = data.vertices if isinstance(data, Mesh) else data.points
+    if not len(vertices) or (isinstance(data, Mesh) and not len(data.faces)):
+        raise InputError("there is no surface in this model to look at.")
+    world = in_world(to_world, vertices)
+    if isinstance(data, Mesh):
+        used = np.zeros(len(world), bool)
+        used[data.faces.ravel()] = True
+        seen = world if used.all() else world[used]
+    else:
+        seen = world
+    reference = seen.min(axis=0) + (seen.max(axis=0) - seen.min(axis=0)) / 2
+    frame = view.frame
+    points = frame.to_view(world, reference)
+    low, high = (f(points if seen is world else points[used], axis=0) for f in (np.min, np.max))
+    notes: list[str] = []
+    if region is not None:
+        centre = frame.to_view(np.array([region.centre]), reference)[0]
+        half = 0.5 * np.array([region.width, region.height])
+        low[:2], high[:2] = (
+            np.maximum(low[:2], centre[:2] - half),
+            np.minimum(high[:2], centre[:2] + half),
+        )
+        if (low[:2] > high[:2]).any():
+            raise InputError("nothing of this model is in the chosen part of the view.")
+    extent = np.maximum(high - low, 0.0)[:2]
+    if gsd is None:
+        gsd, why = default_gsd(data, to_world, float(extent.max()))
+        least = _least_gsd(extent)
+        if least > gsd:
+            gsd = least
+            why = f"the finest that stays under {MAX_PIXELS // 1_000_000} million pixels"
+        notes.append(f"gsd {gsd:g} m per pixel: {why}")
+    if not math.isfinite(gsd) or gsd <= 0:
+        raise UsageError("the size of a pixel must be a length in metres.", field="--gsd")
+    least = _least_gsd(extent)
+    pixels = math.prod(max(1, math.ceil(v / gsd)) for v in extent.tolist())
+    if pixels > MAX_PIXELS:
+        raise UsageError(
+            f"pixels of {gsd:g} m would make a picture of {pixels / 1e6:.0f} million pixels; at "
+            f"most {MAX_PIXELS // 1_000_000} million are made: --gsd {least:g} would do.",
+            field="--gsd",
+        )
+    return Plan(view, frame, Grid.over(low, high, gsd), reference, points, tuple(notes))
+
+
+def default_gsd(
+    data: Mesh | PointCloud, to_world: npt.ArrayLike, extent: float
+) -> tuple[float, str]:
+    """Two significant digits of what the model can show, and where that comes from."""
+    from vomstudio.geometry.transform import matrix, scale_of
+    from vomstudio.io.models.opening import resolution
+
+    scale = scale_of(matrix(np.asarray(to_world, np.float64)))
+    found, why = math.nan, ""
+    if isinstance(data, Mesh):
+        from vomstudio.products.ortho.mesh_picture import texel_sizes
+
+        sizes = sorted((size, area) for _, size, area in texel_sizes(data, data.vertices).values())
+        if sizes:
+            share = np.cumsum([area for _, area in sizes])
+            found = sizes[int(np.searchsorted(share, 0.5 * share[-1]))][0] * scale
+            why = "the texture's own resolution on the surface"
+    if not math.isfinite(found) or found <= 0:
+        found = resolution(data) * scale
+        why = (
+            "the mean length of the mesh's edges"
+            if isinstance(data, Mesh)
+            else "the cloud's mean spacing"
+        )
+    if not math.isfinite(found) or found <= 0:
+        found, why = max(extent, 1.0) / 1000, "a thousandth of the model's size"
+    return float(f"{found:.2g}"), why
+
+
+def _least_gsd(extent: Array) -> float:
+    """The smallest gsd, of two digits, whose picture has no more than MAX_PIXELS."""
+    width, height = (float(v) for v in extent)
+    gsd = max(math.sqrt(width * height / MAX_PIXELS), max(width, height) / MAX_PIXELS, 1e-12)
+    step = 10.0 ** (math.floor(math.log10(gsd)) - 1)
+    digits = math.ceil(gsd / step)
+    while math.ceil(width / (digits * step) + 1) * math.ceil(height / (digits * step) + 1) > (
+        MAX_PIXELS
+    ):
+        digits += 1
+    return float(f"{digits * step:.3g}")

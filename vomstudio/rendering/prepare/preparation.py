@@ -1,0 +1,393 @@
+"""From a model's arrays to what the scene draws and picks with, in a worker thread.
+
+Everything made here is a private copy that nobody else touches until it is handed over through
+`emit`; from then on it belongs to the thread that draws. The work goes in pieces whose numpy and
+VTK calls release the interpreter lock, so that a window beside it stays alive.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
+from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkStaticCellLocator
+
+from vomstudio.geometry.arrangement import arrange
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.streaming.octree import (
+    POINT_BUDGET,
+    ArrangedNodes,
+    CloudNodes,
+    StreamedCloud,
+)
+from vomstudio.rendering.prepare import vtk_data
+from vomstudio.rendering.prepare.events import (
+    ChunksDone,
+    Emit,
+    FieldReady,
+    LocatorReady,
+    MeshChunkReady,
+    Problem,
+    ProxyReady,
+    Stopped,
+    TextureReady,
+    TexturesDone,
+)
+from vomstudio.rendering.prepare.streaming import Streamer, Submit
+from vomstudio.rendering.prepare.textures import Texture, TextureProblem, load_texture, overview
+from vomstudio.rendering.view import blocks
+from vomstudio.rendering.view.blocks import FaceChunk
+from vomstudio.rendering.view.scalars import FieldStyle, make_scale, reader
+
+PROXY_FACES = 45_000
+PROXY_ABOVE = 150_000
+FACES_PER_CHUNK = 30_000
+PIECE = 1 << 18
+ROW = 3 * 512
+
+NEUTRAL = (190, 186, 178)
+
+Colors = npt.NDArray[np.uint8]
+Float32 = npt.NDArray[np.float32]
+
+
+def pieces(count: int, stop: threading.Event, size: int = PIECE) -> Iterator[slice]:
+    for start in range(0, count, size):
+        if stop.is_set():
+            raise Stopped
+        yield slice(start, min(start + size, count))
+
+
+def finite_bounds(
+    points: npt.NDArray[np.floating], stop: threading.Event
+) -> npt.NDArray[np.float64]:
+    """(2, 3) corners of the finite points; zeros where there is none."""
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for part in pieces(len(points), stop):
+        # In rows of many points: a reduction along rows of three is eight times slower.
+        flat = np.ascontiguousarray(points[part]).reshape(-1)
+        whole = len(flat) // ROW * ROW
+        for some in (flat[:whole].reshape(-1, ROW), flat[whole:].reshape(-1, 3)):
+            if some.size:
+                lowest, highest = np.fmin.reduce(some, axis=0), np.fmax.reduce(some, axis=0)
+                low = np.fmin(low, np.fmin.reduce(lowest.reshape(-1, 3), axis=0))
+                high = np.fmax(high, np.fmax.reduce(highest.reshape(-1, 3), axis=0))
+    if not (np.isfinite(low).all() and np.isfinite(high).all()):
+        return np.zeros((2, 3))
+    return np.stack([low, high])
+
+
+def local_points(
+    points: npt.NDArray[np.float64], origin: npt.NDArray[np.float64], stop: threading.Event
+) -> Float32:
+    """float32 of points less origin, subtracted in float64."""
+    out = np.empty((len(points), 3), np.float32)
+    for part in pieces(len(points), stop):
+        out[part] = points[part] - origin
+    return out
+
+
+# -- meshes
+
+
+def prepare_mesh(
+    mesh: Mesh,
+    origin: npt.NDArray[np.float64],
+    stop: threading.Event,
+    emit: Emit,
+) -> None:
+    """Emit proxy, chunks and locator of a mesh; textures come from `prepare_textures`."""
+    points = local_points(mesh.vertices, origin, stop)
+    groups = material_groups(mesh)
+    colors = vertex_colors(mesh, groups, stop)
+    proxy = make_proxy(points, mesh.faces, colors, stop)
+    if proxy is not None:
+        emit(ProxyReady(*proxy))
+    chunks = []
+    for material, rows in groups:
+        for event in mesh_chunks(mesh, points, colors, material, rows, stop):
+            chunks.append(event.chunk)
+            emit(event)
+    emit(ChunksDone(len(chunks)))
+    del points, colors
+    locators = []
+    for chunk in chunks:
+        if stop.is_set():
+            raise Stopped
+        locators.append(make_locator(chunk))
+    emit(LocatorReady(locators))
+
+
+def material_groups(mesh: Mesh) -> list[tuple[int, slice]]:
+    """(material, run of faces); material -1 where the file names none."""
+    offsets = mesh.material_offsets
+    if not mesh.materials:
+        return [(-1, slice(0, len(mesh.faces)))]
+    groups = [
+        (i, slice(int(offsets[i]), int(offsets[i + 1])))
+        for i in range(len(mesh.materials))
+        if offsets[i + 1] > offsets[i]
+    ]
+    if offsets[-1] < len(mesh.faces):
+        groups.append((-1, slice(int(offsets[-1]), len(mesh.faces))))
+    return groups
+
+
+def vertex_colors(
+    mesh: Mesh, groups: list[tuple[int, slice]], stop: threading.Event
+) -> Colors | None:
+    """(n, 3) from the file, else sampled from small versions of the textures, else None."""
+    if mesh.colors is not None:
+        return np.array(mesh.colors, np.uint8)
+    small = {
+        i: overview(m.texture) if m.texture is not None and mesh.uv is not None else None
+        for i, m in enumerate(mesh.materials)
+    }
+    diffuse = [m.diffuse for m in mesh.materials]
+    if all(s is None for s in small.values()) and all(d is None for d in diffuse):
+        return None
+    out = np.empty((len(mesh.vertices), 3), np.uint8)
+    out[:] = NEUTRAL
+    for material, rows in groups:
+        if material < 0:
+            continue
+        tint, picture = diffuse[material], small[material]
+        worn = np.zeros(len(out), np.bool_)
+        for part in pieces(rows.stop - rows.start, stop):
+            worn[mesh.faces[rows.start + part.start : rows.start + part.stop].reshape(-1)] = True
+        every = np.flatnonzero(worn)
+        for part in pieces(len(every), stop):
+            used = every[part]
+            if picture is not None and mesh.uv is not None:
+                uv = mesh.uv[used]
+                good = np.isfinite(uv).all(axis=1)
+                height, width = picture.shape[:2]
+                turned = uv[good] - np.floor(uv[good])
+                column = np.minimum((turned[:, 0] * width).astype(np.int32), width - 1)
+                line = np.minimum(((1.0 - turned[:, 1]) * height).astype(np.int32), height - 1)
+                out[used[good]] = picture[line, column]
+            elif tint is not None:
+                out[used] = np.round(np.clip(tint, 0.0, 1.0) * np.array(255.0)).astype(np.uint8)
+    return out
+
+
+def make_proxy(
+    points: Float32,
+    faces: npt.NDArray[np.int32],
+    colors: Colors | None,
+    stop: threading.Event,
+) -> tuple[vtkPolyData, npt.NDArray[np.int32]] | None:
+    """About PROXY_FACES triangles with a colour per vertex, and the rows of `points` that they use;
+    None where the mesh is small.
+
+    All materials are merged first: decimated one by one they leave gaps at their borders.
+    """
+    if len(faces) <= PROXY_ABOVE:
+        return None
+    from vtkmodules.vtkFiltersCore import vtkBinnedDecimation
+
+    sample = faces[:: max(1, len(faces) // 200_000)]
+    a, b, c = (points[sample[:, k]] for k in range(3))
+    areas = np.linalg.norm(np.cross(b - a, c - a).astype(np.float64), axis=1) / 2.0
+    area = float(np.nansum(areas)) * len(faces) / len(sample)
+    extent = (np.nanmax(points, axis=0) - np.nanmin(points, axis=0)).astype(np.float64)
+    cell = max(np.sqrt(2.0 * area / PROXY_FACES), float(extent.max()) / 2000.0, 1e-9)
+    if stop.is_set():
+        raise Stopped
+    data = vtk_data.triangles(points, np.array(faces, np.int32), colors=colors)
+    out = vtkPolyData()
+    for _ in range(3):
+        divisions = np.clip(np.ceil(extent / cell), 1, 2000).astype(int)
+        binned = vtkBinnedDecimation()
+        binned.SetInputData(data)
+        binned.SetNumberOfDivisions(*(int(d) for d in divisions))
+        binned.AutoAdjustNumberOfDivisionsOff()
+        binned.SetPointGenerationModeToUseInputPoints()
+        binned.Update()
+        out = binned.GetOutput()
+        made = out.GetNumberOfCells()
+        if stop.is_set():
+            raise Stopped
+        if 0.6 * PROXY_FACES <= made <= 1.1 * PROXY_FACES:
+            break
+        cell *= float(np.sqrt(max(made, 100) / (0.9 * PROXY_FACES)))
+    return compact(out, colors is not None)
+
+
+def compact(data: vtkPolyData, colored: bool) -> tuple[vtkPolyData, npt.NDArray[np.int32]]:
+    """The same triangles on only the points they use, neighbours near each other in memory, and
+    which points these are.
+
+    The decimation keeps every point it was given, which makes drawing three times slower.
+    """
+    faces = vtk_data.array_of(data.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    points = vtk_data.array_of(data.GetPoints().GetData())
+    corner = points[faces[:, 0]]
+    low = corner.min(axis=0)
+    faces = faces[np.argsort(blocks.morton(corner, low, float((corner.max(axis=0) - low).max())))]
+    used, first, inverse = np.unique(faces.reshape(-1), return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    place = np.empty(len(used), np.int32)
+    place[order] = np.arange(len(used), dtype=np.int32)
+    used = used[order]
+    colors = vtk_data.array_of(data.GetPointData().GetScalars())[used] if colored else None
+    faces = place[inverse.reshape(-1)].reshape(-1, 3)
+    return vtk_data.triangles(points[used], faces, colors=colors), used.astype(np.int32)
+
+
+def mesh_chunks(
+    mesh: Mesh,
+    points: Float32,
+    colors: Colors | None,
+    material: int,
+    rows: slice,
+    stop: threading.Event,
+) -> Iterator[MeshChunkReady]:
+    """The faces of one material in runs of neighbours."""
+    faces = np.asarray(mesh.faces[rows])
+    corner = points[faces[:, 0]]
+    low = np.nanmin(corner, axis=0)
+    size = float(np.nanmax(np.nanmax(corner, axis=0) - low)) or 1.0
+    if len(faces) > FACES_PER_CHUNK // 2:
+        order = np.argsort(blocks.morton(corner, low, size))
+    else:
+        order = np.arange(len(faces))
+    del corner
+    textured = material >= 0 and mesh.materials[material].texture is not None
+    uv = mesh.uv if textured else None
+    used = np.zeros(len(points), np.bool_)
+    place = np.empty(len(points), np.int32)
+    for part in pieces(len(faces), stop, FACES_PER_CHUNK):
+        ids = order[part]
+        big = faces[ids]
+        used[big.reshape(-1)] = True
+        vertex_ids = np.flatnonzero(used)
+        used[vertex_ids] = False
+        place[vertex_ids] = np.arange(len(vertex_ids), dtype=np.int32)
+        small = place[big]
+        at = points[vertex_ids]
+        corners = at[small]
+        boxes = blocks.block_boxes(corners.min(axis=1), corners.max(axis=1), blocks.FACES_PER_BLOCK)
+        coordinates, density = None, 0.0
+        if uv is not None:
+            coordinates = np.nan_to_num(np.asarray(uv[vertex_ids], np.float32))
+            density = uv_per_metre(corners, coordinates[small])
+        data = vtk_data.triangles(
+            at, small, uv=coordinates, colors=None if colors is None else colors[vertex_ids]
+        )
+        chunk = FaceChunk(
+            at, small, (ids + rows.start).astype(np.int32), vertex_ids, boxes, material
+        )
+        yield MeshChunkReady(chunk, data, density)
+
+
+def uv_per_metre(corners: Float32, uv: Float32) -> float:
+    """Square root of texture area over surface area: image widths per metre."""
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    area = float(np.linalg.norm(np.cross(a, b), axis=1).sum())
+    s, t = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
+    covered = float(np.abs(s[:, 0] * t[:, 1] - s[:, 1] * t[:, 0]).sum())
+    return float(np.sqrt(covered / area)) if area > 0.0 else 0.0
+
+
+def make_locator(chunk: FaceChunk) -> vtkStaticCellLocator:
+    """A cell locator of one chunk. Building one holds the interpreter lock, for 1.2 s where it is
+    made of five million faces at once, so each chunk has its own."""
+    locator = vtkStaticCellLocator()
+    locator.SetDataSet(vtk_data.triangles(chunk.points, chunk.faces))
+    locator.BuildLocator()
+    return locator
+
+
+def prepare_textures(
+    mesh: Mesh,
+    limit: int,
+    stop: threading.Event,
+    emit: Emit,
+    whole_side: int | None = None,
+) -> None:
+    """Emit every texture of the mesh, decoded and reduced to at most `limit` pixels a side; see
+    `load_texture`."""
+    seen: dict[Path, Texture | None] = {}
+    for i, material in enumerate(mesh.materials):
+        if stop.is_set():
+            raise Stopped
+        path = material.texture
+        if path is None or mesh.uv is None:
+            continue
+        if path not in seen:
+            try:
+                seen[path] = load_texture(path, limit, whole_side)
+                reduced = seen[path]
+                if reduced is not None and reduced.note:
+                    emit(Problem(reduced.note))
+            except TextureProblem as error:
+                seen[path] = None
+                emit(Problem(str(error)))
+        emit(TextureReady(i, seen[path]))
+    emit(TexturesDone())
+
+
+# -- clouds
+
+
+def prepare_cloud(
+    cloud: PointCloud,
+    origin: npt.NDArray[np.float64],
+    stop: threading.Event,
+    emit: Emit,
+    submit: Submit,
+    budget: int = POINT_BUDGET,
+) -> None:
+    """Emit the nodes that stand for the whole, and a streamer that fetches the others.
+
+    submit : has a job run after this one, beside the window
+    budget : how many points may be there to be drawn
+    """
+
+    def check() -> None:
+        if stop.is_set():
+            raise Stopped
+
+    if isinstance(cloud, StreamedCloud):
+        nodes: CloudNodes = cloud.store
+    else:
+        nodes = ArrangedNodes(cloud, cloud.arrangement or arrange(cloud.points, check), budget)
+    Streamer(cloud, nodes, origin, stop, emit, submit).begin()
+
+
+# -- fields
+
+
+def prepare_field(
+    data: Mesh | PointCloud,
+    style: FieldStyle,
+    to_world: npt.NDArray[np.float64],
+    proxies: Sequence[npt.NDArray[np.integer]],
+    parts: Sequence[npt.NDArray[np.integer]],
+    stop: threading.Event,
+    emit: Emit,
+) -> None:
+    """Emit the colours of a field for stand-ins and chunks, given the rows that each shows. The
+    nodes of clouds come and go: they are coloured when they are shown."""
+
+    def check() -> None:
+        if stop.is_set():
+            raise Stopped
+
+    scale = make_scale(data, style, to_world, check)
+    if isinstance(data, PointCloud):
+        emit(FieldReady(style, scale, [], []))
+        return
+    _, read = reader(data, style.name, to_world)
+
+    def colored(rows: npt.NDArray[np.integer]) -> vtkUnsignedCharArray:
+        check()
+        return vtk_data.color_array(scale.colors(read(rows)))
+
+    emit(FieldReady(style, scale, [colored(r) for r in proxies], [colored(r) for r in parts]))

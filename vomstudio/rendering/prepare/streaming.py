@@ -1,0 +1,194 @@
+"""The nodes of a cloud that the present view needs, fetched beside the window.
+
+The scene tells the streamer what is seen and is told which nodes that needs; the streamer hands
+over those that are not there yet, and takes back those that were not needed for longest, so that no
+more points are there than the budget allows. Once a view has everything, nothing is done any more.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.streaming.octree import CloudNodes, Piece, StreamedCloud, View
+from vomstudio.rendering.prepare import vtk_data
+from vomstudio.rendering.prepare.cloud_colors import coloring
+from vomstudio.rendering.prepare.events import (
+    ChunksDone,
+    Emit,
+    LocatorReady,
+    NodeReady,
+    NodesDropped,
+    Problem,
+    Stopped,
+    StreamStarted,
+    TexturesDone,
+    ViewDone,
+)
+from vomstudio.rendering.view import blocks
+from vomstudio.rendering.view.blocks import PointChunk
+from vomstudio.rendering.view.camera import Camera, Eye
+
+Array = npt.NDArray[np.float64]
+Submit = Callable[[Callable[[], None]], object]
+"""Has a job run later, one after the other."""
+
+SHOWN_SHARE = 0.5
+"""Of the points that may be there, so many are shown at most: the rest is what was seen before."""
+MOST_SHOWN = 3_000_000
+
+
+def view_of(
+    eye: Eye, camera: Camera, size: tuple[int, int], to_world: Array, from_world: Array
+) -> View:
+    """What the eye sees, in the file's frame."""
+    linear = to_world[:3, :3]
+    scale = float(np.cbrt(abs(np.linalg.det(linear)))) or 1.0
+    position = from_world[:3, :3] @ eye.position + from_world[:3, 3]
+    axes = np.stack([eye.right, eye.up, eye.direction]) @ linear / scale
+    half = eye.half_height / scale if eye.orthographic else eye.half_height
+    # A little nearer than anything will ever be seen from: the true near plane moves with what is
+    # loaded.
+    near = max(1e-3 * camera.distance, 1e-6) / scale
+    return View(
+        tuple(position.tolist()),
+        tuple(tuple(row) for row in axes.tolist()),
+        float(half),
+        size[0] / max(size[1], 1),
+        eye.orthographic,
+        near,
+        size[1],
+    )
+
+
+class Streamer:
+    """`begin` and what is submitted run in a thread beside the window's, one after the other;
+    everything else is the window's thread's."""
+
+    def __init__(
+        self,
+        cloud: PointCloud,
+        nodes: CloudNodes,
+        origin: Array,
+        stop: threading.Event,
+        emit: Emit,
+        submit: Submit,
+    ) -> None:
+        self._nodes, self._origin = nodes, origin
+        self._stopped, self._emit, self._submit = stop, emit, submit
+        sample = cloud.overview() if isinstance(cloud, StreamedCloud) else cloud
+        self._colors = coloring(sample)
+        self._view: View | None = None
+        self._chosen: tuple[int, ...] = ()
+        self._there: dict[int, Piece] = {}
+        self._used: dict[int, int] = {}
+        self._broken: set[int] = set()
+        self.turn = 0
+        """Number of the last view that has asked for other nodes."""
+
+    def begin(self) -> None:
+        """Hand over the nodes that stand for the whole."""
+        for row, piece in zip(self._nodes.first, self._nodes.fetch(self._nodes.first), strict=True):
+            self._hand_over(row, piece)
+        self._emit(StreamStarted(self))
+        self._emit(ChunksDone(len(self._nodes.first)))
+        self._emit(TexturesDone())
+        self._emit(LocatorReady([]))
+
+    def needed(self, view: View) -> dict[int, float]:
+        """The nodes that a view shows once they are there, the most needed first, and the spacing
+        at which the points of each close the surface together with the others."""
+        most = min(int(self._nodes.budget * SHOWN_SHARE), MOST_SHOWN)
+        rows = self._nodes.choose(view, most)
+        if self._broken:
+            rows = rows[[row not in self._broken for row in rows.tolist()]]
+        return self._nodes.closing(rows)
+
+    def closing(self, rows: list[int]) -> dict[int, float]:
+        """As `needed`, of given nodes."""
+        return self._nodes.closing(np.array(rows, np.int64))
+
+    def look(self, view: View) -> dict[int, float] | None:
+        """What `needed` gives, and have that fetched; None where the view is the last one. ViewDone
+        with the number in `turn` says that everything has been handed over."""
+        if view == self._view:
+            return None
+        self._view = view
+        shown = self.needed(view)
+        rows = tuple(shown)
+        if rows != self._chosen:
+            self._chosen = rows
+            self.turn += 1
+            turn = self.turn
+            self._submit(lambda: self._follow(rows, turn))
+        return shown
+
+    def _follow(self, rows: tuple[int, ...], turn: int) -> None:
+        try:
+            self._used.update(dict.fromkeys(rows, turn))
+            missing = [row for row in rows if row not in self._there and row not in self._broken]
+            while missing:
+                if turn != self.turn:
+                    return
+                if self._stopped.is_set():
+                    raise Stopped
+                points = np.cumsum(self._nodes.counts[missing])
+                count = max(1, int(np.searchsorted(points, self._nodes.at_once, side="right")))
+                self._make_room(int(points[count - 1]), turn)
+                self._fetch(missing[:count])
+                missing = missing[count:]
+            self._emit(ViewDone(turn))
+        except Stopped:
+            pass
+        except Exception as error:  # noqa: BLE001 - a thread has nobody above it to tell
+            try:
+                self._emit(Problem(f"Nothing more of a cloud can be shown: {error}"))
+                self._emit(ViewDone(turn))
+            except Stopped:
+                pass
+
+    def _fetch(self, rows: list[int]) -> None:
+        try:
+            pieces = self._nodes.fetch(rows)
+        except InputError as error:
+            if len(rows) > 1:
+                for row in rows:
+                    self._fetch([row])
+                return
+            if not self._broken:
+                self._emit(Problem(f"A part of a cloud is not shown. {error}"))
+            self._broken.add(rows[0])
+            return
+        for row, piece in zip(rows, pieces, strict=True):
+            self._hand_over(row, piece)
+
+    def _make_room(self, wanted: int, turn: int) -> None:
+        held = sum(int(self._nodes.counts[row]) for row in self._there)
+        kept = set(self._nodes.first)
+        dropped: dict[int, Piece] = {}
+        for row in sorted(self._there.keys() - kept, key=lambda r: self._used.get(r, 0)):
+            if held + wanted <= self._nodes.budget or self._used.get(row) == turn:
+                break
+            dropped[row] = self._there.pop(row)
+            held -= int(self._nodes.counts[row])
+        if dropped:
+            self._emit(NodesDropped(dropped, self._nodes))
+
+    def _hand_over(self, row: int, piece: Piece) -> None:
+        rows, ids = piece.rows, piece.ids
+        at = (piece.cloud.points.take(rows, axis=0) - self._origin).astype(np.float32)
+        if not self._nodes.in_order:
+            low, high = at.min(axis=0), at.max(axis=0)
+            order = np.argsort(blocks.morton(at, low, float((high - low).max()) or 1.0))
+            at, rows, ids = at[order], rows[order], ids[order]
+        boxes = blocks.block_boxes(at, at, blocks.POINTS_PER_BLOCK)
+        chunk = PointChunk(at, ids, boxes)
+        data = vtk_data.point_set(at, self._colors(piece.cloud, rows))
+        spacing = float(self._nodes.spacing[row])
+        self._emit(NodeReady(chunk, data, spacing, row, Piece(piece.cloud, rows, ids)))
+        self._there[row] = piece

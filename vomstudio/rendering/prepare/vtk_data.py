@@ -1,0 +1,138 @@
+"""numpy arrays as VTK data sets; every array is a private copy or kept alive by VTK itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from vtkmodules.util import numpy_support
+from vtkmodules.vtkCommonCore import VTK_INT, vtkDataArray, vtkPoints, vtkUnsignedCharArray
+from vtkmodules.vtkCommonDataModel import (
+    vtkCellArray,
+    vtkImageData,
+    vtkPlaneCollection,
+    vtkPolyData,
+)
+from vtkmodules.vtkCommonMath import vtkMatrix4x4
+from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
+
+# VTK's own helpers, which carry no types: what they give depends on what they are given.
+numpy_to_vtk: Callable[..., Any] = numpy_support.numpy_to_vtk
+_vtk_to_numpy: Callable[..., Any] = numpy_support.vtk_to_numpy
+
+
+def array_of(values: vtkDataArray) -> npt.NDArray[Any]:
+    """The values of VTK, shared: (n,), or (n, components) where there are several."""
+    return np.asarray(_vtk_to_numpy(values))
+
+
+def vtk_points(points: npt.NDArray[np.float32]) -> vtkPoints:
+    """Points (n, 3) float32, shared with the array."""
+    out = vtkPoints()
+    out.SetData(numpy_to_vtk(np.ascontiguousarray(points, np.float32)))
+    return out
+
+
+def triangles(
+    points: npt.NDArray[np.float32],
+    faces: npt.NDArray[np.int32],
+    *,
+    uv: npt.NDArray[np.float32] | None = None,
+    colors: npt.NDArray[np.uint8] | None = None,
+) -> vtkPolyData:
+    """A triangle mesh; faces (m, 3) are rows into points (n, 3)."""
+    data = vtkPolyData()
+    data.SetPoints(vtk_points(points))
+    cells = vtkCellArray()
+    flat = np.ascontiguousarray(faces, np.int32).reshape(-1)
+    offsets = np.arange(0, len(flat) + 1, 3, dtype=np.int32)
+    cells.SetData(numpy_to_vtk(offsets, array_type=VTK_INT), numpy_to_vtk(flat, array_type=VTK_INT))
+    data.SetPolys(cells)
+    if uv is not None:
+        array = numpy_to_vtk(np.ascontiguousarray(uv, np.float32))
+        array.SetName("uv")
+        data.GetPointData().SetTCoords(array)
+    if colors is not None:
+        set_colors(data, colors)
+    return data
+
+
+def point_set(
+    points: npt.NDArray[np.float32], colors: npt.NDArray[np.uint8] | None = None
+) -> vtkPolyData:
+    """Points without cells, as vtkPointGaussianMapper draws them."""
+    data = vtkPolyData()
+    data.SetPoints(vtk_points(points))
+    if colors is not None:
+        set_colors(data, colors)
+    return data
+
+
+def set_colors(data: vtkPolyData, colors: npt.NDArray[np.uint8]) -> None:
+    """RGB or RGBA (n, 3 or 4) uint8 per point as the active scalars."""
+    data.GetPointData().SetScalars(color_array(colors))
+
+
+def color_array(colors: npt.NDArray[np.uint8]) -> vtkUnsignedCharArray:
+    array: vtkUnsignedCharArray = numpy_to_vtk(np.ascontiguousarray(colors, np.uint8))
+    array.SetName("rgb")
+    return array
+
+
+def cells_of(sizes: Sequence[int]) -> vtkCellArray:
+    """Cells that use the points in order, the first sizes[0] of them, then sizes[1] ..."""
+    offsets = np.concatenate([[0], np.cumsum(np.asarray(sizes, np.int64))]).astype(np.int32)
+    cells = vtkCellArray()
+    cells.SetData(
+        numpy_to_vtk(offsets, array_type=VTK_INT),
+        numpy_to_vtk(np.arange(offsets[-1], dtype=np.int32), array_type=VTK_INT),
+    )
+    return cells
+
+
+def runs_of_cells(first: int, count: int, size: int) -> vtkCellArray:
+    """`count` cells of `size` points each, which use the points in order from `first` on."""
+    cells = vtkCellArray()
+    offsets = np.arange(0, size * count + 1, size, dtype=np.int32)
+    points = np.arange(first, first + size * count, dtype=np.int32)
+    cells.SetData(
+        numpy_to_vtk(offsets, array_type=VTK_INT), numpy_to_vtk(points, array_type=VTK_INT)
+    )
+    return cells
+
+
+def show(actor: vtkActor, data: vtkPolyData) -> None:
+    """Have an actor, whose mapper is one of polygons, draw this."""
+    mapper = actor.GetMapper()
+    assert isinstance(mapper, vtkPolyDataMapper)
+    mapper.SetInputData(data)
+
+
+def clip(actor: vtkActor, planes: vtkPlaneCollection | None) -> None:
+    """Draw only what lies on the inner side of all these planes; None for everything."""
+    if planes is None:
+        actor.GetMapper().RemoveAllClippingPlanes()
+    else:
+        actor.GetMapper().SetClippingPlanes(planes)
+
+
+def image(pixels: npt.NDArray[np.uint8]) -> vtkImageData:
+    """(height, width, channels) uint8, first row at the bottom, as a VTK image."""
+    height, width, channels = pixels.shape
+    out = vtkImageData()
+    out.SetDimensions(width, height, 1)
+    out.GetPointData().SetScalars(numpy_to_vtk(np.ascontiguousarray(pixels).reshape(-1, channels)))
+    return out
+
+
+def matrix(values: npt.NDArray[np.float64]) -> vtkMatrix4x4:
+    out = vtkMatrix4x4()
+    out.DeepCopy(np.asarray(values, np.float64).reshape(-1).tolist())
+    return out
+
+
+def rgb(color: tuple[float, float, float]) -> npt.NDArray[np.uint8]:
+    """(3,) uint8 of RGB 0..1."""
+    return np.asarray(np.round(np.clip(color, 0.0, 1.0) * np.array(255.0)), np.uint8)

@@ -1,0 +1,143 @@
+"""How the models of the view look: display mode, light, points, and the fields that they show."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, Signal
+
+from vomstudio.rendering.prepare.events import FieldReady
+from vomstudio.rendering.qt.models_shown import ModelsShown
+from vomstudio.rendering.qt.scene_life import SceneLife
+from vomstudio.rendering.qt.scene_picture import ScenePicture
+from vomstudio.rendering.view.scalars import ELEVATION, FieldStyle, Scale
+
+if TYPE_CHECKING:
+    from vomstudio.rendering.scene.scene import Scene
+
+
+class Display(QObject):
+    """captions : names of the models by id, where several show a field"""
+
+    field_shown = Signal(str)
+    """model id: the colours of its field are there, and `scale_of` tells them"""
+
+    def __init__(
+        self, life: SceneLife, picture: ScenePicture, models: ModelsShown, parent: QObject
+    ) -> None:
+        super().__init__(parent)
+        self.captions: dict[str, str] = {}
+        self._life, self._picture, self._work = life, picture, models.work
+        self._styles: dict[str, FieldStyle] = {}
+        self._mode = "textured"
+        models.chunked.connect(self._color)
+        models.colored.connect(self._take_field)
+        models.placed.connect(self._placed)
+        models.removed.connect(self._forget_field)
+
+    def set_mode(self, mode: str) -> None:
+        """ "textured", "vertex_colors", "plain shaded", "wireframe", "points" or "field"."""
+        self._mode = mode
+
+        def apply(scene: Scene) -> None:
+            if mode != "field":
+                # The colours would only take memory.
+                for model_id in list(scene.models):
+                    scene.set_field(model_id, None)
+            scene.set_mode(mode)
+            for model_id in self._styles:
+                self._color(model_id)
+
+        self._change(apply)
+
+    def set_lit(self, mode: str, lit: bool) -> None:
+        """Whether a light at the viewer shades the meshes in a display mode."""
+        self._change(lambda scene: scene.set_lit(mode, lit))
+
+    def set_point_size(self, pixels: float | None) -> None:
+        """Size of the points of clouds in logical pixels; None closes their surface."""
+        self._change(lambda scene: scene.set_point_size(pixels))
+
+    def set_eye_dome(self, on: bool) -> None:
+        """Shade clouds at rest by how far pixels lie behind their neighbours."""
+        self._change(lambda scene: scene.set_eye_dome(on))
+
+    def _change(self, change: Callable[[Scene], None]) -> None:
+        def apply() -> None:
+            assert self._life.scene is not None
+            change(self._life.scene)
+            self._picture.renew()
+
+        self._life.when_started(apply)
+
+    # -- fields
+
+    def set_field(self, model_id: str, style: FieldStyle | None, caption: str = "") -> None:
+        """The field that the display mode "field" shows of a model; None for none.
+
+        caption : names the model where several of them show a field
+        """
+        self.captions[model_id] = caption
+        if style == self._styles.get(model_id):
+            return
+        self._forget_field(model_id)
+        scene = self._life.scene
+        if style is not None:
+            self._styles[model_id] = style
+            self._color(model_id)
+        elif scene is not None and model_id in scene.models:
+            scene.set_field(model_id, None)
+            self._picture.renew()
+
+    def scale_of(self, model_id: str) -> Scale | None:
+        """What the colours of a model mean, where it shows a field."""
+        scene = self._life.scene
+        model = None if scene is None else scene.models.get(model_id)
+        if model is None or model.field is None or self._mode != "field":
+            return None
+        return model.field.scale
+
+    def scales(self) -> list[tuple[Scale, str]]:
+        """Of the fields that are shown, with the ids of their models."""
+        scene = self._life.scene
+        if scene is None:
+            return []
+        return [
+            (m.field.scale, m.model_id)
+            for m in scene.models.values()
+            if m.visible and m.field is not None and scene.look.shows_field(m)
+        ]
+
+    def _placed(self, model_id: str) -> None:
+        if model_id in self._styles and self._styles[model_id].name == ELEVATION:
+            self._color(model_id)
+
+    def _color(self, model_id: str) -> None:
+        """Have a worker make the colours of a model's field, where they are wanted now."""
+        scene = self._life.scene
+        model = None if scene is None else scene.models.get(model_id)
+        style = self._styles.get(model_id)
+        if model is None or style is None or self._mode != "field" or not model.chunks_done:
+            return
+        self._work.color(
+            model_id,
+            model.data,
+            style,
+            model.to_world.copy(),
+            [part.rows for part in model.proxies],
+            [part.rows for part in model.parts],
+        )
+
+    def _take_field(self, model_id: str, event: FieldReady) -> None:
+        scene = self._life.scene
+        if scene is None:
+            return
+        if self._mode == "field" and self._styles.get(model_id) == event.style:
+            scene.take(model_id, event)
+            self._picture.renew()
+            self.field_shown.emit(model_id)
+
+    def _forget_field(self, model_id: str) -> None:
+        self._styles.pop(model_id, None)
+        self._work.forget_field(model_id)

@@ -1,0 +1,163 @@
+"""Compass and scale bar over the drawn outcrop, in logical pixels from the top left corner."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPen, QPolygonF
+
+from vomstudio.rendering.qt import painting
+
+Array = npt.NDArray[np.float64]
+
+MARGIN = 16.0
+
+
+def compass_box(height: float) -> QRectF:
+    return QRectF(MARGIN - 4.0, height - MARGIN - 92.0, 96.0, 96.0)
+
+
+def draw_compass(painter: QPainter, frame: Array, height: float, north_known: bool) -> None:
+    """A level ring with a needle to North, seen as the camera sees it.
+
+    frame : rows right, up, direction of the camera in World
+    """
+    box = compass_box(height)
+    centre = box.center()
+    radius = 31.0
+    painter.save()
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(QColor(18, 20, 23, 95))
+    painter.drawEllipse(centre, 46.0, 46.0)
+
+    def place(vector: Sequence[float] | Array, reach: float = radius) -> QPointF:
+        x, y = (frame[:2] @ np.asarray(vector, float)) * reach
+        return QPointF(centre.x() + float(x), centre.y() - float(y))
+
+    turn = np.linspace(0.0, 2.0 * np.pi, 49)
+    ring = QPolygonF([place((math.sin(a), math.cos(a), 0.0)) for a in turn])
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.setPen(QPen(painting.DARK, 3.2))
+    painter.drawPolyline(ring)
+    painter.setPen(QPen(QColor(225, 225, 225), 1.4))
+    painter.drawPolyline(ring)
+    needle = np.array([0.0, 1.0, 0.0])
+    side = np.array([1.0, 0.0, 0.0]) * 0.3
+    north = QPolygonF([place(needle), place(side), place(-side)])
+    south = QPolygonF([place(-needle), place(side), place(-side)])
+    painter.setPen(QPen(painting.DARK, 1.2))
+    painter.setBrush(QColor(235, 235, 235))
+    painter.drawPolygon(south)
+    painter.setBrush(QColor("#e0402a") if north_known else QColor("#f0a500"))
+    painter.drawPolygon(north)
+    bold, plain = painting.system_font(bold=True), painting.system_font()
+    letters = "NESW" if north_known else "yx  "
+    taken: list[QPointF] = []
+    for k, letter in enumerate(letters):
+        if letter == " ":
+            continue
+        turned = math.radians(90.0 * k)
+        at = place((math.sin(turned), math.cos(turned), 0.0), radius + 9.0)
+        # Seen along the level, letters meet at the needle: the first keeps the place.
+        if any(math.hypot(at.x() - q.x(), at.y() - q.y()) < 13.0 for q in taken):
+            continue
+        taken.append(at)
+        font = bold if k == 0 else plain
+        metrics = QFontMetricsF(font)
+        painting.outlined_text(
+            painter,
+            at.x() - metrics.horizontalAdvance(letter) / 2.0,
+            at.y() + metrics.capHeight() / 2.0,
+            letter,
+            font,
+        )
+    if not north_known:
+        small = painting.system_font()
+        wide = QFontMetricsF(small).horizontalAdvance("local frame")
+        painting.outlined_text(
+            painter, max(box.left(), centre.x() - wide / 2.0), box.top() - 4.0, "local frame", small
+        )
+    painter.restore()
+
+
+def round_length(longest: float) -> float:
+    """The largest 1, 2 or 5 times a power of ten that is at most `longest`."""
+    power = 10.0 ** math.floor(math.log10(longest))
+    for step in (5.0, 2.0, 1.0):
+        if step * power <= longest * (1.0 + 1e-9):
+            return step * power
+    return power
+
+
+def length_text(metres: float) -> str:
+    if metres >= 1000.0:
+        return f"{metres / 1000.0:g} km"
+    if metres >= 1.0:
+        return f"{metres:g} m"
+    if metres >= 0.01:
+        return f"{metres * 100.0:g} cm"
+    return f"{metres * 1000.0:g} mm"
+
+
+def scale_bar(metres_per_pixel: float, width: float) -> tuple[float, float]:
+    """Round length in metres and its length in pixels, at most a sixth of the view."""
+    longest = max(60.0, min(220.0, width / 6.0)) * metres_per_pixel
+    length = round_length(max(longest, 1e-6))
+    return length, length / metres_per_pixel
+
+
+def scale_bar_box(width: float, height: float) -> QRectF:
+    return QRectF(width - MARGIN - 240.0, height - MARGIN - 52.0, 240.0, 56.0)
+
+
+def draw_scale_bar(
+    painter: QPainter,
+    metres_per_pixel: float,
+    width: float,
+    height: float,
+    *,
+    orthographic: bool,
+    unit_known: bool = True,
+) -> None:
+    length, pixels = scale_bar(metres_per_pixel, width)
+    right = width - MARGIN
+    left = right - pixels
+    y = height - MARGIN - 4.0
+    painter.save()
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    bar = QPainterPath()
+    bar.moveTo(left, y - 6.0)
+    bar.lineTo(left, y)
+    bar.lineTo(right, y)
+    bar.lineTo(right, y - 6.0)
+    for color, wide in ((painting.DARK, 5.0), (painting.TEXT, 2.2)):
+        pen = QPen(color, wide)
+        pen.setCapStyle(Qt.PenCapStyle.FlatCap if wide < 3 else Qt.PenCapStyle.SquareCap)
+        pen.setJoinStyle(Qt.PenJoinStyle.MiterJoin)
+        painter.setPen(pen)
+        painter.drawPath(bar)
+    text = length_text(length) if unit_known else f"{length:g} units"
+    font = painting.system_font(bold=True)
+    painting.outlined_text(
+        painter,
+        (left + right - QFontMetricsF(font).horizontalAdvance(text)) / 2.0,
+        y - 9.0,
+        text,
+        font,
+    )
+    if not orthographic:
+        small = painting.system_font()
+        note = "at the pivot's distance"
+        painting.outlined_text(
+            painter,
+            right - QFontMetricsF(small).horizontalAdvance(note),
+            y - 11.0 - QFontMetricsF(font).height(),
+            note,
+            small,
+        )
+    painter.restore()

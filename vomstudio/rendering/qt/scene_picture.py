@@ -1,0 +1,254 @@
+"""When the scene is drawn, and the picture that came of it.
+
+While the camera moves it is drawn only inside a paint (once per step, coalesced by `update()`), and
+by a zero timer, piece by piece, after it has come to rest. An idle view draws nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtGui import QImage
+from PySide6.QtWidgets import QWidget
+
+from vomstudio.rendering.qt.scene_life import SceneLife
+
+if TYPE_CHECKING:
+    from vomstudio.rendering.scene.scene import Scene
+
+REST_MS = 250
+"""So long after the last move the camera is at rest."""
+SOON_MS = 30
+"""So long after the last change: many come together."""
+
+
+class ScenePicture(QObject):
+    """image : the last picture, None before the first
+    moving : the camera moves, or has only just stopped
+    """
+
+    first_frame = Signal()
+    drawn = Signal()
+    """The models have been drawn, or the picture of them stands."""
+    outdated = Signal()
+    """What lies over the picture has to be laid out anew."""
+
+    def __init__(self, view: QWidget, life: SceneLife) -> None:
+        super().__init__(view)
+        self.image: QImage | None = None
+        self.moving = False
+        self._view, self._life = view, life
+        self._pixels: npt.NDArray[np.uint8] | None = None
+        self._dirty = True
+        self._features_dirty = False
+        self._first_done = False
+        self._warming: Iterator[None] = iter(())
+        self._rest = QTimer(self)
+        self._rest.setSingleShot(True)
+        self._rest.setInterval(REST_MS)
+        self._rest.timeout.connect(self._come_to_rest)
+        self._refine = QTimer(self)
+        self._refine.setSingleShot(True)
+        self._refine.setInterval(0)
+        self._refine.timeout.connect(self._refine_step)
+        life.started.connect(self.redraw_once)
+
+    @property
+    def still(self) -> bool:
+        """Whether the picture is whole and nothing will be drawn until something changes."""
+        scene = self._life.scene
+        return (
+            scene is not None
+            and scene.picture.complete
+            and not self.moving
+            and not self._rest.isActive()
+        )
+
+    # -- what asks for another picture
+
+    def stir(self) -> None:
+        """The camera moves: draw once in the next paint, rest a little later."""
+        self.moving = True
+        self._dirty = True
+        if self._life.scene is not None:
+            self._life.scene.picture.abandon()
+        self._refine.stop()
+        self._rest.start(REST_MS)
+        self._view.update()
+
+    def redraw(self) -> None:
+        """The models have changed: draw again."""
+        self._dirty = True
+        self._refine.stop()
+        self._rest_soon()
+        self._view.update()
+
+    def redraw_once(self) -> None:
+        """As `redraw`, where what is being made at rest goes on."""
+        self._dirty = True
+        self._view.update()
+
+    def redraw_features(self) -> None:
+        """What is drawn over the models has changed."""
+        self._features_dirty = True
+        self._view.update()
+
+    def renew(self) -> None:
+        """The models look different: draw the whole picture anew. The old one stays until it is
+        there, unless something can stand for the models at once."""
+        scene = self._life.scene
+        if scene is None:
+            return
+        if any(m.visible and m.proxies for m in scene.models.values()):
+            self.redraw()
+            return
+        scene.picture.abandon()
+        self._refine.stop()
+        if not self._dirty:
+            self._rest.start(1)
+
+    def arrived(self, *, first: bool) -> None:
+        """More can be drawn: soon, but not for every single piece of it. first : at once, of a
+        model of which nothing has been seen"""
+        if first:
+            self.redraw_once()
+        self._rest_soon()
+
+    def rest(self) -> None:
+        """Nobody moves the camera any more."""
+        self._rest.start(SOON_MS)
+
+    def rescale(self) -> None:
+        """The widget is of another size, or on another screen."""
+        self.outdated.emit()
+        scene = self._life.scene
+        if scene is None:
+            return
+        scene.set_scale(self._view.devicePixelRatioF())
+        scene.resize(*self.device_size())
+        self.moving = True
+        self._dirty = True
+        self._refine.stop()
+        self._rest.start(REST_MS)
+        self._view.update()
+
+    def device_size(self) -> tuple[int, int]:
+        """Of the widget, in pixels of the device."""
+        ratio = self._view.devicePixelRatioF()
+        width, height = self._view.width() * ratio, self._view.height() * ratio
+        return max(1, round(width)), max(1, round(height))
+
+    def pause(self) -> None:
+        """The view is hidden."""
+        self._refine.stop()
+
+    def stop(self) -> None:
+        self._rest.stop()
+        self._refine.stop()
+        # What is left of it holds on to the scene.
+        self._warming = iter(())
+
+    def _rest_soon(self) -> None:
+        if not self._rest.isActive():
+            self._rest.start(SOON_MS)
+
+    # -- inside a paint
+
+    def bring_up_to_date(self) -> None:
+        """Draw what has changed since the last paint."""
+        scene = self._life.scene
+        if scene is None:
+            return
+        picture = scene.picture
+        if self._dirty and not picture.refining:
+            self._dirty = self._features_dirty = False
+            picture.draw(moving=self.moving)
+            self._grab(scene)
+            self.drawn.emit()
+            if picture.more_to_come:
+                self._dirty = True
+                QTimer.singleShot(0, self._view.update)
+            if not picture.complete:
+                self._rest_soon()
+        elif self._features_dirty:
+            self._features_dirty = False
+            picture.draw_features()
+            self._grab(scene)
+            if not picture.complete and not picture.refining:
+                self._rest_soon()
+
+    def painted(self) -> None:
+        """A paint is done. After the first one with a scene the driver is made ready for models."""
+        scene = self._life.scene
+        if scene is not None and not self._first_done:
+            self._first_done = True
+            self.first_frame.emit()
+            self._warming = scene.warm_up()
+            QTimer.singleShot(0, self._warm)
+
+    def _warm(self) -> None:
+        scene = self._life.scene
+        if scene is not None and not scene.models:
+            for _ in self._warming:
+                self._dirty = True
+                QTimer.singleShot(0, self._warm)
+                return
+            self._view.update()
+
+    # -- after the camera has come to rest
+
+    def _come_to_rest(self) -> None:
+        scene = self._life.scene
+        self.moving = False
+        if scene is None or not self._view.isVisible():
+            return
+        if not self._dirty:
+            scene.nodes.look_around()
+        if scene.picture.complete and not self._dirty:
+            # The picture stands; labels that had no room while it moved may have some now.
+            self.outdated.emit()
+            self._view.update()
+            self.drawn.emit()
+            return
+        unfinished = any(
+            m.visible and m.proxies and not m.chunks_done for m in scene.models.values()
+        )
+        if unfinished:
+            if self._dirty:
+                self._view.update()
+            return
+        if scene.nodes.waits:
+            self._rest.start(50)
+            return
+        scene.picture.begin_rest()
+        self._refine.start()
+
+    def _refine_step(self) -> None:
+        scene = self._life.scene
+        if scene is None or not scene.picture.refining:
+            return
+        if not scene.picture.refine():
+            self._refine.start()
+            return
+        self._dirty = False
+        self._features_dirty = False
+        self._grab(scene)
+        self.drawn.emit()
+        self._view.update()
+        if not scene.picture.complete:
+            # More has arrived while this frame was being made.
+            self._rest.start(SOON_MS)
+
+    def _grab(self, scene: Scene) -> None:
+        # The picture's memory is the array's, which therefore has to live as long.
+        self._pixels = np.ascontiguousarray(scene.canvas.pixels()[::-1])
+        height, width = self._pixels.shape[:2]
+        self.image = QImage(
+            self._pixels.data, width, height, 4 * width, QImage.Format.Format_RGBX8888
+        )
+        self.image.setDevicePixelRatio(self._view.devicePixelRatioF())
+        self.outdated.emit()

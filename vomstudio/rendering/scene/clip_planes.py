@@ -1,0 +1,63 @@
+"""The faces of the clipping box as VTK cuts with them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+import numpy.typing as npt
+from vtkmodules.vtkCommonDataModel import vtkPlane, vtkPlaneCollection
+from vtkmodules.vtkRenderingCore import vtkActor
+
+from vomstudio.rendering.prepare import vtk_data
+from vomstudio.rendering.view.clipping import FACES, ClipBox
+
+Array = npt.NDArray[np.float64]
+
+
+class ClipPlanes:
+    """box : what is drawn and picked, None for everything"""
+
+    def __init__(self) -> None:
+        self.box: ClipBox | None = None
+        self._planes = [vtkPlane() for _ in FACES]
+        self._cutting: list[int] = []
+
+    def place(self, models: Iterable[Array], origin: Array) -> bool:
+        """Bring the planes to the faces of the box; whether `cut` cuts with others now.
+
+        Models are cut only by those that they cross: a software renderer takes a third longer with
+        all six.
+
+        models : (n, 3) World corners around each; origin : (3,) World, from where VTK counts
+        """
+        cutting: list[int] = []
+        if self.box is not None:
+            corners = list(models)
+            for k, (axis, side) in enumerate(FACES):
+                normal = np.zeros(3)
+                normal[axis] = -1.0 if side else 1.0
+                at = self.box.face_centre(axis, side)
+                self._planes[k].SetNormal(*normal)
+                self._planes[k].SetOrigin(*(at - origin))
+                if any(((c - at) @ normal).min() < 0.0 for c in corners):
+                    cutting.append(k)
+        changed = cutting != self._cutting
+        self._cutting = cutting
+        return changed
+
+    def cut(self, actor: vtkActor) -> None:
+        """An actor of a model's."""
+        some = [self._planes[k] for k in self._cutting]
+        vtk_data.clip(actor, collection(some) if some else None)
+
+    def every(self) -> vtkPlaneCollection:
+        """All six, to cut what is drawn over the models."""
+        return collection(self._planes)
+
+
+def collection(planes: list[vtkPlane]) -> vtkPlaneCollection:
+    out = vtkPlaneCollection()
+    for plane in planes:
+        out.AddItem(plane)
+    return out

@@ -1,0 +1,57 @@
+"""How fine the textures on the graphics card are, by what the view needs of them."""
+
+from __future__ import annotations
+
+from vomstudio.rendering.scene.canvas import Canvas
+from vomstudio.rendering.scene.contents import Contents
+from vomstudio.rendering.scene.model_scene import ModelScene
+from vomstudio.rendering.scene.sight import Sight
+
+
+class TextureLevels:
+    """Of all the models of a scene."""
+
+    def __init__(self, canvas: Canvas, contents: Contents, sight: Sight) -> None:
+        self._canvas, self._contents, self._sight = canvas, contents, sight
+
+    @property
+    def due(self) -> bool:
+        """Whether a finer texture is wanted than the card has."""
+        return any(skin.too_coarse for m in self._textured() for skin in m.skins.values())
+
+    def choose(self) -> None:
+        """Without hardware mipmaps: the coarsest level with about a texel per pixel."""
+        software = self._canvas.software
+        needed = self._sight.texels_per_pixel() if software else {}
+        for model in self._contents.models.values():
+            for skin in model.skins.values():
+                if software:
+                    skin.want(needed.get(id(skin)))
+                else:
+                    skin.wanted = 0
+
+    def upload_one(self) -> bool:
+        """Bring one piece of a texture to the graphics card; False where none is due."""
+        models = self._textured()
+        if any(skin.level is None for m in models for skin in m.skins.values()):
+            # A texture that has just come would go up in full, which holds the window up, only to
+            # be replaced by the level that this view needs.
+            self.choose()
+        for model in models:
+            for material, skin in model.skins.items():
+                if skin.level == skin.wanted:
+                    skin.forget_pieces(self._canvas.window)
+                    continue
+                if skin.upload_piece(self._canvas.surface, mipmap=not self._canvas.software):
+                    self._dress(model, material)
+                return True
+        return False
+
+    def _textured(self) -> list[ModelScene]:
+        look = self._contents.look
+        return [model for model in self._contents.visible() if look.textured(model)]
+
+    def _dress(self, model: ModelScene, material: int) -> None:
+        for part in model.parts:
+            if part.material == material:
+                self._contents.look.dress(model, part)

@@ -1,0 +1,29 @@
+"""The command that asks for an orthophoto."""
+
+from __future__ import annotations
+
+from PySide6.QtWidgets import QWidget
+
+from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.scene.outcrop_view import OutcropView
+from vomstudio.ui.scene.view_panel import ViewPanel
+
+
+def commands(
+    studio: Studio, view: OutcropView, directions: ViewPanel, parent: QWidget
+) -> list[Command]:
+    """parent : of the dialog"""
+
+    def ask() -> None:
+        from vomstudio.ui.analyse.ortho_dialog import OrthoDialog
+
+        if view.viewport is not None:
+            OrthoDialog(parent, studio, view.viewport, directions).open()
+
+    return [
+        Command("orthophoto", "&Orthophoto along this view…", ask,
+                "camera-metering-matrix", "Ctrl+P",
+                "A scale-true picture of the model as it is looked at now, as GeoTIFF",
+                view.why_not),
+    ]  # fmt: skip

@@ -1,0 +1,42 @@
+"""What a command is about: the chosen features, the current model, the folder to begin in."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vomstudio.document.records import Model, OnAModel, get_feature
+from vomstudio.ui.common.studio import Studio
+
+
+def chosen_features(studio: Studio) -> list[str]:
+    return [i for i in studio.selection.ids if get_feature(studio.records, i) is not None]
+
+
+def why_none_chosen(studio: Studio) -> str | None:
+    return None if chosen_features(studio) else "select a feature first"
+
+
+def why_no_model(studio: Studio) -> str | None:
+    """Why nothing can be done on an open model."""
+    return None if studio.models else "open a model first"
+
+
+def current_model(studio: Studio) -> Model | None:
+    """The selected model, or the only one, or the one of the selected feature."""
+    records, models = studio.records, studio.session.of(Model)
+    for id_ in reversed(studio.selection.ids):
+        record = records.get(id_)
+        if isinstance(record, OnAModel):
+            record = records.get(record.model_id)
+        if isinstance(record, Model):
+            return record
+    undeclared = [m for m in models if m.frame.kind == "undeclared"]
+    if len(undeclared) == 1:
+        return undeclared[0]
+    return models[-1] if models else None
+
+
+def start_folder(studio: Studio) -> str:
+    """Where dialogs that ask for a file begin."""
+    recent = studio.settings.recent
+    return str(Path(recent[0]).parent) if recent else str(Path.home())

@@ -1,0 +1,223 @@
+"""The orientation table as Qt's views see it: figures of the catalogue in the window's order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from PySide6.QtCore import (
+    QAbstractTableModel,
+    QModelIndex,
+    QPersistentModelIndex,
+    QSortFilterProxyModel,
+    Qt,
+)
+
+from vomstudio.document import catalogue as of
+from vomstudio.document import edits
+from vomstudio.document.figures import Figure
+from vomstudio.document.kinds import kind_of
+from vomstudio.document.records import Feature, get_feature
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.wording import natural, orientation_text
+from vomstudio.ui.interpret.feature_filter import Test
+from vomstudio.ui.interpret.feature_row import Row, row_of
+
+_Index = QModelIndex | QPersistentModelIndex
+_SORT = Qt.ItemDataRole.UserRole
+# More rows than this are sorted in anew together, not one by one.
+_AT_ONCE = 200
+_QUALITY_ORDER = {"good": 0, "doubtful": 1, "poor": 2, None: 3}
+
+
+@dataclass(frozen=True)
+class Column:
+    """text: what is shown; value: what is sorted by; field: the attribute that can be typed."""
+
+    title: str
+    tip: str
+    text: Callable[[Row], str]
+    value: Callable[[Row], Any]
+    field: str | None = None
+    left: bool = False
+
+
+def _of(figure: Figure, value: Callable[[Row], Any] | None = None) -> Column:
+    """A figure as a column; `value` where it is sorted by something else."""
+    words = figure.form in ("text", "flag")
+    typed = figure.attribute if figure.form == "text" else ""
+    return Column(
+        figure.title,
+        figure.explanation,
+        lambda row: row.text(figure),
+        value or (lambda row: row.text(figure) if words else row.value(figure)),
+        typed or None,
+        words,
+    )
+
+
+ORIENTATION = Column(
+    "Orientation",
+    "Plane in the notation chosen under View > Notation; trend/plunge of a line",
+    lambda row: orientation_text(row.measured, row.notation),
+    lambda row: row.azimuth,
+)
+QUALITY = _of(of.QUALITY, lambda row: _QUALITY_ORDER[row.quality])
+OVERTURNED = _of(of.OVERTURNED, lambda row: None if row.overturned is None else not row.overturned)
+TYPE = _of(of.KIND)
+TO_PICK = _of(of.TO_PICK)
+COLUMNS: tuple[Column, ...] = (
+    _of(of.NAME, lambda row: natural(row.feature.name)), TYPE, _of(of.SET), ORIENTATION, QUALITY,
+    OVERTURNED, _of(of.MAX_CONFIDENCE), _of(of.MIN_CONFIDENCE), _of(of.DIP_ERROR),
+    _of(of.DIP_DIRECTION_ERROR), _of(of.M), _of(of.K), _of(of.COPLANARITY), _of(of.COLLINEARITY),
+    _of(of.N_POINTS), _of(of.EXTENT), _of(of.AREA), _of(of.RAKE), TO_PICK,
+    _of(of.EXTENT_OVER_RESOLUTION), _of(of.RMS), _of(of.REASONS), _of(of.NOTES),
+)  # fmt: skip
+_TO_PICK = COLUMNS.index(TO_PICK)
+
+
+def _listed(feature: Feature) -> bool:
+    """The table is one of planes and lines."""
+    return bool(kind_of(feature).orientations)
+
+
+class OrientationModel(QAbstractTableModel):
+    def __init__(self, studio: Studio) -> None:
+        super().__init__()
+        self._studio = studio
+        self._rows: list[Row] = []
+        self._places: dict[str, int] = {}
+
+    def reset(self) -> None:
+        self.beginResetModel()
+        features = [f for f in self._studio.session.features() if _listed(f)]
+        measured = self._studio.measured(feature.id for feature in features)
+        self._rows = [row_of(self._studio, feature, measured[feature.id]) for feature in features]
+        self._places = {row.feature.id: i for i, row in enumerate(self._rows)}
+        self.endResetModel()
+
+    def update(self, ids: list[str]) -> None:
+        """Some features are new, other, or gone."""
+        if len(ids) > _AT_ONCE or any(self._studio.records.get(i) is None for i in ids):
+            self.reset()
+            return
+        measured = self._studio.measured(ids)
+        for id_ in ids:
+            feature = get_feature(self._studio.records, id_)
+            if feature is None or not _listed(feature):
+                continue
+            row = row_of(self._studio, feature, measured[id_])
+            place = self._places.get(id_)
+            if place is None:
+                place = len(self._rows)
+                self.beginInsertRows(QModelIndex(), place, place)
+                self._rows.append(row)
+                self._places[id_] = place
+                self.endInsertRows()
+            else:
+                self._rows[place] = row
+                self.dataChanged.emit(self.index(place, 0), self.index(place, len(COLUMNS) - 1))
+
+    def row(self, place: int) -> Row:
+        return self._rows[place]
+
+    def compare_again(self) -> None:
+        """Readings are compared with other rows, which have changed."""
+        if any(kind_of(row.feature).evidence == "read" for row in self._rows):
+            self.dataChanged.emit(
+                self.index(0, _TO_PICK), self.index(len(self._rows) - 1, _TO_PICK)
+            )
+
+    def id_at(self, row: int) -> str:
+        return str(self._rows[row].feature.id)
+
+    def place(self, id_: str) -> int | None:
+        return self._places.get(id_)
+
+    # --- Qt's names ---------------------------------------------------------------------------
+    def rowCount(self, parent: _Index = QModelIndex()) -> int:  # noqa: N802, B008
+        return 0 if parent.isValid() else len(self._rows)
+
+    def columnCount(self, parent: _Index = QModelIndex()) -> int:  # noqa: N802, B008
+        return 0 if parent.isValid() else len(COLUMNS)
+
+    def headerData(  # noqa: N802
+        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
+    ) -> Any:
+        if orientation == Qt.Orientation.Horizontal:
+            if role == Qt.ItemDataRole.DisplayRole:
+                return COLUMNS[section].title
+            if role == Qt.ItemDataRole.ToolTipRole:
+                return COLUMNS[section].tip
+        return None
+
+    def data(self, index: _Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        row, column = self._rows[index.row()], COLUMNS[index.column()]
+        if column is OVERTURNED:
+            if role == Qt.ItemDataRole.CheckStateRole and row.overturned is not None:
+                return Qt.CheckState.Checked if row.overturned else Qt.CheckState.Unchecked
+            if role == Qt.ItemDataRole.DisplayRole:
+                # The box says it.
+                return None
+        if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.EditRole):
+            return column.text(row)
+        if role == _SORT:
+            return column.value(row)
+        if role == Qt.ItemDataRole.DecorationRole:
+            if column is QUALITY:
+                return theme.verdict_icon(row.quality)
+            if column is TYPE and row.type is not None:
+                return theme.type_icon(row.type.color, row.type.symbol)
+        if role == Qt.ItemDataRole.TextAlignmentRole and not column.left:
+            return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+        if role == Qt.ItemDataRole.ToolTipRole:
+            return row.reasons or column.tip
+        return None
+
+    def flags(self, index: _Index) -> Qt.ItemFlag:
+        flags = super().flags(index)
+        if COLUMNS[index.column()].field:
+            flags |= Qt.ItemFlag.ItemIsEditable
+        if COLUMNS[index.column()] is OVERTURNED:
+            flags |= Qt.ItemFlag.ItemIsUserCheckable
+        return flags
+
+    def setData(  # noqa: N802
+        self, index: _Index, value: Any, role: int = Qt.ItemDataRole.EditRole
+    ) -> bool:
+        field = COLUMNS[index.column()].field
+        row = self._rows[index.row()]
+        if role == Qt.ItemDataRole.CheckStateRole and row.overturned is not None:
+            # Qt hands over a plain number.
+            on = Qt.CheckState(value) == Qt.CheckState.Checked
+            return self._studio.attempt(edits.set_attributes, [row.feature.id], overturned=on)
+        if field is None or value == getattr(row.feature, field):
+            return False
+        return self._studio.attempt(
+            edits.set_attributes, [row.feature.id], **{field: value.strip()}
+        )
+
+
+class SortedRows(QSortFilterProxyModel):
+    test: Test | None = None
+
+    def set_test(self, test: Test | None) -> None:
+        """Rows stay that pass the test; all of them without one."""
+        self.test = test
+        self.invalidate()
+
+    def lessThan(self, left: _Index, right: _Index) -> bool:  # noqa: N802
+        a, b = left.data(_SORT), right.data(_SORT)
+        if a is None or b is None:
+            # What is undefined stands last either way round.
+            first, second = a is None, b is None
+            descending = self.sortOrder() == Qt.SortOrder.DescendingOrder
+            return first and not second if descending else second and not first
+        return bool(a < b)
+
+    def filterAcceptsRow(self, row: int, parent: _Index) -> bool:  # noqa: N802
+        model = self.sourceModel()
+        assert isinstance(model, OrientationModel)
+        return self.test is None or self.test(model.row(row))

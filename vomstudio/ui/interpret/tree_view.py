@@ -1,0 +1,160 @@
+"""A tree of groups whose features are dragged from one to another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from PySide6.QtCore import (
+    QEvent,
+    QMimeData,
+    QModelIndex,
+    QPersistentModelIndex,
+    QPoint,
+    QSignalBlocker,
+    Qt,
+    Signal,
+)
+from PySide6.QtGui import (
+    QBrush,
+    QDrag,
+    QDragEnterEvent,
+    QDragLeaveEvent,
+    QDragMoveEvent,
+    QDropEvent,
+    QPalette,
+)
+from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QLabel, QTreeWidget, QTreeWidgetItem
+
+ID = Qt.ItemDataRole.UserRole
+SORT = Qt.ItemDataRole.UserRole + 1
+NAME, ORIENTATION, SET = 0, 1, 2
+_SET_WIDTH = 80
+_FEATURES_MIME = "application/x-vomstudio-features"
+# Above so many, one selection of ranges is quicker than one after the other.
+MANY = 20
+
+
+class TreeItem(QTreeWidgetItem):
+    def __lt__(self, other: QTreeWidgetItem) -> bool:
+        return bool(self.data(NAME, SORT) < other.data(NAME, SORT))
+
+
+class FeatureTree(QTreeWidget):
+    """A tree whose features are dragged onto types."""
+
+    dropped = Signal(str)
+    """The id of the group onto which the selected features were dropped."""
+
+    def __init__(self, can_take: Callable[[str], bool]) -> None:
+        super().__init__()
+        self._can_take = can_take
+        self._target: QTreeWidgetItem | None = None
+        self.setDragEnabled(True)
+        self.setAcceptDrops(True)
+        self.setDragDropMode(QAbstractItemView.DragDropMode.DragDrop)
+        self.setDropIndicatorShown(False)
+        self.setAutoExpandDelay(600)
+        self.setHeaderHidden(True)
+        self.setColumnCount(3)
+        self.setUniformRowHeights(True)
+        header = self.header()
+        header.setStretchLastSection(False)
+        header.moveSection(SET, ORIENTATION)
+        header.setSectionResizeMode(NAME, QHeaderView.ResizeMode.Stretch)
+        header.setSectionResizeMode(ORIENTATION, QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(SET, QHeaderView.ResizeMode.Fixed)
+        header.resizeSection(SET, _SET_WIDTH)
+        # Of rows out of sight only so many are measured for the column's width.
+        header.setResizeContentsPrecision(MANY)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
+        self.setEditTriggers(
+            QAbstractItemView.EditTrigger.EditKeyPressed
+            | QAbstractItemView.EditTrigger.SelectedClicked
+        )
+        self.setIndentation(14)
+
+    def edit(  # type: ignore[override]
+        self,
+        index: QModelIndex | QPersistentModelIndex,
+        trigger: QAbstractItemView.EditTrigger,
+        event: QEvent,
+    ) -> bool:
+        """Names and sets can be typed, figures cannot."""
+        if index.isValid() and index.column() == ORIENTATION:
+            return False
+        return super().edit(index, trigger, event)
+
+    def startDrag(self, actions: Qt.DropAction) -> None:  # noqa: N802 - Qt's name
+        chosen = [i for i in self.selectedItems() if i.flags() & Qt.ItemFlag.ItemIsDragEnabled]
+        if not chosen:
+            return
+        data = QMimeData()
+        data.setData(_FEATURES_MIME, b"")
+        drag = QDrag(self)
+        drag.setMimeData(data)
+        label = QLabel(
+            f" {chosen[0].text(NAME)} " if len(chosen) == 1 else f" {len(chosen)} features "
+        )
+        label.setAutoFillBackground(True)
+        label.setBackgroundRole(QPalette.ColorRole.Highlight)
+        label.setForegroundRole(QPalette.ColorRole.HighlightedText)
+        label.adjustSize()
+        drag.setPixmap(label.grab())
+        drag.setHotSpot(QPoint(-12, 4))
+        # Copied, or Qt would take the rows out of the tree: the edit does all there is to do.
+        drag.exec(Qt.DropAction.CopyAction)
+        self._mark(None)
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:  # noqa: N802
+        if event.mimeData().hasFormat(_FEATURES_MIME):
+            event.acceptProposedAction()
+        else:
+            event.ignore()
+
+    def dragMoveEvent(self, event: QDragMoveEvent) -> None:  # noqa: N802
+        if not event.mimeData().hasFormat(_FEATURES_MIME):
+            event.ignore()
+            return
+        # For the scrolling at the edges.
+        super().dragMoveEvent(event)
+        group = self._group_at(event.position().toPoint())
+        self._mark(group)
+        event.setDropAction(Qt.DropAction.CopyAction)
+        event.setAccepted(group is not None)
+
+    def dragLeaveEvent(self, event: QDragLeaveEvent) -> None:  # noqa: N802
+        super().dragLeaveEvent(event)
+        self._mark(None)
+
+    def dropEvent(self, event: QDropEvent) -> None:  # noqa: N802
+        self.stopAutoScroll()
+        self.setState(QAbstractItemView.State.NoState)
+        group = self._group_at(event.position().toPoint())
+        self._mark(None)
+        if group is None or not event.mimeData().hasFormat(_FEATURES_MIME):
+            event.ignore()
+            return
+        event.setDropAction(Qt.DropAction.CopyAction)
+        event.accept()
+        self.dropped.emit(str(group.data(NAME, ID)))
+
+    def _group_at(self, at: QPoint) -> QTreeWidgetItem | None:
+        item = self.itemAt(at)
+        group = item.parent() or item if item is not None else None
+        if group is not None and self._can_take(str(group.data(NAME, ID))):
+            return group
+        return None
+
+    def _mark(self, group: QTreeWidgetItem | None) -> None:
+        """Show where a drop would go."""
+        if group is self._target:
+            return
+        with QSignalBlocker(self):
+            for item, brush in (
+                (self._target, QBrush()),
+                (group, self.palette().brush(QPalette.ColorRole.Highlight)),
+            ):
+                if item is not None:
+                    for column in range(self.columnCount()):
+                        item.setBackground(column, brush)
+        self._target = group

@@ -1,0 +1,154 @@
+"""Points and their marks as they are shown, placed, moved and taken away in an opened photo."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QFileDialog, QWidget
+
+from vomstudio.errors import VomError
+from vomstudio.photogrammetry.place.mark_prediction import BAD_PX
+from vomstudio.ui.photos.mark_canvas import MARK, MarkCanvas, ShownMark
+from vomstudio.ui.photos.opened_photo import OpenedPhoto
+from vomstudio.ui.photos.photo_marks import PhotoMarks
+from vomstudio.ui.photos.photo_tools import PhotoTools
+from vomstudio.ui.photos.points_box import PointsBox
+
+
+class MarkEditing(QObject):
+    """said : a sentence and its level."""
+
+    said = Signal(str, str)
+
+    def __init__(
+        self,
+        marks: PhotoMarks,
+        points: PointsBox,
+        photo: OpenedPhoto,
+        canvas: MarkCanvas,
+        tools: PhotoTools,
+    ) -> None:
+        super().__init__()
+        self._marks, self._points, self._photo = marks, points, photo
+        self._canvas, self._tools = canvas, tools
+        points.typed.connect(self._typed)
+        tools.marked.connect(self._place)
+        tools.moved.connect(self._moved)
+        tools.picked.connect(points.choose)
+        canvas.nudged.connect(self._nudge)
+        photo.turned.connect(self._turned)
+
+    # --- showing -----------------------------------------------------------------------------
+    def show(self) -> None:
+        """The marks of this photo, where the others are expected, and the chosen one's course."""
+        marking, chosen, photo = self._marks.marking, self._points.label, self._photo.name
+        there = marking.within(photo)
+        shown = []
+        for label, pixel in there.items():
+            sight = self._marks.sight(label)
+            residual, worst = sight.residuals_px.get(photo), sight.worst
+            bad = worst is not None and worst[0] == photo and worst[1] > BAD_PX
+            role = marking.role(label)
+            shown.append(ShownMark(label, role, pixel, label == chosen, False, residual, bad))
+        for label in marking.labels:
+            if label not in there and (at := self._marks.sight(label).expected.get(photo)):
+                role = marking.role(label)
+                shown.append(ShownMark(label, role, at, label == chosen, True))
+        self._canvas.set_marks(shown)
+        self._canvas.set_course(self._marks.course(chosen, photo))
+
+    def look_at_point(self, *, again: bool = False) -> None:
+        """While points are marked, the photo is opened where the point is, or should be."""
+        label, photo = self._points.label, self._photo.name
+        if self._canvas.tool != MARK or not label:
+            return
+        if self._photo.looks_at(label) and not again:
+            return
+        place = self._marks.marking.of(label).get(photo)
+        place = place or self._marks.sight(label).expected.get(photo)
+        if place is not None:
+            self._photo.look_at(label, place)
+
+    def _turned(self) -> None:
+        self.look_at_point(again=True)
+
+    # --- points ------------------------------------------------------------------------------
+    def why_no_point(self) -> str | None:
+        return None if self._points.label else "choose a point first"
+
+    def why_no_mark(self) -> str | None:
+        if (said := self.why_no_point()) is not None:
+            return said
+        there = self._photo.name in self._marks.marking.of(self._points.label)
+        return None if there else "the point is not marked in this photo"
+
+    def new_point(self) -> None:
+        label = self._marks.marking.free_label()
+        made = self._marks.marking.begun_with(label)
+        self._marks.change(self.tr("New point"), made)
+        self._points.choose(label)
+        self._tools.take_up(MARK)
+        self._canvas.setFocus()
+
+    def remove_point(self) -> None:
+        label = self._points.label
+        made = self._marks.marking.removed(label)
+        self._marks.change(self.tr("Remove {0}").format(label), made)
+        self._points.choose("")
+
+    def import_table(self, folder: Path, parent: QWidget, *, marks: bool) -> None:
+        """Control points, or marks, of a file that is asked for, first in the folder."""
+        title = self.tr("Marks in photos") if marks else self.tr("Control points")
+        kinds = self.tr("Tables (*.csv *.txt *.tsv);;All files (*)")
+        name, _ = QFileDialog.getOpenFileName(parent, title, str(folder), kinds)
+        if not name:
+            return
+        try:
+            if marks:
+                count, said = self._marks.import_marks(Path(name))
+                words = self.tr("{0} marks read. {1}").format(count, said)
+            else:
+                count = self._marks.import_points(Path(name))
+                words = self.tr("{0} points read.").format(count)
+        except VomError as error:
+            self.said.emit(str(error), "error")
+            return
+        labels = self._marks.marking.labels
+        if not self._points.label and labels:
+            self._points.choose(labels[0])
+        self.said.emit(words, "info")
+
+    # --- marks -------------------------------------------------------------------------------
+    def remove_mark(self) -> None:
+        label, photo = self._points.label, self._photo.name
+        made = self._marks.marking.unmarked(label, photo)
+        self._marks.change(self.tr("Remove the mark of {0}").format(label), made)
+
+    def _place(self, x: float, y: float, join: str | None = None) -> None:
+        """Mark the chosen point here; without one, a new tie point."""
+        marking, photo = self._marks.marking, self._photo.name
+        label = self._points.label or marking.free_label()
+        key = None if join is None else (join, label, photo)
+        made = marking.marked(label, photo, (x, y))
+        self._photo.stay_at(label)
+        self._marks.change(self.tr("Mark {0}").format(label), made, key)
+        self._points.choose(label)
+
+    def _typed(self, x: float, y: float) -> None:
+        self._place(x, y, "typed")
+
+    def _moved(self, label: str, x: float, y: float, goes_on: bool) -> None:
+        photo = self._photo.name
+        made = self._marks.marking.marked(label, photo, (x, y))
+        self._marks.change(
+            self.tr("Move {0}").format(label), made, ("drag", label, photo), goes_on=goes_on
+        )
+
+    def _nudge(self, dx: float, dy: float) -> None:
+        row = self._photo.row
+        pixel = self._marks.marking.of(self._points.label).get(self._photo.name)
+        if pixel is not None and row is not None:
+            x = min(max(pixel[0] + dx, 0.0), float(row.width))
+            y = min(max(pixel[1] + dy, 0.0), float(row.height))
+            self._place(x, y, "nudged")

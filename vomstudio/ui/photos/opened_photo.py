@@ -1,0 +1,74 @@
+"""The photo that is open in a window of its own: its picture, and where it is looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Qt, Signal
+
+from vomstudio.photogrammetry.place.mark_prediction import Pixel
+from vomstudio.ui.common.photo_images import PhotoImages, Picture
+from vomstudio.ui.photos.mark_canvas import MarkCanvas
+from vomstudio.ui.photos.photo_row import PhotoRow
+
+
+class OpenedPhoto(QObject):
+    """turned : only now it is known which way is up in the photo that was opened last."""
+
+    turned = Signal()
+
+    def __init__(self, rows: Mapping[str, PhotoRow], canvas: MarkCanvas) -> None:
+        super().__init__()
+        self.rows, self._canvas = rows, canvas
+        self._images = PhotoImages()
+        self.name = ""
+        self._pictured_once = False
+        self._looked_at = ""
+        self._images.pictured.connect(self._pictured, Qt.ConnectionType.QueuedConnection)
+
+    @property
+    def row(self) -> PhotoRow | None:
+        return self.rows.get(self.name)
+
+    def show(self, name: str) -> None:
+        row = self.rows[name]
+        self.name, self._looked_at = name, ""
+        self._canvas.set_used(None)
+        self._canvas.set_photo(row.width, row.height)
+        picture = self._images.picture(Path(row.path))
+        self._pictured_once = picture is not None
+        self._canvas.message = "" if picture else self.tr("Reading {0}…").format(name)
+        if picture is not None:
+            self._canvas.set_picture(picture)
+
+    def _pictured(self, key: str, picture: Picture | str) -> None:
+        row = self.row
+        if row is None or row.path != key:
+            return
+        if isinstance(picture, Picture):
+            self._canvas.message = ""
+            self._canvas.set_picture(picture)
+            if not self._pictured_once:
+                # The whole picture, which comes later, leaves the view to the user.
+                self._pictured_once = True
+                self.turned.emit()
+        else:
+            self._canvas.message = self.tr("{0} cannot be shown: {1}").format(row.name, picture)
+            self._canvas.update()
+
+    # --- where it is looked at ---------------------------------------------------------------
+    def looks_at(self, label: str) -> bool:
+        """Whether the view went to this point last."""
+        return self._looked_at == label
+
+    def look_at(self, label: str, place: Pixel) -> None:
+        self._looked_at = label
+        self._canvas.look_closely(place)
+
+    def stay_at(self, label: str) -> None:
+        """The user looks at the point already."""
+        self._looked_at = label
+
+    def close(self) -> None:
+        self._images.close()

@@ -1,0 +1,198 @@
+"""The photos that are looked at, as the document holds them: points, marks and masks are records.
+
+Whatever changes them is an edit of the one history of the program; tables and masks beside the
+photos are exports (`photo_exports`).
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+
+from vomstudio.document.edit import Edit
+from vomstudio.document.photo_edits import (
+    PointState,
+    marks_of,
+    masks_of,
+    photo_sets,
+    points_of,
+    set_masks,
+    set_points,
+)
+from vomstudio.document.records import Asset, ImageMark, MarkedPoint, Mask, PhotoSet, Record
+from vomstudio.errors import VomError
+from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.io.project.assets import asset_path
+from vomstudio.io.project.taking_in import stored_path
+from vomstudio.photogrammetry.place.mark_prediction import Marking
+from vomstudio.ui.common.studio import Studio
+
+_TOGETHER_S = 1.5
+_OWN = (PhotoSet, MarkedPoint, ImageMark, Mask)
+
+
+class PhotoDocument(QObject):
+    """points_changed : points or marks of these photos; masks_changed : names of photos whose mask
+    is another one, or has come or gone."""
+
+    points_changed = Signal()
+    masks_changed = Signal(object)
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__()
+        self._studio = studio
+        self.folder: Path | None = None
+        self._last: tuple[object, int, float] | None = None
+        self._masks: dict[str, Asset] = {}
+        studio.edited.connect(self._edited)
+
+    def look_at(self, folder: Path | None) -> None:
+        self.folder = folder
+        self._last = None
+        self._masks = self.masks()
+        self.points_changed.emit()
+
+    # --- looking -----------------------------------------------------------------------------
+    @property
+    def photo_set(self) -> PhotoSet | None:
+        """The record of the folder; None as long as it was not taken in."""
+        if self.folder is None:
+            return None
+        stored = stored_path(self._studio.project.folder, self.folder)
+        return next((s for s in photo_sets(self._studio.records) if s.path == stored), None)
+
+    @property
+    def taken_in(self) -> bool:
+        found = self.photo_set
+        return found is not None and found.taken_in
+
+    def marking(self) -> Marking:
+        """Points and marks as the records say."""
+        found = self.photo_set
+        if found is None:
+            return Marking()
+        records = self._studio.records
+        points = points_of(records, found.id)
+        marks = marks_of(records, found.id)
+        marked = {point.id for point, _ in marks}
+        return Marking(
+            tuple(
+                ControlPoint(p.label, p.position, p.sigma_m, p.check)
+                for p in points
+                if p.position is not None
+            ),
+            tuple(Mark(point.label, mark.photo, mark.x, mark.y) for point, mark in marks),
+            tuple(p.label for p in points if p.position is None and p.id not in marked),
+        )
+
+    def masks(self) -> dict[str, Asset]:
+        """The file of each photo's mask, by the name of the photo."""
+        found = self.photo_set
+        if found is None:
+            return {}
+        return {name: m.file for name, m in masks_of(self._studio.records, found.id).items()}
+
+    def mask_path(self, photo: str) -> Path | None:
+        """Where a photo's mask is. Raises InputError where it is gone."""
+        file = self._masks.get(photo)
+        return None if file is None else asset_path(self._studio.project.folder, file)
+
+    def states(self) -> tuple[list[PointState], dict[tuple[str, str], tuple[float, float]]]:
+        """Points and marks as edits take them."""
+        return _states(self.marking())
+
+    @property
+    def project_folder(self) -> Path:
+        return self._studio.project.folder
+
+    def written(self) -> dict[str, str]:
+        """The SHA-256 of files beside the photos as they were last taken in or written."""
+        found = self.photo_set
+        kept = {} if found is None else self._studio.project.journal.view(f"exports {found.id}", {})
+        return dict(kept) if isinstance(kept, dict) else {}
+
+    def set_written(self, sums: Mapping[str, str]) -> None:
+        if (found := self.photo_set) is not None:
+            self._studio.project.journal.set_view(f"exports {found.id}", dict(sums))
+
+    # --- changing ----------------------------------------------------------------------------
+    def set_marking(
+        self, words: str, made: Marking, join: object = None, crs: str | None = None
+    ) -> bool:
+        """Give the photos these points and marks, as one step of the history; steps that follow
+        each other at once under the same `join` are one."""
+        points, marks = _states(made)
+
+        def make(records: Mapping[str, Record], set_id: str) -> Edit:
+            return set_points(records, set_id, points, marks, words, crs=crs)
+
+        return self._apply(make, join)
+
+    def set_masks(self, words: str, masks: Mapping[str, Asset | None]) -> bool:
+        return self._apply(lambda records, set_id: set_masks(records, set_id, masks, words), None)
+
+    def _apply(self, make: Callable[[Mapping[str, Record], str], Edit], join: object) -> bool:
+        found = self.photo_set
+        if found is None:
+            return False
+        last, now = self._last, time.monotonic()
+        joins = None
+        if last is not None and join is not None and last[0] == join:
+            joins = last[1] if now - last[2] < _TOGETHER_S else None
+        try:
+            edit = make(self._studio.records, found.id)
+            if not edit.after:
+                return True
+            number = self._studio.session.apply(edit, joins=joins)
+        except VomError as error:
+            self._studio.fail(error)
+            return False
+        self._last = None if join is None else (join, number, now)
+        return True
+
+    # --- one history -------------------------------------------------------------------------
+    @property
+    def undo_words(self) -> str | None:
+        return self._studio.session.undo_label
+
+    @property
+    def redo_words(self) -> str | None:
+        return self._studio.session.redo_label
+
+    def undo(self) -> None:
+        self._studio.undo()
+
+    def redo(self) -> None:
+        self._studio.redo()
+
+    def _edited(self, edit: Edit) -> None:
+        changed = [r for id_ in edit.ids for r in (edit.before[id_], edit.after[id_])]
+        if not any(isinstance(r, _OWN) for r in changed):
+            return
+        masks = self.masks()
+        other = {n for n in {*masks, *self._masks} if masks.get(n) != self._masks.get(n)}
+        self._masks = masks
+        if any(isinstance(r, PhotoSet | MarkedPoint | ImageMark) for r in changed):
+            self.points_changed.emit()
+        if other:
+            self.masks_changed.emit(frozenset(other))
+
+
+def _states(
+    made: Marking,
+) -> tuple[list[PointState], dict[tuple[str, str], tuple[float, float]]]:
+    points = [PointState(p.label, p.position, p.sigma_m, p.check) for p in made.control]
+    points += [PointState(label) for label in made.labels if made.point(label) is None]
+    return points, {(m.label, m.photo): (m.x, m.y) for m in made.marks}
+
+
+def photo_of(edit: Edit) -> str:
+    """The photo in which an edit of marks or masks is to be seen; "" where it is in none."""
+    for id_ in edit.ids:
+        record = edit.after[id_] or edit.before[id_]
+        if isinstance(record, ImageMark | Mask):
+            return record.photo
+    return ""

@@ -1,0 +1,283 @@
+"""Tables of points and marks, and masks, written beside the photos for the command line and other
+programs. The records of the project are the truth; these files follow them."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+import numpy as np
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from vomstudio.errors import TargetError, VomError
+from vomstudio.files.backup import set_aside
+from vomstudio.io.control.points import CONTROL, MARKS
+from vomstudio.io.control.writing import write_control, write_marks
+from vomstudio.io.photos.drawn_masks import keep_mask, load_mask, mask_place
+from vomstudio.io.project.taking_in import spare_folder
+from vomstudio.photogrammetry.place.mark_prediction import Marking
+from vomstudio.ui.common.background import Background
+from vomstudio.ui.photos.photo_document import PhotoDocument
+from vomstudio.ui.photos.photo_row import PhotoRow
+
+_SOON_MS = 300
+
+
+class PhotoExports(QObject):
+    """said : a sentence for the user, and its level. tables_written : control.csv or marks.csv is
+    another one; mask_written : the name of a photo, and the file of its mask or None."""
+
+    said = Signal(str, str)
+    tables_written = Signal()
+    mask_written = Signal(str, object)
+
+    def __init__(self, document: PhotoDocument) -> None:
+        super().__init__()
+        self._document = document
+        self._background = Background(self)
+        self._on_disk = Marking()
+        self._given: Marking | None = None
+        self._known: dict[str, str] = {}
+        """The SHA-256 of the files as they were last taken in or written, by their names: others
+        are somebody else's, and put aside before they are replaced."""
+        self.foreign: list[str] = []
+        self._places: dict[str, Path] = {}
+        self._rows: dict[str, PhotoRow] = {}
+        self._found: dict[str, Path] = {}
+        self._waiting: dict[str, None] = {}
+        self._writing = False
+        self._one_at_a_time = Lock()
+        self.problem = ""
+        """Why files beside the photos are not as the project has it."""
+        document.points_changed.connect(self._points_changed)
+        document.masks_changed.connect(self._masks_changed)
+        self._soon = QTimer(self)
+        self._soon.setSingleShot(True)
+        self._soon.setInterval(_SOON_MS)
+        self._soon.timeout.connect(self._next_mask)
+
+    def begin(self, rows: Sequence[PhotoRow], *, given: bool) -> None:
+        """The photos are taken in: from now on their files follow the records. given: the points
+        came from files elsewhere, which are never written; with the first change all are written.
+        """
+        self._rows = {row.name: row for row in rows}
+        paths = [Path(row.path) for row in rows]
+        self._places = {row.name: mask_place(Path(row.path), paths) for row in rows}
+        self._found = {row.name: Path(row.found_mask) for row in rows if row.found_mask}
+        self._waiting.clear()
+        self.problem = ""
+        now = self._document.marking()
+        self._given = now if given else None
+        self._on_disk = Marking() if given else now
+        self._known = self._document.written()
+        self.foreign = self._foreign()
+
+    def _foreign(self) -> list[str]:
+        """Names of files beside the photos that are neither what was taken in nor what was written
+        here: another program, or a person, has changed them since."""
+        files = self._document.masks()
+        names = []
+        for name in (CONTROL, MARKS):
+            path = self.table(name)
+            if path is not None and _sum(path) != self._known.get(name):
+                names.append(path.name)
+        for row in self._rows.values():
+            file = files.get(row.name)
+            own = {
+                self._known.get(_key(row.found_mask)),
+                "" if file is None else Path(file.path).stem,
+            }
+            if row.found_mask and row.found_sha256 not in own:
+                names.append(Path(row.found_mask).name)
+        return names
+
+    def seen(self, unread: Sequence[str] = ()) -> None:
+        """What lies beside the photos now was taken in, but for tables that cannot be read."""
+        for name in {CONTROL, MARKS} - set(unread):
+            self._known[name] = _sum(self.table(name))
+        for row in self._rows.values():
+            if row.found_mask:
+                self._known[_key(row.found_mask)] = row.found_sha256
+        self._document.set_written(self._known)
+        self.foreign = []
+
+    def end(self) -> None:
+        """Other photos are looked at: what waits is written first."""
+        self.finish()
+        self._rows, self._places, self._found = {}, {}, {}
+
+    # --- tables ------------------------------------------------------------------------------
+    @property
+    def _folders(self) -> tuple[Path, ...]:
+        folder = self._document.folder
+        if folder is None:
+            return ()
+        return folder, spare_folder(self._document.project_folder, folder.resolve())
+
+    def table(self, name: str) -> Path | None:
+        """Where a table is: beside the photos, or in the project where that cannot be written."""
+        places = (folder / name for folder in self._folders)
+        return next((path for path in places if path.is_file()), None)
+
+    def _points_changed(self) -> None:
+        if not self._rows or not self._document.taken_in:
+            return
+        now = self._document.marking()
+        if now == self._given or _same(now, self._on_disk):
+            return
+        self._given = None
+        try:
+            if now.control != self._on_disk.control:
+                self._write_one(CONTROL, now)
+            if now.marks != self._on_disk.marks:
+                self._write_one(MARKS, now)
+            self._on_disk, self.problem = now, ""
+        except TargetError as error:
+            self.problem = str(error)
+            self.said.emit(
+                self.tr("The points are kept in the project, but their tables are not up to date: "
+                        "{0}").format(error), "warning",
+            )  # fmt: skip
+        self.tables_written.emit()
+
+    def _write_one(self, name: str, now: Marking) -> None:
+        """Raises TargetError."""
+        beside, spare = self._folders
+        place = self.table(name) or beside / name
+        try:
+            self._write_to(place, now)
+        except TargetError as error:
+            if place.parent == spare:
+                raise
+            try:
+                spare.mkdir(parents=True, exist_ok=True)
+                self._write_to(spare / name, now)
+            except (OSError, TargetError):
+                raise error from None
+            self.said.emit(
+                self.tr(
+                    "The photos' folder cannot be written: {0} is kept in the project, {1}"
+                ).format(name, spare),
+                "warning",
+            )
+
+    def _write_to(self, path: Path, now: Marking) -> None:
+        kept = None
+        try:
+            if path.exists() and _sum(path) != self._known.get(path.name):
+                # Somebody else has changed it since it was read here.
+                kept = set_aside(path)
+                path.unlink()
+            found = self._document.photo_set
+            if path.name == CONTROL:
+                crs = None if found is None else found.crs or None
+                kept = write_control(path, now.control, crs) or kept
+            else:
+                kept = write_marks(path, now.marks) or kept
+        except OSError as error:
+            raise TargetError(f"it cannot be written ({error.strerror}).", file=path) from error
+        self._known[path.name] = _sum(path)
+        self._document.set_written(self._known)
+        if kept is not None:
+            self.said.emit(
+                self.tr("{0} held more than is kept here; it was put aside as {1}").format(
+                    path.name, kept.name
+                ),
+                "info",
+            )
+
+    # --- masks -------------------------------------------------------------------------------
+    def _masks_changed(self, photos: frozenset[str]) -> None:
+        self._waiting |= dict.fromkeys(sorted(photos & self._rows.keys()))
+        self._soon.start()
+
+    @property
+    def busy(self) -> bool:
+        """Masks wait to be written."""
+        return self._writing or bool(self._waiting)
+
+    def _next_mask(self) -> None:
+        if self._writing or not self._waiting:
+            return
+        name = next(iter(self._waiting))
+        del self._waiting[name]
+        work = self._work(name)
+        self._writing = True
+
+        def arrived(made: object) -> None:
+            self._writing = False
+            self._written(name, made)
+            self._next_mask()
+
+        self._background.run(work, arrived)
+
+    def _work(self, name: str) -> Callable[[], object]:
+        row, place, found = self._rows[name], self._places[name], self._found.get(name)
+        path = self._document.mask_path
+
+        def work() -> object:
+            # Whoever comes last writes what is newest then.
+            with self._one_at_a_time:
+                try:
+                    mask = path(name)
+                    used = (
+                        np.ones((row.height, row.width), np.bool_)
+                        if mask is None
+                        else load_mask(mask, row.width, row.height)
+                    )
+                    return keep_mask(place, used, found)
+                except VomError as error:
+                    return error
+
+        return work
+
+    def _written(self, name: str, made: Any) -> None:
+        if isinstance(made, VomError):
+            if str(made) != self.problem:
+                self.said.emit(
+                    self.tr("The masks are kept in the project, but not beside the photos: {0}")
+                    .format(made), "warning",
+                )  # fmt: skip
+            self.problem = str(made)
+            return
+        path, kept = made
+        self.problem = ""
+        self._known[_key(str(self._places[name]))] = _sum(path)
+        self._document.set_written(self._known)
+        if kept is not None:
+            self.said.emit(
+                self.tr("The mask that was there was put aside as {0}").format(kept.name), "info"
+            )
+        self.mask_written.emit(name, path)
+
+    def finish(self) -> None:
+        """Write what waits, at once."""
+        self._soon.stop()
+        for name in list(self._waiting):
+            del self._waiting[name]
+            self._written(name, self._work(name)())
+
+    def close(self) -> None:
+        self.finish()
+        self._background.close()
+
+
+def _key(path: str | None) -> str:
+    """Under which the sum of a mask is kept: names differ within a folder of photos, and in its
+    folders too as a rule."""
+    return "" if path is None else Path(path).name
+
+
+def _same(one: Marking, other: Marking) -> bool:
+    return (one.control, one.marks) == (other.control, other.marks)
+
+
+def _sum(path: Path | None) -> str:
+    """Of a file; "" for none."""
+    try:
+        return "" if path is None else hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError:
+        return ""

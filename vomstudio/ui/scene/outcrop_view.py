@@ -1,0 +1,129 @@
+"""The view of the outcrop, as menus, panels and tools of the window work with it."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
+
+from vomstudio.rendering.qt.viewport import Viewport
+from vomstudio.rendering.view.clipping import ClipBox
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.wording import drawn_points
+from vomstudio.ui.scene.camera_view import CameraView
+from vomstudio.ui.scene.scene_presenter import ScenePresenter
+
+_KEEP_CAMERA_MS = 500
+
+
+class OutcropView(QObject):
+    """Joins the viewport to the studio. The window is there before its viewport: until `join`
+    nothing is looked at, and what is asked for does nothing."""
+
+    turned = Signal(float, float, bool)
+    """Trend and plunge of the direction that is looked in, and whether it is orthographic."""
+
+    def __init__(self, studio: Studio, cameras: CameraView) -> None:
+        super().__init__()
+        self._studio, self._cameras = studio, cameras
+        self.viewport: Viewport | None = None
+        self._presenter: ScenePresenter | None = None
+        self._camera_timer = QTimer(self)
+        self._camera_timer.setSingleShot(True)
+        self._camera_timer.setInterval(_KEEP_CAMERA_MS)
+        self._camera_timer.timeout.connect(self.keep_camera)
+
+    def join(self, viewport: Viewport) -> None:
+        """From now on the viewport shows what the studio holds."""
+        self.viewport = viewport
+        self._presenter = ScenePresenter(self._studio, viewport)
+        self._presenter.rebuild()
+        self._cameras.watch(viewport)
+
+    def follow_camera(self) -> None:
+        """From now on `turned` tells of the camera, which turns as the settings say."""
+        if self.viewport is not None:
+            settings = self._studio.settings
+            self.viewport.camera_changed.connect(self._camera_changed)
+            self.viewport.problem.connect(lambda text: self._studio.warn(text))
+            self.viewport.models.point_budget = settings.point_budget
+            self.viewport.gestures.set_turntable(settings.turntable)
+            self._camera_changed()
+
+    def why_not(self) -> str | None:
+        """Why the view cannot be turned now."""
+        if self.viewport is None or not self._studio.models:
+            return "open a model first"
+        return None
+
+    # --- directions --------------------------------------------------------------------------
+    @property
+    def orthographic(self) -> bool:
+        return self.viewport is not None and self.viewport.moves.orthographic
+
+    def toggle_orthographic(self) -> None:
+        if self.viewport is not None:
+            self.viewport.moves.set_orthographic(not self.viewport.moves.orthographic)
+
+    def look(self, trend_deg: float, plunge_deg: float) -> None:
+        """Along a direction, orthographic."""
+        if self.viewport is not None:
+            self.viewport.moves.set_orthographic(True)
+            self.viewport.moves.look_along(trend_deg, plunge_deg)
+
+    def standard_view(self, name: str) -> None:
+        if self.viewport is not None:
+            self.viewport.moves.standard_view(name)
+
+    def set_turntable(self, on: bool) -> None:
+        if self.viewport is not None:
+            self.viewport.gestures.set_turntable(on)
+
+    # --- what is in sight --------------------------------------------------------------------
+    def see_all(self) -> None:
+        if self._presenter is not None:
+            self._presenter.see_all(self._cameras.corners())
+
+    def frame_selection(self) -> None:
+        measured = self._studio.measured(self._studio.selection.ids).values()
+        points = [p for m in measured if len(p := drawn_points(m))]
+        if self.viewport is not None and points:
+            self.viewport.moves.frame(np.concatenate(points))
+
+    def models_box(self) -> ClipBox | None:
+        """Around all visible models."""
+        return None if self._presenter is None else self._presenter.models_box()
+
+    def clip_holds_something(self) -> bool:
+        """Whether the clipping box has a part of the visible models in it."""
+        box, around = self._studio.display.box, self.models_box()
+        return box is not None and around is not None and box.meets(around)
+
+    # --- tools -------------------------------------------------------------------------------
+    def take_up(self, tool: str) -> None:
+        """Cursor and buttons of a tool."""
+        if self.viewport is not None:
+            picking = tool in self._studio.tools
+            cursor = Qt.CursorShape.CrossCursor if picking else Qt.CursorShape.ArrowCursor
+            self.viewport.setCursor(cursor)
+            # A brush paints with the left button.
+            self.viewport.gestures.orbit_button = (
+                Qt.MouseButton.RightButton if tool == "patch" else Qt.MouseButton.LeftButton
+            )
+
+    # --- the camera --------------------------------------------------------------------------
+    def _camera_changed(self) -> None:
+        if self.viewport is not None:
+            trend, plunge = self.viewport.moves.view_direction()
+            self.turned.emit(trend, plunge, self.viewport.moves.orthographic)
+            self._camera_timer.start()
+
+    def keep_camera(self) -> None:
+        """With the project, so that it opens as it was left."""
+        # Before a model is there the camera looks at nothing: no better than the one that is kept.
+        if self.viewport is not None and self._studio.models:
+            self._studio.project.journal.set_view("camera", self.viewport.moves.camera_state())
+
+    def close(self) -> None:
+        self._camera_timer.stop()
+        if self.viewport is not None:
+            self.viewport.close()

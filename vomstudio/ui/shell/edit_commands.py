@@ -1,0 +1,66 @@
+"""Undo, redo, what is done to the selected features, and finding a command."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from PySide6.QtWidgets import QInputDialog, QWidget
+
+from vomstudio.document import edits
+from vomstudio.ui.common.actions import Actions, Command
+from vomstudio.ui.common.chosen import chosen_features, why_none_chosen
+from vomstudio.ui.common.studio import Studio
+
+
+def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[Command]:
+    """find : asks for a command by its words. parent : of the dialogs"""
+
+    def none_chosen() -> str | None:
+        return why_none_chosen(studio)
+
+    def can_undo() -> bool:
+        tool = studio.open_tool
+        return tool is not None and tool.can_undo
+
+    def nothing_to_undo() -> str | None:
+        if can_undo() or studio.session.undo_label:
+            return None
+        return "there is nothing to undo"
+
+    def to_undo() -> str | None:
+        if can_undo():
+            return "The last step of what is being picked"
+        return studio.session.undo_label
+
+    def nothing_to_redo() -> str | None:
+        return None if studio.session.redo_label else "there is nothing to redo"
+
+    def rename() -> None:
+        current = chosen_features(studio)[-1]
+        before = studio.records[current].name
+        name, accepted = QInputDialog.getText(parent, "Rename", "Name", text=before)
+        if accepted and name.strip() != before:
+            studio.attempt(edits.set_attributes, [current], name=name.strip())
+
+    return [
+        Command("undo", "&Undo", studio.undo, "undo", "Ctrl+Z", "", nothing_to_undo,
+                what=to_undo),
+        Command("redo", "&Redo", studio.redo, "redo", ("Ctrl+Shift+Z", "Ctrl+Y"), "",
+                nothing_to_redo, what=lambda: studio.session.redo_label),
+        Command("delete", "&Delete features", studio.delete_selected, "delete-outline", (), "",
+                none_chosen),
+        Command("rename", "&Rename…", rename, None, "F2", "", none_chosen),
+        Command("select_all", "Select &all features",
+                lambda: studio.selection.set(f.id for f in studio.session.features()),
+                None, "Ctrl+A"),
+        Command("find_command", "&Find a command…", find, "magnify", "Ctrl+K"),
+    ]  # fmt: skip
+
+
+def find_command(parent: QWidget, actions: Actions) -> None:
+    """Ask for a command by its words, and run it."""
+    from vomstudio.ui.shell.palette import CommandPalette
+
+    dialog = CommandPalette(parent, actions)
+    if dialog.exec() and dialog.chosen:
+        actions.run(dialog.chosen)

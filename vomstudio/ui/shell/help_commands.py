@@ -1,0 +1,41 @@
+"""The list of shortcuts, and what this program is."""
+
+from __future__ import annotations
+
+from PySide6.QtWidgets import QMessageBox, QWidget
+
+from vomstudio.ui.common.actions import Actions, Command
+from vomstudio.version import __version__
+
+_MOUSE = (
+    "<p><b>Mouse</b>: drag orbits about the point under the cursor, wheel zooms to the cursor, "
+    "middle button or Shift+drag pans, double click sets the pivot. While picking: click adds, "
+    "drag a vertex moves it, Ctrl+click inserts, Enter or double click finishes. With the "
+    "brush of Patch: drag paints, Ctrl+drag takes away, the right button orbits. "
+    "On the net: click a pole or a great circle, drag a lasso around poles; Ctrl adds.</p>"
+)
+_ABOUT = (
+    f"<b>VOM Studio {__version__}</b><br>Virtual outcrop models of geological structures: "
+    "measurements with their errors.<br>BSD-3-Clause."
+)
+
+
+def commands(actions: Actions, parent: QWidget) -> list[Command]:
+    """parent : of the dialogs"""
+    return [
+        Command("shortcuts", "&Shortcuts", lambda: _shortcuts(parent, actions),
+                "keyboard-outline", "F1"),
+        Command("about", "&About VOM Studio",
+                lambda: QMessageBox.about(parent, "VOM Studio", _ABOUT)),
+    ]  # fmt: skip
+
+
+def _shortcuts(parent: QWidget, actions: Actions) -> None:
+    rows = []
+    for command in actions.commands():
+        keys = ", ".join(k.toString() for k in actions.all[command.name].shortcuts())
+        if keys:
+            where = " (in the viewport)" if command.in_viewport else ""
+            text = command.text.replace("&", "") + where
+            rows.append(f"<tr><td><b>{keys}</b>&nbsp;&nbsp;</td><td>{text}</td></tr>")
+    QMessageBox.information(parent, "Shortcuts", f"<table>{''.join(rows)}</table>{_MOUSE}")

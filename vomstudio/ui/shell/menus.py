@@ -1,0 +1,134 @@
+"""The menus and the toolbar: which commands stand where."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QMainWindow, QMenu, QSizePolicy, QToolBar, QToolButton, QWidget
+
+from vomstudio.ui.common import theme
+
+# "|" is a line between commands, and "*" stands before the name of a menu inside the menu.
+MENUS = (
+    ("&File", ("new", "open", "choose_photos", "open_project", "*recent", "*discarded", "|",
+               "save", "save_as", "|",
+               "import_readings", "|", "export_csv", "export_gpkg", "export_shp", "export_dxf",
+               "export_net", "|", "quit")),
+    ("&Edit", ("undo", "redo", "|", "delete", "rename", "|", "select_all", "|", "find_command")),
+    ("&View", ("home", "frame_selection", "orthographic", "|", "view_top", "view_north",
+               "view_east", "view_south", "view_west", "view_bottom", "|", "*display",
+               "clipping_box", "clipping_reset", "*planes", "*notation", "trackball", "|",
+               "show_chosen", "hide_chosen", "show_only", "show_all", "|", "show_in_photos",
+               "previous_photo", "next_photo", "fit_photo", "|", "only_outcrop", "*docks")),
+    ("&Photos", ("plan_survey", "video_frames", "choose_photos", "open_photo", "take_in_photos",
+                 "|", "make_settings",
+                 "make_model", "pause_model", "|", "show_alignment", "show_tie_points",
+                 "open_report")),
+    ("&Model", ("declare_frame", "locate", "open_cameras", "find_photos", "|", "copy_model",
+                "export_model", "remove_model")),
+    ("&Interpret", ("navigate", "trace", "patch", "line", "measure", "|", "finish", "cancel",
+                    "continue_trace", "delete_vertex", "|", "continue_patch", "brush_removes",
+                    "brush_smaller", "brush_larger", "|", "feature_types")),
+    ("&Analyse", ("along_beta", "along_line", "face_plane", "|", "keep_intersection",
+                  "intersection_of_sets", "|", "orthophoto", "|", "show_stereonet")),
+    ("&Help", ("shortcuts", "about")),
+)  # fmt: skip
+
+_TOOLBAR = ("open", "save", "|", "navigate", "trace", "patch", "line", "measure", "|",
+            "undo", "redo", "|", "home", "frame_selection", "orthographic", "*views")  # fmt: skip
+_VIEWS = ("top", "north", "east", "south", "west", "bottom")
+# What everybody knows by its icon: so the bar has room at 1400 pixels.
+_ICON_ONLY = ("save", "undo", "redo", "home", "frame_selection")
+
+_PLANES = ("planes_discs", "planes_symbols", "planes_neither")
+_NOTATIONS = ("notation_dipdir", "notation_strike", "notation_quadrant")
+
+FillMenu = Callable[[QMenu], None]
+
+
+def fill_menu_bar(
+    window: QMainWindow,
+    actions: Mapping[str, QAction],
+    *,
+    fresh: Mapping[str, FillMenu],
+    once: Mapping[str, FillMenu],
+) -> None:
+    """fresh : what fills a menu inside a menu whenever it is opened; once : what fills it now"""
+    for title, names in MENUS:
+        menu = window.menuBar().addMenu(window.tr(title))
+        menu.setToolTipsVisible(True)
+        for name in names:
+            if name == "|":
+                menu.addSeparator()
+            elif name.startswith("*"):
+                _add_menu(menu, name[1:], actions, fresh, once)
+            else:
+                menu.addAction(actions[name])
+
+
+def _add_menu(
+    menu: QMenu,
+    name: str,
+    actions: Mapping[str, QAction],
+    fresh: Mapping[str, FillMenu],
+    once: Mapping[str, FillMenu],
+) -> None:
+    titles = {
+        "recent": menu.tr("Open &recent"),
+        "discarded": menu.tr("&Bring back discarded work"),
+        "display": menu.tr("&Display"),
+        "planes": menu.tr("&Planes as"),
+        "notation": menu.tr("&Notation"),
+        "docks": menu.tr("&Panels"),
+    }
+    inner = menu.addMenu(titles[name])
+    if name in fresh:
+        fill = fresh[name]
+        inner.aboutToShow.connect(lambda: fill(inner))
+    elif name in once:
+        once[name](inner)
+    elif name == "planes":
+        inner.setToolTipsVisible(True)
+        inner.addActions([actions[each] for each in _PLANES])
+    else:
+        inner.addActions([actions[each] for each in _NOTATIONS])
+
+
+def make_toolbar(window: QMainWindow, actions: Mapping[str, QAction]) -> QToolBar:
+    bar = QToolBar(window.tr("Tools"))
+    bar.setObjectName("toolbar")
+    bar.setMovable(False)
+    for name in _TOOLBAR:
+        if name == "|":
+            bar.addSeparator()
+        elif name == "*views":
+            bar.addWidget(_views_button(window.tr("Views"), actions))
+        else:
+            bar.addAction(actions[name])
+            widget = bar.widgetForAction(actions[name])
+            if isinstance(widget, QToolButton) and name not in _ICON_ONLY:
+                widget.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+    space = QWidget()
+    space.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+    bar.addWidget(space)
+    find = QToolButton()
+    find.setIcon(theme.icon("magnify"))
+    find.setText(window.tr("Find a command  Ctrl+K"))
+    find.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+    find.clicked.connect(actions["find_command"].trigger)
+    bar.addWidget(find)
+    return bar
+
+
+def _views_button(text: str, actions: Mapping[str, QAction]) -> QToolButton:
+    button = QToolButton()
+    button.setText(text)
+    button.setIcon(theme.icon("compass-outline"))
+    button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+    button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+    menu = QMenu(button)
+    menu.addActions([actions[f"view_{each}"] for each in _VIEWS])
+    button.setMenu(menu)
+    return button

@@ -1,0 +1,24 @@
+"""What the tree offers for a record."""
+
+from __future__ import annotations
+
+from PySide6.QtGui import QAction
+
+from vomstudio.document.records import Feature, Model, Painted, Picked, Record
+from vomstudio.ui.common.actions import Actions
+
+_COMMON = ("show_chosen", "hide_chosen", "show_only", "rename", "delete")
+
+
+def record_actions(table: Actions, record: Record) -> list[QAction]:
+    table.refresh()
+    names: tuple[str, ...] = ()
+    if isinstance(record, Model):
+        names = ("declare_frame", "locate", "copy_model", "remove_model")
+    elif isinstance(record, Picked):
+        names = ("frame_selection", "continue_trace", "face_plane", *_COMMON)
+    elif isinstance(record, Painted):
+        names = ("frame_selection", "continue_patch", "face_plane", *_COMMON)
+    elif isinstance(record, Feature):
+        names = ("frame_selection", "along_line", "face_plane", *_COMMON)
+    return [table.all[name] for name in names]

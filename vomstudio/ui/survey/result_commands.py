@@ -1,0 +1,106 @@
+"""Commands on what a reconstruction has left: its alignment, tie points and report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import QUrl
+from PySide6.QtGui import QDesktopServices
+from PySide6.QtWidgets import QWidget
+
+from vomstudio.document.records import Model
+from vomstudio.photogrammetry.base.stage_folders import is_aligned
+from vomstudio.rendering.view.scalars import FieldStyle
+from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.open_dialogs import OpenDialogs
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.photos.photo_survey import PhotoSurvey
+from vomstudio.ui.scene.camera_view import CameraView
+
+SPARSE, REPORT = "sparse.ply", "report.html"
+NOT_ALIGNED = "the photos have not been aligned yet; make the model first"
+_NO_FOLDER = "choose a folder of photos and make their model first"
+
+
+def commands(
+    studio: Studio,
+    survey: PhotoSurvey,
+    cameras: CameraView,
+    dialogs: OpenDialogs,
+    parent: QWidget,
+) -> list[Command]:
+    """parent : of the dialogs"""
+
+    def results() -> Path | None:
+        """Where a reconstruction is: of the photos in the panel, else of a model that is open."""
+        out = survey.out()
+        if out is not None and is_aligned(out):
+            return out
+        return out if out is not None and survey.rows else cameras.folder()
+
+    def not_aligned() -> str | None:
+        out = results()
+        if out is None:
+            return _NO_FOLDER
+        return None if is_aligned(out) else NOT_ALIGNED
+
+    def show_alignment() -> None:
+        from vomstudio.ui.alignment.alignment_dialog import AlignmentDialog
+
+        if (out := results()) is not None:
+            dialogs.show(AlignmentDialog, lambda: AlignmentDialog(parent, studio, out), out)
+
+    def no_tie_points() -> str | None:
+        out = results()
+        if out is None:
+            return _NO_FOLDER
+        return None if (out / SPARSE).exists() else NOT_ALIGNED
+
+    def tie_points() -> None:
+        if (out := results()) is not None:
+            _show_tie_points(studio, out, parent.tr("{0} tie points"))
+
+    def no_report() -> str | None:
+        out = results()
+        if out is not None and (out / REPORT).exists():
+            return None
+        return "the report is written when the model is finished"
+
+    def open_report() -> None:
+        if (out := results()) is not None:
+            QDesktopServices.openUrl(QUrl.fromLocalFile(str(out / REPORT)))
+
+    return [
+        Command("show_alignment", "&Alignment…", show_alignment, "vector-link", (),
+                "What the photos have in common, how well they fit, and their depth maps",
+                not_aligned),
+        Command("show_tie_points", "Show &tie points", tie_points, "dots-hexagon", (),
+                "The points that join the photos, coloured by their error in pixels",
+                no_tie_points),
+        Command("open_report", "&Report", open_report, "file-document-outline", (),
+                "All figures of the reconstruction as one page", no_report),
+    ]  # fmt: skip
+
+
+def _show_tie_points(studio: Studio, out: Path, title: str) -> None:
+    """As a model of its own, in the frame of the model that was made of the same photos. title :
+    with {0} for the name of that model."""
+    folder = out.resolve()
+    # Links may lead to the same folder: paths are compared as they truly are.
+    models = {
+        model.id: path.resolve()
+        for model in studio.session.of(Model)
+        if (path := studio.project.find_model(model)) is not None
+    }
+    there = next((i for i, path in models.items() if path == folder / SPARSE), None)
+    if there is not None:
+        studio.set_visible([there], True)
+        studio.display.show_field(there, FieldStyle("error_px"))
+        return
+    like = next((i for i, path in models.items() if path.parent == folder), None)
+    name = studio.records[like].name if like is not None else folder.name
+
+    def opened(model_id: str) -> None:
+        studio.display.show_field(model_id, FieldStyle("error_px"))
+
+    studio.open_model(out / SPARSE, title.format(name), like=like, then=opened)

@@ -1,0 +1,207 @@
+"""How the models are shown: what the menus, the panel and the viewport agree on. No widgets."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from vomstudio.geometry.boxes import ClipBox
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.field_style import ELEVATION, FieldStyle, field_names
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.signals import Signal
+from vomstudio.workspace.owner import Later
+
+MODES = {
+    "textured": "Textured",
+    "vertex_colors": "Vertex colours",
+    "plain shaded": "Plain, shaded",
+    "wireframe": "Wireframe",
+    "points": "Points",
+    "field": "Field",
+}
+POINT_SIZES = (1.0, 2.0, 3.0, 5.0, 8.0)
+
+_KEEP_S = 0.4
+
+Data = Mesh | PointCloud
+
+
+class Display:
+    """`changed` says which of mode, lit, point_size, eye_dome, cameras, fields, clip (on or off,
+    handles) and box, which changes at every step of a drag.
+
+    It is kept with the project, by `keep`, a little after the last change.
+    """
+
+    def __init__(self, keep: Callable[[dict[str, Any]], None], later: Later) -> None:
+        self.changed: Signal[str] = Signal()
+        self._keep = keep
+        self._timer = later(_KEEP_S, self.flush)
+        self._clear()
+
+    def _clear(self) -> None:
+        self.mode = "textured"
+        self.lit = {mode: mode == "plain shaded" for mode in MODES}
+        self.point_size: float | None = None
+        self.eye_dome = False
+        self.cameras = False
+        self.styles: dict[str, FieldStyle] = {}
+        self.box: ClipBox | None = None
+        self.clipping = False
+        self.handles = True
+
+    # --- changes -----------------------------------------------------------------------------
+    def _tell(self, what: str) -> None:
+        self._timer.start()
+        self.changed.emit(what)
+
+    def set_mode(self, mode: str) -> None:
+        self.mode = mode
+        self._tell("mode")
+
+    def set_lit(self, mode: str, lit: bool) -> None:
+        self.lit[mode] = lit
+        self._tell("lit")
+
+    def set_point_size(self, pixels: float | None) -> None:
+        self.point_size = pixels
+        self._tell("point_size")
+
+    def set_eye_dome(self, on: bool) -> None:
+        self.eye_dome = on
+        self._tell("eye_dome")
+
+    def set_cameras(self, on: bool) -> None:
+        """Whether the photos of a reconstructed model are shown where they were taken."""
+        self.cameras = on
+        self._tell("cameras")
+
+    def show_field(self, model_id: str, style: FieldStyle) -> None:
+        """Give a model a field and show it."""
+        self.styles[model_id] = style
+        if self.mode != "field":
+            self.mode = "field"
+            self.changed.emit("mode")
+        self._tell("fields")
+
+    def set_clip(self, box: ClipBox | None, on: bool | None = None) -> None:
+        before, self.box = self.clipping, box
+        if on is not None:
+            self.clipping = on and box is not None
+        self._tell("box" if self.clipping == before else "clip")
+
+    def set_handles(self, on: bool) -> None:
+        self.handles = on
+        self._tell("clip")
+
+    @property
+    def clip_shown(self) -> ClipBox | None:
+        return self.box if self.clipping else None
+
+    # --- with the project --------------------------------------------------------------------
+    def flush(self) -> None:
+        """Keep what was changed last."""
+        self._timer.stop()
+        self._keep(self.as_dict())
+
+    def as_dict(self) -> dict[str, Any]:
+        return {
+            "mode": self.mode,
+            "lit": self.lit,
+            "point_size": self.point_size,
+            "eye_dome": self.eye_dome,
+            "cameras": self.cameras,
+            "fields": {key: style.as_dict() for key, style in self.styles.items()},
+            "box": None if self.box is None else self.box.as_dict(),
+            "clipping": self.clipping,
+            "handles": self.handles,
+        }
+
+    def load(self, kept: Any) -> None:
+        """Take over what a project has kept; what cannot be read is as in a new project."""
+        self._timer.stop()
+        self._clear()
+        if not isinstance(kept, Mapping):
+            return
+        if kept.get("mode") in MODES:
+            self.mode = kept["mode"]
+        lit = kept.get("lit")
+        if isinstance(lit, Mapping):
+            self.lit.update({k: bool(v) for k, v in lit.items() if k in MODES})
+        size = kept.get("point_size")
+        if isinstance(size, int | float) and 0.5 <= size <= 50.0:
+            self.point_size = float(size)
+        self.eye_dome = bool(kept.get("eye_dome"))
+        self.cameras = bool(kept.get("cameras"))
+        fields = kept.get("fields")
+        for model_id, values in fields.items() if isinstance(fields, Mapping) else ():
+            with contextlib.suppress(ValueError):
+                self.styles[str(model_id)] = FieldStyle.from_dict(values)
+        with contextlib.suppress(ValueError):
+            self.box = ClipBox.from_dict(kept.get("box"))
+        self.clipping = bool(kept.get("clipping")) and self.box is not None
+        self.handles = bool(kept.get("handles", True))
+
+
+# --- what can be shown -----------------------------------------------------------------------
+def default_field(data: Data) -> str:
+    """The field that is shown where none was chosen: classification and intensity come first."""
+    names = field_names(data)
+    for word in ("classification", "intensity"):
+        for name in names:
+            if word in name.lower():
+                return name
+    own = [name for name in names if name != ELEVATION]
+    return own[0] if own else ELEVATION
+
+
+def has_textures(data: Data) -> bool:
+    return (
+        isinstance(data, Mesh)
+        and data.uv is not None
+        and any(m.texture is not None for m in data.materials)
+    )
+
+
+def why_not_mode(mode: str, models: list[Data]) -> str | None:
+    """Why these models cannot be shown in a mode; None where one of them can."""
+    if not models:
+        return "open a model first"
+    what = "this model has" if len(models) == 1 else "no open model has"
+    no = "no " if len(models) == 1 else ""
+    meshes = [m for m in models if isinstance(m, Mesh)]
+    if mode == "textured" and not any(has_textures(m) for m in models):
+        return f"{what} {no}textures"
+    if mode == "vertex_colors" and not any(m.colors is not None or has_textures(m) for m in models):
+        return f"{what} {no}colours"
+    if mode == "wireframe" and not meshes:
+        return "a point cloud has no triangles"
+    return None
+
+
+def mode_shown(mode: str, models: list[Data]) -> str:
+    """The mode that a model without textures shows in place of "textured"."""
+    if mode == "textured" and models and why_not_mode(mode, models):
+        if not why_not_mode("vertex_colors", models):
+            return "vertex_colors"
+        if all(isinstance(m, Mesh) for m in models):
+            return "plain shaded"
+    return mode
+
+
+def why_not_lit(models: list[Data]) -> str | None:
+    if not models:
+        return "open a model first"
+    if not any(isinstance(m, Mesh) for m in models):
+        return "a point cloud has no surface to be lit; eye-dome lighting shows its shape"
+    return None
+
+
+def why_not_eye_dome(models: list[Data]) -> str | None:
+    if not models:
+        return "open a model first"
+    if not any(isinstance(m, PointCloud) for m in models):
+        return "eye-dome lighting is for point clouds; a mesh can be lit"
+    return None

@@ -1,0 +1,40 @@
+"""Edits of the open project; one that cannot be made says why."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from vomstudio.document.edit import Edit
+from vomstudio.errors import VomError
+from vomstudio.workspace.notices import Notices
+from vomstudio.workspace.projects import Projects
+
+
+class Editing:
+    def __init__(self, projects: Projects, notices: Notices) -> None:
+        self._projects, self._notices = projects, notices
+
+    def apply(self, edit: Edit) -> bool:
+        """False, with the reason said, where it cannot be done."""
+        return self._do(lambda: self._projects.session.apply(edit))
+
+    def attempt(self, make: Callable[..., Edit], *args: Any, **values: Any) -> bool:
+        """Make an edit of `document.edits` and apply it."""
+        return self._do(
+            lambda: self._projects.session.apply(make(self._projects.records, *args, **values))
+        )
+
+    def undo(self) -> None:
+        self._do(self._projects.session.undo)
+
+    def redo(self) -> None:
+        self._do(self._projects.session.redo)
+
+    def _do(self, do: Callable[[], object]) -> bool:
+        try:
+            do()
+        except VomError as error:
+            self._notices.fail(error)
+            return False
+        return True

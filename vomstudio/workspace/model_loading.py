@@ -1,0 +1,247 @@
+"""Models on their way from a file to the workspace: read in a worker, mapped in a thread."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from vomstudio.errors import VomError
+from vomstudio.geometry.brush import CloudSurface, MeshSurface
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.streaming.octree import POINT_BUDGET
+from vomstudio.geometry.streaming.surfaces import surface_of
+from vomstudio.io.models import copc, model_cache
+from vomstudio.io.models.opening import file_hash
+from vomstudio.jobs.events import Failed
+from vomstudio.jobs.model_tasks import (
+    LOAD_MODEL,
+    PREVIEW_MODEL,
+    CachedModel,
+    Glimpse,
+    GlimpsedPoints,
+    ModelFile,
+)
+from vomstudio.jobs.priority import give_way
+from vomstudio.signals import Signal
+from vomstudio.workspace.jobs import Jobs, RunningJob
+from vomstudio.workspace.owner import Post
+
+
+@dataclass(eq=False)
+class OpenModel:
+    """The data of a model that has been read. crs and content_hash are the file's."""
+
+    data: Mesh | PointCloud
+    surface: MeshSurface | CloudSurface
+    warnings: tuple[str, ...]
+    resolution: float | None
+    crs: str | None
+    content_hash: str
+
+    @property
+    def kind(self) -> Literal["mesh", "cloud"]:
+        return "mesh" if isinstance(self.data, Mesh) else "cloud"
+
+
+Then = Callable[[OpenModel], None]
+
+
+PREVIEW_SUFFIXES = (".las", ".laz")
+PREVIEW_BYTES = 8_000_000
+"""What is smaller is there before anybody has looked."""
+
+
+class ModelLoader:
+    """`problem` says in a sentence what could not be opened.
+
+    `previewed` gives the key of a large cloud that is being read and some of its points, which may
+    stand for it until `ended` names the key: read, given up, or not to be read.
+    """
+
+    def __init__(
+        self, jobs: Jobs, post: Post, budget: Callable[[], int] = lambda: POINT_BUDGET
+    ) -> None:
+        """budget : how many points of a cloud may be held; a COPC file with more is streamed."""
+        self.problem: Signal[str] = Signal()
+        self.previewed: Signal[str, PointCloud] = Signal()
+        self.ended: Signal[str] = Signal()
+        self._jobs, self._post, self._budget = jobs, post, budget
+        self._running: dict[str, RunningJob | None] = {}
+        self._stops: dict[str, threading.Event] = {}
+
+    @property
+    def busy(self) -> bool:
+        """A model is on its way."""
+        return bool(self._running)
+
+    def load(self, key: str, path: Path, cache: Path, then: Then) -> None:
+        """Read `path` and call `then` in the owner's thread. A key that is being loaded is not
+        loaded twice."""
+        if key in self._running:
+            return
+
+        if copc.points_in(path) > self._budget():
+            self._stream(key, path, then)
+            return
+
+        def failed(event: Failed) -> None:
+            self._running.pop(key, None)
+            self.ended.emit(key)
+            if not event.cancelled:
+                self.problem.emit(event.message)
+
+        self._preview(key, path, cache)
+        self._running[key] = self._jobs.submit(
+            LOAD_MODEL,
+            ModelFile(path, cache),
+            title=f"Opening {path.name}",
+            on_done=lambda result: self._map(key, path, result, then),
+            on_failed=failed,
+        )
+
+    def _stream(self, key: str, path: Path, then: Then) -> None:
+        """A picture of the first levels at once; the rest is read as it is looked at."""
+        stop = self._stops[key] = threading.Event()
+        self._running[key] = None
+        threading.Thread(
+            target=self._stream_in_thread, args=(key, path, then, stop), daemon=True
+        ).start()
+
+    def _stream_in_thread(self, key: str, path: Path, then: Then, stop: threading.Event) -> None:
+        # The threads that unpack points for this one and for all later ones are as modest as who
+        # starts them.
+        give_way()
+        try:
+            cloud = copc.stream(path, self._budget())
+            self._glimpse(key, cloud.overview())
+            # What names the file is worked out while its picture is looked at already.
+            content_hash = file_hash(path, lambda: not stop.is_set())
+            crs, problem = copc.crs_of(path)
+        except VomError as error:
+            if not stop.is_set():
+                self._arrive(key, str(error), then)
+            return
+        if stop.is_set():
+            return
+        surface = surface_of(cloud)
+        warnings = (problem,) if problem else ()
+        opened = OpenModel(cloud, surface, warnings, cloud.store.usual_spacing, crs, content_hash)
+        surface.build()
+        self._arrive(key, opened, then)
+
+    def _preview(self, key: str, path: Path, cache: Path) -> None:
+        """Ask for a quick look at a large cloud before the whole of it."""
+        if (
+            path.suffix.lower() not in PREVIEW_SUFFIXES
+            or model_cache.folder_of(path, cache).exists()
+        ):
+            return
+        try:
+            if path.stat().st_size < PREVIEW_BYTES:
+                return
+            descriptor, name = tempfile.mkstemp(".npz", "vomstudio-")
+        except OSError:
+            # Reading the file says what is wrong.
+            return
+        os.close(descriptor)
+        out = Path(name)
+
+        def ready(found: GlimpsedPoints) -> None:
+            if not found.points or key not in self._running:
+                out.unlink(missing_ok=True)
+                return
+            threading.Thread(target=self._read_preview, args=(key, out)).start()
+
+        self._jobs.submit(
+            PREVIEW_MODEL,
+            Glimpse(path, out),
+            title=f"Looking at {path.name}",
+            on_done=ready,
+            on_failed=lambda _: out.unlink(missing_ok=True),
+            quiet=True,
+        )
+
+    def _read_preview(self, key: str, out: Path) -> None:
+        try:
+            with np.load(out) as arrays:
+                colors = arrays.get("colors")
+                fields = {"intensity": arrays["intensity"]} if "intensity" in arrays else {}
+                cloud = PointCloud(arrays["points"], colors, fields=fields)
+        except (OSError, ValueError, KeyError):
+            return
+        finally:
+            out.unlink(missing_ok=True)
+        self._glimpse(key, cloud)
+
+    def _glimpse(self, key: str, cloud: PointCloud) -> None:
+        """From any thread."""
+        self._post(lambda: self._show_preview(key, cloud))
+
+    def _arrive(self, key: str, outcome: OpenModel | str, then: Then) -> None:
+        """From any thread."""
+        self._post(lambda: self._hand_over(key, outcome, then))
+
+    def _show_preview(self, key: str, cloud: PointCloud) -> None:
+        if key in self._running:
+            self.previewed.emit(key, cloud)
+
+    def forget_all(self) -> None:
+        """Nothing that is on its way arrives any more."""
+        for key in self._running:
+            self.ended.emit(key)
+        for stop in self._stops.values():
+            stop.set()
+        self._stops.clear()
+        for job in self._running.values():
+            if job is not None:
+                self._jobs.cancel(job)
+        self._running.clear()
+
+    def _map(self, key: str, path: Path, cached: CachedModel, then: Then) -> None:
+        if key not in self._running:
+            return
+        # Checking a large cache touches every page of it: not in the owner's thread.
+        self._running[key] = None
+        threading.Thread(target=self._map_in_thread, args=(key, path, cached, then)).start()
+
+    def _map_in_thread(self, key: str, path: Path, cached: CachedModel, then: Then) -> None:
+        try:
+            loaded = model_cache.open_cached(cached.folder)
+        except VomError as error:
+            self._arrive(key, f"{path.name} cannot be kept at hand: {error}", then)
+            return
+        data = loaded.data
+        # Asked for again and again in the owner's thread, and a tenth of a second for ten million.
+        _ = data.bounds
+        surface = surface_of(data)
+        opened = OpenModel(
+            data,
+            surface,
+            cached.warnings,
+            cached.resolution,
+            cached.crs,
+            cached.content_hash,
+        )
+        self._arrive(key, opened, then)
+        # The picture first, and the next ones: nobody waits for this.
+        give_way(19)
+        surface.build()
+
+    def _hand_over(self, key: str, outcome: OpenModel | str, then: Then) -> None:
+        if key not in self._running:
+            return
+        del self._running[key]
+        self._stops.pop(key, None)
+        if isinstance(outcome, str):
+            self.problem.emit(outcome)
+        else:
+            then(outcome)
+        self.ended.emit(key)

@@ -1,0 +1,221 @@
+"""The models of the open project: brought in, found again, copied, held while they are open."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Literal
+
+from vomstudio.document import edits
+from vomstudio.document.photo_edits import reconstruction_in, registration_by
+from vomstudio.document.records import Frame, Model, Record, Registration
+from vomstudio.errors import VomError
+from vomstudio.geometry.brush import PaintSurface
+from vomstudio.io.photos import cameras_file
+from vomstudio.io.project.folder import is_project
+from vomstudio.io.project.taking_in import RECONSTRUCTIONS
+from vomstudio.jobs.model_tasks import COPY_MODEL, CopiedModel, ModelCopy
+from vomstudio.signals import Signal
+from vomstudio.workspace.editing import Editing
+from vomstudio.workspace.jobs import Jobs
+from vomstudio.workspace.model_loading import ModelLoader, OpenModel
+from vomstudio.workspace.notices import Notice, Notices
+from vomstudio.workspace.preferences import Preferences
+from vomstudio.workspace.projects import Projects
+
+
+class Models:
+    """open : the data of those that have been read, by id
+
+    loaded : one has been read; frame_wanted : one has come that does not say how it stands
+    """
+
+    def __init__(
+        self,
+        projects: Projects,
+        editing: Editing,
+        loader: ModelLoader,
+        jobs: Jobs,
+        preferences: Preferences,
+        notices: Notices,
+    ) -> None:
+        self.loaded: Signal[str] = Signal()
+        self.frame_wanted: Signal[str] = Signal()
+        self.open: dict[str, OpenModel] = {}
+        self._projects, self._editing, self._loader = projects, editing, loader
+        self._jobs, self._preferences, self._notices = jobs, preferences, notices
+
+    def surface(self, model_id: str) -> PaintSurface | None:
+        """None while the model is not loaded."""
+        found = self.open.get(model_id)
+        return found.surface if found else None
+
+    def open_path(self, path: Path) -> None:
+        """A project folder or a model file; the reason is said where it is neither."""
+        path = path.expanduser()
+        if not path.exists():
+            self._notices.warn(f"{path}: there is no such file or folder.", "error")
+        elif is_project(path) or (path.is_dir() and path.suffix == ".vom"):
+            try:
+                self._projects.open(path)
+            except VomError as error:
+                self._notices.fail(error)
+        else:
+            self.open_model(path)
+
+    def open_model(
+        self,
+        path: Path,
+        name: str | None = None,
+        like: str | None = None,
+        then: Callable[[str], None] = lambda _: None,
+    ) -> None:
+        """name: of its record; None for that of the file. like: a model whose frame it shares.
+        then: called with its id once it is there."""
+        path = path.resolve()
+        self._loader.load(
+            str(path),
+            path,
+            self._projects.project.cache,
+            lambda opened: self._add(path, opened, name or name_of(path), like, then),
+        )
+
+    def load(self, model: Model) -> None:
+        """Read the data of a model of the project."""
+        path = self._projects.project.find_model(model)
+        if path is None:
+            text = (
+                f"The model {model.name} is not where it was ({model.path}). Its features are "
+                "here; use Model > Locate to say where the file is now."
+            )
+            self._notices.tell(Notice(text, "warning", "locate"))
+            return
+
+        def arrived(opened: OpenModel) -> None:
+            if model.id not in self._projects.records:
+                return
+            if opened.content_hash != model.content_hash:
+                self._notices.warn(
+                    f"{path} has changed since {model.name} was measured on it. The features stay "
+                    "as they are; open the file as a new model to measure on it."
+                )
+                return
+            self._attach(model.id, path, opened)
+
+        self._loader.load(model.id, path, self._projects.project.cache, arrived)
+
+    def locate(self, model_id: str, path: Path) -> None:
+        """The user says where a model's file is now."""
+
+        def arrived(opened: OpenModel) -> None:
+            stored = self._projects.project.model_path(path)
+            if self._editing.attempt(edits.relocate_model, model_id, stored, opened.content_hash):
+                self._attach(model_id, path, opened)
+
+        self._loader.load(model_id, path, self._projects.project.cache, arrived)
+
+    def copy(
+        self,
+        model_id: str,
+        cameras: Path | None = None,
+        photos: bool = False,
+        then: Callable[[], None] = lambda: None,
+    ) -> None:
+        """Bring a model's files into the project's folder, with the cameras of its photos (None for
+        those beside it) and, where wanted, the photos. then: called before the model moves."""
+        project = self._projects.project
+        model = self._projects.records.get(model_id)
+        path = project.find_model(model) if isinstance(model, Model) else None
+        if path is None or not isinstance(model, Model):
+            return
+
+        def arrived(copy: CopiedModel) -> None:
+            if self._projects.project is not project:
+                return
+            then()
+            stored = project.model_path(copy.path)
+            if self._editing.attempt(edits.relocate_model, model_id, stored, model.content_hash):
+                self._notices.info(f"{model.name} is part of the project's folder now.")
+
+        self._jobs.submit(
+            COPY_MODEL,
+            ModelCopy(path, project.folder / "models", cameras, photos),
+            title=f"Copying {model.name}",
+            on_done=arrived,
+            on_failed=lambda event: self._notices.warn(event.message, "error"),
+        )
+
+    def _add(
+        self,
+        path: Path,
+        opened: OpenModel,
+        name: str,
+        like: str | None,
+        then: Callable[[str], None],
+    ) -> None:
+        models = self._projects.of(Model)
+        same = [m for m in models if m.content_hash == opened.content_hash]
+        if same:
+            if same[0].id not in self.open:
+                self._attach(same[0].id, path, opened)
+            self._notices.info(f"{path.name} is open already.")
+            return
+        placement: Frame | Registration = frame_of(path, opened.crs)
+        stored = self._projects.project.model_path(path)
+        found = registration_of_file(self._projects.records, stored)
+        placement = placement if found is None else found
+        other = self._projects.records.get(like or "")
+        if isinstance(other, Model):
+            placement = other.placement
+        model = new_model(name, stored, opened.kind, opened.content_hash, placement)
+        # The data first: an edit that brings a model without data would read the file again.
+        self.open[model.id] = opened
+        if not self._editing.attempt(edits.add_model, model):
+            del self.open[model.id]
+            return
+        self._preferences.remember(path)
+        self._attach(model.id, path, opened)
+        if model.frame.kind == "undeclared" and not isinstance(other, Model):
+            self.frame_wanted.emit(model.id)
+        then(model.id)
+
+    def _attach(self, model_id: str, path: Path, opened: OpenModel) -> None:
+        self.open[model_id] = opened
+        if opened.warnings:
+            # One notice: the bar shows the newest only.
+            self._notices.warn(f"{path.name}: " + "\n".join(opened.warnings))
+        self.loaded.emit(model_id)
+
+
+def new_model(
+    name: str,
+    stored: str,
+    kind: Literal["mesh", "cloud"],
+    content_hash: str,
+    placement: Frame | Registration,
+) -> Model:
+    """The record of a model that is not in the project yet; stored : its path as it is kept."""
+    return Model(edits.new_id("model"), name, stored, kind, content_hash, placement)
+
+
+def registration_of_file(records: Mapping[str, Record], stored: str) -> Registration | None:
+    """That of the reconstruction in whose folder a model lies."""
+    parts = Path(stored).parts
+    if len(parts) != 3 or parts[0] != RECONSTRUCTIONS:
+        return None
+    made = reconstruction_in(records, parts[1])
+    return None if made is None else registration_by(records, made.id)
+
+
+def name_of(path: Path) -> str:
+    """The file's name; every model made of photos has the same, so its folder's."""
+    if not path.with_name(cameras_file.FILE_NAME).is_file():
+        return path.stem
+    return path.parent.name if path.stem == "model" else f"{path.parent.name} {path.stem}"
+
+
+def frame_of(path: Path, crs: str | None) -> Frame:
+    """The file's own; a model made of photos in a local system of control has metres and north."""
+    if crs:
+        return Frame("crs", crs)
+    return Frame("local") if cameras_file.scale_known(path) else Frame()

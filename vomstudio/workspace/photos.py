@@ -1,0 +1,204 @@
+"""Which photos belong to the open models, and where they are."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vomstudio.document.edit import Edit
+from vomstudio.document.records import Model
+from vomstudio.errors import VomError
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.streaming.octree import StreamedCloud
+from vomstudio.io.photos.cameras_file import FILE_NAME, find_photos, read_cameras
+from vomstudio.signals import Signal
+from vomstudio.workspace.models import Models
+from vomstudio.workspace.owner import Post
+from vomstudio.workspace.projects import Projects
+
+if TYPE_CHECKING:
+    from vomstudio.geometry.rays.raytree import RayTree
+    from vomstudio.photogrammetry.inspect.photo_views import PhotoViews
+
+_KEPT = "cameras"
+# Of a cloud a line of sight meets points within so many times their usual spacing.
+_REACH_SPACINGS = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class ModelPhotos:
+    """The photos of one model; folder: where they lie, None where they were not found."""
+
+    model_id: str
+    name: str
+    views: PhotoViews
+    folder: Path | None
+
+    def path(self, view: int) -> Path | None:
+        return None if self.folder is None else self.folder / self.views.views[view].name
+
+
+class PhotoLinks:
+    """changed: the photos of a model have come, gone or moved with it.
+
+    Nothing is read before `want`: a model of millions of faces takes seconds to be made ready.
+    """
+
+    def __init__(self, projects: Projects, models: Models, post: Post) -> None:
+        self.changed: Signal[str] = Signal()
+        self._projects, self._models, self._post = projects, models, post
+        self._ready: dict[str, ModelPhotos] = {}
+        self._trees: dict[str, tuple[object, RayTree]] = {}
+        self._busy: set[str] = set()
+        self._problems: dict[str, str] = {}
+        self._wanted = False
+
+    # --- asked -------------------------------------------------------------------------------
+    def of(self, model_id: str) -> ModelPhotos | None:
+        return self._ready.get(model_id)
+
+    def models(self) -> list[str]:
+        """The models that have photos, in the order of the project."""
+        return [m.id for m in self._projects.of(Model) if m.id in self._ready]
+
+    def busy(self) -> bool:
+        return bool(self._busy)
+
+    def problem(self, model_id: str) -> str:
+        """Why a model has no photos though it has cameras; empty where it has none."""
+        return self._problems.get(model_id, "")
+
+    def want(self) -> None:
+        """From now on photos are looked for."""
+        if not self._wanted:
+            self._wanted = True
+            for model_id in self._models.open:
+                self.look(model_id)
+
+    # --- told --------------------------------------------------------------------------------
+    def open_cameras(self, model_id: str, path: Path) -> None:
+        self._remember(model_id, cameras=self._projects.project.model_path(path))
+        self._wanted = True
+        self.look(model_id)
+
+    def find_photos(self, model_id: str, folder: Path) -> None:
+        self._remember(model_id, photos=self._projects.project.model_path(folder))
+        self.look(model_id)
+
+    def forget_choices(self, model_id: str) -> None:
+        """What lies beside the model counts again."""
+        kept = self._projects.view(_KEPT, {})
+        self._projects.keep_view(_KEPT, {id_: kept[id_] for id_ in kept if id_ != model_id})
+
+    def _remember(self, model_id: str, **values: str) -> None:
+        kept = self._projects.view(_KEPT, {})
+        new = {**kept, model_id: {**kept.get(model_id, {}), **values}}
+        self._projects.keep_view(_KEPT, new)
+
+    # --- reading -----------------------------------------------------------------------------
+    def cameras_path(self, model_id: str) -> Path | None:
+        """The cameras that were chosen, else those beside the model's file."""
+        record = self._projects.records.get(model_id)
+        if not isinstance(record, Model):
+            return None
+        if (chosen := self._chosen(model_id, "cameras")) is not None:
+            return chosen
+        file = self._projects.project.find_model(record)
+        beside = None if file is None else file.with_name(FILE_NAME)
+        return beside if beside is not None and beside.is_file() else None
+
+    def _chosen(self, model_id: str, what: str) -> Path | None:
+        """Inside the project paths are relative to it: it can be moved."""
+        kept = self._projects.view(_KEPT, {}).get(model_id, {}).get(what)
+        return self._projects.project.folder / kept if kept else None
+
+    def look(self, model_id: str) -> None:
+        """A model has come, or its file or its cameras are elsewhere now."""
+        opened, path = self._models.open.get(model_id), self.cameras_path(model_id)
+        record = self._projects.records.get(model_id)
+        if not self._wanted or opened is None or path is None or not isinstance(record, Model):
+            return
+        if isinstance(opened.data, StreamedCloud):
+            self._problems[model_id] = (
+                f"{record.name} is too large to be held as a whole, so lines of sight cannot be "
+                "followed to it: open the mesh of the same outcrop, or a thinner cloud."
+            )
+            return
+        self._busy.add(model_id)
+        self._problems.pop(model_id, None)
+        kept = self._trees.get(model_id)
+        tree = kept[1] if kept is not None and kept[0] is opened.data else None
+        chosen = self._chosen(model_id, "photos")
+        # A project that was moved together with its photos.
+        around = self._projects.project.folder.parent
+        arguments = (record, path, chosen, around, opened.data, opened.resolution or 0.0, tree)
+        threading.Thread(target=self._make, args=arguments, daemon=True).start()
+        self.changed.emit(model_id)
+
+    def _make(
+        self,
+        record: Model,
+        path: Path,
+        chosen: Path | None,
+        around: Path,
+        data: Mesh | PointCloud,
+        resolution: float,
+        tree: RayTree | None,
+    ) -> None:
+        # Kernels take a third of a second to import: not while the window starts.
+        from vomstudio.geometry.rays.raytree import RayTree
+        from vomstudio.photogrammetry.inspect.photo_views import PhotoViews
+
+        try:
+            cameras = read_cameras(path)
+            if tree is None:
+                tree = RayTree(data, _REACH_SPACINGS * resolution)
+            # The first ray loads the kernels: not in the owner's thread.
+            tree.cast(np.zeros(3), np.ones((1, 3)))
+            views = PhotoViews(cameras, tree, np.asarray(record.to_world), resolution)
+            first = () if chosen is None else (chosen,)
+            folder = find_photos(cameras, path, first)
+            folder = folder or find_photos(cameras, around / FILE_NAME)
+            made = ModelPhotos(record.id, record.name, views, folder)
+        except VomError as error:
+            outcome: ModelPhotos | str = str(error)
+        else:
+            outcome = made
+        self._post(lambda: self._take(record.id, outcome, data))
+
+    def _take(self, model_id: str, made: ModelPhotos | str, data: object) -> None:
+        self._busy.discard(model_id)
+        if model_id not in self._projects.records:
+            return
+        if isinstance(made, str):
+            self._ready.pop(model_id, None)
+            self._problems[model_id] = made
+        else:
+            self._ready[model_id] = made
+            self._trees[model_id] = (data, made.views.tree)
+        self.changed.emit(model_id)
+
+    def edited(self, edit: Edit) -> None:
+        for id_, after in edit.after.items():
+            before = edit.before[id_]
+            if isinstance(before, Model) and after is None:
+                self._ready.pop(id_, None)
+                self._trees.pop(id_, None)
+                self.changed.emit(id_)
+            elif (
+                isinstance(before, Model)
+                and isinstance(after, Model)
+                and (before.to_world != after.to_world or before.path != after.path)
+            ):
+                self.look(id_)
+
+    def forget_all(self) -> None:
+        self._ready.clear()
+        self._trees.clear()
+        self._problems.clear()
+        self._busy.clear()

@@ -1,0 +1,44 @@
+"""The user's settings, as they are kept while the program runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vomstudio.errors import VomError
+from vomstudio.io.settings import Settings, SettingsFile
+from vomstudio.signals import Signal
+from vomstudio.workspace.notices import Notices
+from vomstudio.workspace.owner import Post
+
+
+class Preferences:
+    """`changed` is not told for the list of what was open lately, which has `recent_changed`."""
+
+    def __init__(self, settings: Settings, notices: Notices, post: Post) -> None:
+        self.changed: Signal[()] = Signal()
+        self.recent_changed: Signal[()] = Signal()
+        self.settings = settings
+        self._notices = notices
+        self._file = SettingsFile(lambda text: post(lambda: notices.warn(text)))
+
+    def keep(self) -> None:
+        try:
+            self._file.write(self.settings)
+        except VomError as error:
+            self._notices.warn(str(error))
+        self.changed.emit()
+
+    def remember(self, path: Path) -> None:
+        """Among what was open lately."""
+        self.settings.add_recent(path.resolve())
+        self.recent_changed.emit()
+        self._file.write_soon(self.settings)
+
+    def mark_open(self, folder: Path, is_open: bool) -> None:
+        """Note what must be offered if the program ends without closing it."""
+        name = str(folder.resolve())
+        kept = [path for path in self.settings.unclosed if path != name]
+        unclosed = [*kept, name] if is_open else kept
+        if unclosed != self.settings.unclosed:
+            self.settings.unclosed = unclosed
+            self.keep()

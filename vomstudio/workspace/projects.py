@@ -1,0 +1,131 @@
+"""The life of a project: made, opened, saved, saved under another name, left."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+from vomstudio.document.edit import Edit
+from vomstudio.document.records import Record
+from vomstudio.document.session import Session
+from vomstudio.io.project.folder import Project, create_untitled, is_free, untitled_projects
+from vomstudio.signals import Signal
+from vomstudio.workspace.notices import Notices
+from vomstudio.workspace.preferences import Preferences
+
+T = TypeVar("T")
+
+
+class Projects:
+    """The open project; another one may take its place.
+
+    leaving : the open project is about to be closed; opened : another one has taken its place;
+    edited, history_changed : of whichever is open; saved : also under another name
+    """
+
+    def __init__(self, preferences: Preferences, notices: Notices) -> None:
+        self.leaving: Signal[()] = Signal()
+        self.opened: Signal[()] = Signal()
+        self.edited: Signal[Edit] = Signal()
+        self.history_changed: Signal[()] = Signal()
+        self.saved: Signal[()] = Signal()
+        self._preferences, self._notices = preferences, notices
+        self._project: Project | None = None
+
+    # --- the open one ------------------------------------------------------------------------
+    @property
+    def is_open(self) -> bool:
+        return self._project is not None
+
+    @property
+    def project(self) -> Project:
+        if self._project is None:
+            raise RuntimeError("no project is open yet")
+        return self._project
+
+    @property
+    def session(self) -> Session:
+        return self.project.session
+
+    @property
+    def records(self) -> Mapping[str, Record]:
+        return self.session.records
+
+    def of(self, cls: type[T]) -> list[T]:
+        """The records of one class, in the order in which they came."""
+        return self.session.of(cls)
+
+    def view(self, key: str, default: Any = None) -> Any:
+        """View state that is kept with the project."""
+        journal = self.project.journal
+        return journal.view(key, default)
+
+    def keep_view(self, key: str, value: Any) -> None:
+        journal = self.project.journal
+        journal.set_view(key, value)
+
+    # --- coming and going --------------------------------------------------------------------
+    def new(self) -> None:
+        self._adopt(create_untitled(self._preferences.settings.affecting_results))
+
+    def open(self, folder: Path) -> None:
+        """Raises VomError with the present project untouched."""
+        present = self._project
+        if present is not None and folder.resolve() == present.folder.resolve():
+            return
+        self._adopt(Project.open(folder, settings=self._preferences.settings.affecting_results))
+        if not self.project.untitled:
+            self._preferences.remember(self.project.folder)
+
+    def unclosed(self) -> list[Path]:
+        """Projects that a crash or a power cut has left open."""
+        named = [Path(path) for path in self._preferences.settings.unclosed]
+        left = (*(f for f in named if is_free(f)), *untitled_projects(finished=False))
+        return [f for f in left if f.resolve() != self.project.folder.resolve()]
+
+    def _adopt(self, project: Project) -> None:
+        if self._project is not None:
+            self.leave()
+        self._project = project
+        project.session.changed.connect(self.edited.emit)
+        project.session.history_changed.connect(lambda _: self.history_changed.emit())
+        self._mark_open(True)
+        self.opened.emit()
+
+    def leave(self) -> None:
+        self._mark_open(False)
+        self.leaving.emit()
+        self.project.close()
+
+    def _mark_open(self, is_open: bool) -> None:
+        project = self.project
+        self._preferences.mark_open(project.folder, is_open and not project.untitled)
+
+    # --- keeping -----------------------------------------------------------------------------
+    def save(self) -> None:
+        self.session.save()
+        self.saved.emit()
+        self._notices.info(f"Saved {self.project.name}.")
+
+    def save_as(self, folder: Path) -> None:
+        """Raises TargetError."""
+        self._mark_open(False)
+        try:
+            self.project.save_as(folder)
+        finally:
+            self._mark_open(True)
+        self._preferences.remember(folder)
+        # The same records under another name: no view has to be built anew.
+        self.history_changed.emit()
+        self.saved.emit()
+        self._notices.info(f"Saved as {folder}.")
+
+    def discard(self) -> None:
+        """Leave what was not saved to the history. Raises VomError."""
+        if self.session.dirty:
+            self.session.discard_unsaved()
+
+    @property
+    def unsaved_reconstructions(self) -> bool:
+        return self.project.untitled and self.project.has_reconstructions

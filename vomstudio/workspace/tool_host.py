@@ -1,0 +1,178 @@
+"""The tools, of which one at most is active, and what they are given to work with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from vomstudio.document.measurements import Measurement
+from vomstudio.document.records import Feature, FeatureType
+from vomstudio.document.selection import Selection
+from vomstudio.document.session import Session
+from vomstudio.geometry.brush import PaintSurface
+from vomstudio.signals import Signal
+from vomstudio.tools.context import Tool
+from vomstudio.tools.line import LineTool
+from vomstudio.tools.measure import MeasureTool
+from vomstudio.tools.patch import PatchTool
+from vomstudio.tools.trace import TraceTool
+from vomstudio.tools.types import PointerEvent, Preview
+from vomstudio.workspace.derived import Derived
+from vomstudio.workspace.models import Models
+from vomstudio.workspace.notices import Notices
+from vomstudio.workspace.preferences import Preferences
+from vomstudio.workspace.projects import Projects
+from vomstudio.workspace.wording import plane_text
+
+NAVIGATE = "navigate"
+"""Stands for no tool where a tool is named."""
+
+
+class ToolHost:
+    """Also the `ToolContext` of its tools.
+
+    changed : a tool's state; undo_changed : told after it, as what is undone may be a tool's step;
+    active_changed : another tool is active; next_changed : feature type and set for what is made
+    next; preview : what is drawn of an unfinished feature
+    """
+
+    def __init__(
+        self,
+        projects: Projects,
+        models: Models,
+        derived: Derived,
+        selection: Selection,
+        preferences: Preferences,
+        notices: Notices,
+    ) -> None:
+        self.changed: Signal[()] = Signal()
+        self.undo_changed: Signal[()] = Signal()
+        self.active_changed: Signal[str] = Signal()
+        self.next_changed: Signal[()] = Signal()
+        self.preview: Signal[Preview | None] = Signal()
+        self._projects, self._models, self._derived = projects, models, derived
+        self._selection, self._preferences, self._notices = selection, preferences, notices
+        self.active_name = NAVIGATE
+        self.next_type_id = "bedding"
+        self.next_set = ""
+        self.trace = TraceTool(self)
+        self.patch = PatchTool(self)
+        self.line = LineTool(self)
+        self.measuring = MeasureTool(self)
+        self.tools: dict[str, Tool] = {
+            "trace": self.trace,
+            "patch": self.patch,
+            "line": self.line,
+            "measure": self.measuring,
+        }
+
+    # --- which one ---------------------------------------------------------------------------
+    def activate(self, name: str) -> None:
+        if name == self.active_name:
+            return
+        if self.active_name == "patch":
+            # A stroke that is being made is kept: there is no way back to it.
+            self.patch.leave()
+        open_tool = self.open_tool
+        if open_tool is not None and self.tools.get(name) is not open_tool:
+            waits = "finish it with Enter or cancel it with Esc"
+            if name in self.tools:
+                self.hint(f"What is being picked comes first: {waits}.")
+                self.active_changed.emit(self.active_name)
+                return
+            self._notices.info(f"What is being picked waits: {waits}.")
+        self.active_name = name
+        self.active_changed.emit(name)
+
+    @property
+    def active(self) -> Tool | None:
+        """None while navigating."""
+        return self.tools.get(self.active_name)
+
+    @property
+    def open_tool(self) -> Tool | None:
+        """The tool that has something unfinished."""
+        return next((tool for tool in self.tools.values() if tool.open), None)
+
+    def finish(self) -> None:
+        if (tool := self.open_tool or self.active) is not None:
+            tool.finish()
+
+    def cancel(self) -> None:
+        if (tool := self.open_tool or self.active) is not None:
+            tool.cancel()
+
+    def undo(self) -> bool:
+        """Take the last step of what is unfinished back; False where there is none."""
+        tool = self.open_tool
+        return tool is not None and tool.undo()
+
+    def pointer(self, event: PointerEvent) -> None:
+        if (tool := self.active) is not None:
+            tool.pointer(event)
+
+    def set_next(self, type_id: str, set_name: str) -> None:
+        """Feature type and set for what is made next, the open trace included."""
+        self.next_type_id, self.next_set = type_id, set_name
+        for tool in self.tools.values():
+            tool.set_type(type_id, set_name)
+        self.next_changed.emit()
+
+    def keep_next_type(self) -> None:
+        """Another type for what is made next, where its own has gone."""
+        if self.next_type_id not in self._projects.records:
+            self.next_type_id = self._projects.of(FeatureType)[0].id
+
+    # --- coming and going with a project -----------------------------------------------------
+    def forget(self) -> None:
+        """What is unfinished is left to its draft."""
+        for tool in self.tools.values():
+            tool.forget()
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Go on with a draft."""
+        name = str(state.get("tool"))
+        tool = self.tools.get(name)
+        if tool is not None:
+            self.activate(name)
+        if tool is None or not tool.restore(state):
+            self._notices.warn("An unfinished feature could not be read and was left out.")
+            return
+        if trace := self.trace.trace:
+            self.next_type_id, self.next_set = trace.type_id, trace.set_name
+        self.tool_changed()
+        count = len(state.get("vertices", ()))
+        points = f"{count} point{'s' if count != 1 else ''}"
+        what = "measurement" if name == "measure" else name
+        self._notices.info(f"An unfinished {what} with {points} is back: go on picking.")
+
+    # --- ToolContext -------------------------------------------------------------------------
+    @property
+    def session(self) -> Session:
+        return self._projects.session
+
+    def surface(self, model_id: str) -> PaintSurface | None:
+        return self._models.surface(model_id)
+
+    def measure(self, feature: Feature) -> Measurement:
+        return self._derived.measure(feature)
+
+    def format_plane(self, measurement: Measurement) -> str:
+        notation = self._preferences.settings.notation
+        return plane_text(measurement.fit, notation, local=not self._derived.north_known())
+
+    def show(self, preview: Preview | None) -> None:
+        self.preview.emit(preview)
+
+    def say(self, message: str) -> None:
+        self._notices.warn(message)
+
+    def hint(self, message: str) -> None:
+        self._notices.hint(message)
+
+    def tool_changed(self) -> None:
+        self.changed.emit()
+        self.undo_changed.emit()
+
+    def created(self, feature_id: str) -> None:
+        self._selection.set((feature_id,))

@@ -1,0 +1,49 @@
+"""What is hidden: view state, kept with the project and not undone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from vomstudio.document.kinds import group_of
+from vomstudio.signals import Signal
+from vomstudio.workspace.projects import Projects
+
+_KEPT = "hidden"
+
+
+class Visibility:
+    """changed : the ids that have come or gone"""
+
+    def __init__(self, projects: Projects) -> None:
+        self.changed: Signal[tuple[str, ...]] = Signal()
+        self._projects = projects
+        self.hidden: set[str] = set()
+
+    def load(self) -> None:
+        """As the open project has kept it; nobody is told."""
+        self.hidden = set(self._projects.view(_KEPT, []))
+
+    def visible(self, id_: str) -> bool:
+        return id_ not in self.hidden
+
+    def show_only(self, ids: Iterable[str]) -> None:
+        """These features with their types, and no others; the models stay as they are."""
+        ids = set(ids)
+        features = self._projects.session.features()
+        groups = {group_of(f) for f in features if f.id in ids}
+        hidden = {f.id for f in features if f.id not in ids}
+        changed = (self.hidden & (ids | groups)) | (hidden - self.hidden)
+        self._set((self.hidden - ids - groups) | hidden, changed)
+
+    def show_all(self) -> None:
+        self._set(set(), set(self.hidden))
+
+    def set_visible(self, ids: Iterable[str], visible: bool) -> None:
+        ids = set(ids)
+        self._set(self.hidden - ids if visible else self.hidden | ids, ids)
+
+    def _set(self, hidden: set[str], changed: set[str]) -> None:
+        if changed:
+            self.hidden = hidden
+            self._projects.keep_view(_KEPT, sorted(hidden))
+            self.changed.emit(tuple(changed))

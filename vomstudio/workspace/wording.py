@@ -1,0 +1,21 @@
+"""Planes in words, as messages say them."""
+
+from __future__ import annotations
+
+from vomstudio.geology.notation import format_plane
+from vomstudio.geology.orientation import Plane
+from vomstudio.geometry.planes import PlaneFit
+
+
+def plane_text(
+    fit: PlaneFit | None, notation: str, *, local: bool = False, decimals: int | None = None
+) -> str:
+    """A plane, with a decimal only where its error is under a degree, or with `decimals`, so that
+    a column of planes has the same number of digits."""
+    if fit is None:
+        return "–"
+    if decimals is None:
+        error = fit.max_confidence95_deg
+        decimals = 1 if error is not None and error < 1.0 else 0
+    text = format_plane(Plane.from_normal(fit.normal), notation, decimals)
+    return f"{text} (local frame)" if local else text

@@ -1,0 +1,156 @@
+"""Everything a program without a screen works with, joined."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vomstudio.document import edits
+from vomstudio.document.edit import Edit
+from vomstudio.document.records import Model, get_feature
+from vomstudio.document.selection import Selection
+from vomstudio.io.settings import Settings
+from vomstudio.signals import Signal
+from vomstudio.workspace.derived import Derived
+from vomstudio.workspace.display import Display
+from vomstudio.workspace.editing import Editing
+from vomstudio.workspace.jobs import Jobs
+from vomstudio.workspace.layers import GisLayers
+from vomstudio.workspace.model_loading import ModelLoader
+from vomstudio.workspace.models import Models
+from vomstudio.workspace.notices import Notices
+from vomstudio.workspace.owner import Later, Post
+from vomstudio.workspace.photos import PhotoLinks
+from vomstudio.workspace.preferences import Preferences
+from vomstudio.workspace.projects import Projects
+from vomstudio.workspace.tool_host import ToolHost
+from vomstudio.workspace.visibility import Visibility
+
+
+class Workspace:
+    """Each part has one idea; here stands only what concerns several of them.
+
+    Views connect to these signals, never to a session: another project may take its place.
+    project_opened : another project, and no model of it yet; edited, history_changed : what is
+    derived has been brought up to date; recovery_found : projects that a crash has left open
+    """
+
+    def __init__(self, settings: Settings, post: Post, later: Later) -> None:
+        self.project_opened: Signal[()] = Signal()
+        self.edited: Signal[Edit] = Signal()
+        self.history_changed: Signal[()] = Signal()
+        self.recovery_found: Signal[list[Path]] = Signal()
+        self.settings = settings
+        self.notices = Notices()
+        self.preferences = Preferences(settings, self.notices, post)
+        self.jobs = Jobs(post)
+        self.selection = Selection()
+        self.projects = Projects(self.preferences, self.notices)
+        self.editing = Editing(self.projects, self.notices)
+        self.derived = Derived(self.projects, lambda: settings.thresholds)
+        self.visibility = Visibility(self.projects)
+        self.display = Display(lambda values: self.projects.keep_view("display", values), later)
+        self.loader = ModelLoader(self.jobs, post, lambda: settings.point_budget)
+        self.models = Models(
+            self.projects, self.editing, self.loader, self.jobs, self.preferences, self.notices
+        )
+        self.tools = ToolHost(
+            self.projects,
+            self.models,
+            self.derived,
+            self.selection,
+            self.preferences,
+            self.notices,
+        )
+        self.photos = PhotoLinks(self.projects, self.models, post)
+        self.layers = GisLayers(self.projects, self.jobs, self.notices, later)
+        self._join()
+
+    def _join(self) -> None:
+        self.loader.problem.connect(lambda text: self.notices.warn(text, "error"))
+        self.projects.leaving.connect(self._leave)
+        self.projects.opened.connect(self._begin)
+        self.projects.edited.connect(self._edited)
+        self.projects.history_changed.connect(self.history_changed.emit)
+        self.projects.saved.connect(self.layers.write)
+        self.tools.undo_changed.connect(self.history_changed.emit)
+        self.models.loaded.connect(self.photos.look)
+
+    # --- coming and going of a project -------------------------------------------------------
+    def _begin(self) -> None:
+        session = self.projects.session
+        self.visibility.load()
+        self.tools.keep_next_type()
+        self.display.load(self.projects.view("display"))
+        self.selection.set(())
+        self.photos.forget_all()
+        self.project_opened.emit()
+        self.history_changed.emit()
+        for problem in self.projects.project.problems:
+            self.notices.warn(
+                f"A part of the project could not be read and was left out: {problem}"
+            )
+        for model in session.of(Model):
+            self.models.load(model)
+        if session.recovered:
+            self.notices.warn(
+                "Work that had not been saved is back. Save it, or take it back with Undo."
+            )
+        if session.draft is not None:
+            self.tools.restore(session.draft.state)
+
+    def _leave(self) -> None:
+        self.display.flush()
+        self.loader.forget_all()
+        self.layers.write_what_waits()
+        self.tools.forget()
+        self.models.open.clear()
+        self.derived.forget_all()
+
+    def offer_recovery(self) -> None:
+        if found := self.projects.unclosed():
+            self.recovery_found.emit(found)
+
+    @property
+    def worth_asking(self) -> bool:
+        """Closing now would put work aside that the user may want to keep."""
+        session, is_open = self.projects.session, self.tools.open_tool is not None
+        made = self.projects.unsaved_reconstructions
+        if not session.dirty and not is_open and not made:
+            return False
+        return bool(session.features()) or is_open or not self.projects.project.untitled or made
+
+    def discard(self) -> None:
+        """Leave what was not saved to the history. Raises VomError."""
+        if (tool := self.tools.open_tool) is not None:
+            tool.cancel()
+        self.projects.discard()
+
+    def close(self) -> None:
+        """The program ends: give everything back."""
+        self.projects.leave()
+        self.layers.finish()
+        self.jobs.close()
+
+    # --- edits -------------------------------------------------------------------------------
+    def _edited(self, edit: Edit) -> None:
+        for id_, record in edit.after.items():
+            if isinstance(record, Model) and id_ not in self.models.open:
+                self.models.load(record)
+        self.tools.keep_next_type()
+        self.derived.look_again()
+        self.selection.keep(self.projects.records)
+        self.edited.emit(edit)
+        self.photos.edited(edit)
+        self.tools.patch.look_again()
+        self.layers.write_soon()
+
+    def undo(self) -> None:
+        """The last step of what is unfinished, else the last edit."""
+        if not self.tools.undo():
+            self.editing.undo()
+
+    def delete_selected(self) -> None:
+        records = self.projects.records
+        ids = [i for i in self.selection.ids if get_feature(records, i) is not None]
+        if ids:
+            self.editing.attempt(edits.delete, ids)
