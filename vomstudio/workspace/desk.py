@@ -17,7 +17,7 @@ import numpy.typing as npt
 from vomstudio.document import edits
 from vomstudio.document.edit import change
 from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import FeatureType, Model, Point, Record
+from vomstudio.document.records import FeatureType, Model, Point, Record, get
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError, GeometryError, UsageError, VomError
 from vomstudio.geometry import transform
@@ -154,8 +154,8 @@ class ProjectDesk:
             except GeometryError as error:
                 skipped.append((pick.name, error.message))
                 continue
-            named = edit.after[trace.id]
-            assert isinstance(named, Trace)
+            named = get(edit.after, trace.id, Trace)
+            assert named is not None
             records[trace.id] = named
             traces.append(named)
         if not traces:

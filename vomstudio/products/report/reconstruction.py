@@ -245,7 +245,7 @@ def _picture(result: Mapping[str, Any]) -> str:
         axes.set_ylabel(f"{names[1]}, {unit}")
         axes.set_title(title)
     buffer = BytesIO()
-    FigureCanvasSVG(figure).print_svg(buffer)
+    FigureCanvasSVG(figure).print_svg(buffer)  # type: ignore[no-untyped-call]
     data = base64.b64encode(buffer.getvalue()).decode("ascii")
     text = "Cameras (blue, with their directions) and tie points (grey), less the frame's origin"
     return (
