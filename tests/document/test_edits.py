@@ -9,18 +9,18 @@ import pytest
 from tests.samples import ZIGZAG, bed, placed
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit, change
+from vomstudio.document.kinds.dimension import Dimension
+from vomstudio.document.kinds.intersection import Intersection
+from vomstudio.document.kinds.lineation import Lineation
+from vomstudio.document.kinds.patch import Patch
+from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.records import (
     DEFAULT_TYPES,
     UNDECLARED,
-    Dimension,
     FeatureType,
     Frame,
     Group,
-    Intersection,
-    Lineation,
     Model,
-    Patch,
-    Reading,
     Record,
 )
 from vomstudio.errors import DocumentError, GeometryError
@@ -185,7 +185,7 @@ def test_other_vertices_leave_all_else_as_it_was() -> None:
     assert line.label == "Change L01"
     length = edits.set_line(there, "d1", moved[:2], resolution=0.1)
     assert length.after["d1"] == replace(LENGTH, vertices=moved[:2])
-    with pytest.raises(DocumentError, match="no feature 't1'"):
+    with pytest.raises(DocumentError, match="B01 has a plane"):
         edits.set_line(there, "t1", moved)
 
 
