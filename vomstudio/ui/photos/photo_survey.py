@@ -76,6 +76,7 @@ class PhotoSurvey(QObject):
         self._tables_soon.setSingleShot(True)
         self._tables_soon.setInterval(_TABLES_MS)
         self._tables_soon.timeout.connect(self.control_written)
+        studio.jobs.closed.connect(self._tables_soon.stop)
         self.marks_changed.connect(self._tables_soon.start)
         studio.project_opened.connect(self._project_opened)
         studio.jobs_changed.connect(self.changed)
