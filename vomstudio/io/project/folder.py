@@ -120,6 +120,11 @@ class Project:
         """What compacting would take away."""
         return compaction.plan(self.folder, self.session, self.journal)
 
+    @property
+    def is_compacted(self) -> bool:
+        """Since it was opened, so that it can be taken back."""
+        return self._compacted is not None
+
     def compact(self) -> None:
         """Take away rows and files that nothing can reach any more; until the project is closed
         `take_back_compaction` brings them back. Raises DocumentError, TargetError."""

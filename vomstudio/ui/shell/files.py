@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject, Qt
 from PySide6.QtWidgets import QFileDialog, QMenu, QMessageBox, QWidget
 
 from vomstudio.document import edits
-from vomstudio.document.records import Model
+from vomstudio.document.records import Frame, Model
 from vomstudio.errors import VomError
 from vomstudio.io.models.registry import extensions
 from vomstudio.io.project.export import export_records
@@ -182,10 +182,26 @@ class Files(QObject):
             return
         dialog = FrameDialog(self._parent, model, self._studio.models.get(model.id))
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.accepted.connect(
-            lambda: self._studio.attempt(edits.declare_frame, model.id, dialog.frame)
-        )
+        dialog.accepted.connect(lambda: self._declare(model, dialog.frame))
         dialog.open()
+
+    def _declare(self, model: Model, frame: Frame) -> None:
+        """A registration is given up only when the user says so."""
+        registration = model.registration
+        if registration is not None:
+            answer = QMessageBox.question(
+                self._parent,
+                self.tr("Give up the registration?"),
+                self.tr(
+                    "{0} is placed by its registration ({1}). Declaring a frame gives that up; "
+                    "undoing brings it back."
+                ).format(model.name, registration.name),
+            )
+            if answer != QMessageBox.StandardButton.Yes:
+                return
+        self._studio.attempt(
+            edits.declare_frame, model.id, frame, instead_of_registration=registration is not None
+        )
 
     def locate_model(self) -> None:
         model = current_model(self._studio)

@@ -52,6 +52,9 @@ class MainWindow(QMainWindow):
         self._settings = settings
         self._filled = False
         self._late = LateImport()
+        self._late_timer = QTimer(self)
+        self._late_timer.setSingleShot(True)
+        self._late_timer.timeout.connect(self._late.begin)
         self._late.net_imported.connect(self._bring_net, Qt.ConnectionType.QueuedConnection)
         self._late.all_imported.connect(self._be_ready, Qt.ConnectionType.QueuedConnection)
         self.viewport: Viewport | None = None
@@ -153,7 +156,7 @@ class MainWindow(QMainWindow):
     def _rest_commands(self) -> list[Command]:
         from vomstudio.ui.analyse import net_commands, ortho_commands
         from vomstudio.ui.interpret import feature_commands, line_commands, patch_commands
-        from vomstudio.ui.shell import help_commands
+        from vomstudio.ui.shell import compact_commands, help_commands
 
         studio, view = self.studio, self.view
         self._open_types = partial(feature_commands.open_types, self, studio, self._dialogs)
@@ -164,6 +167,7 @@ class MainWindow(QMainWindow):
             *net_commands.commands(studio, lambda: getattr(self, "net", None), self),
             *feature_commands.commands(studio, self._open_types),
             *display_commands.commands(studio, view, self.cameras, self.docks),
+            *compact_commands.commands(studio, self),
             *help_commands.commands(self.actions_table, self, self),
         ]
 
@@ -315,9 +319,6 @@ class MainWindow(QMainWindow):
         self.studio.offer_recovery()
         # The net's library takes a second to import: after the first frame, and in a thread.
         viewport.first_frame.connect(self._late.begin)
-        self._late_timer = QTimer(self)
-        self._late_timer.setSingleShot(True)
-        self._late_timer.timeout.connect(self._late.begin)
         self._late_timer.start(_LONGEST_WAIT_MS)
         self._refresh()
 

@@ -13,7 +13,7 @@ from vomstudio.ui.common import theme
 # "|" is a line between commands, and "*" stands before the name of a menu inside the menu.
 MENUS = (
     ("&File", ("new", "open", "choose_photos", "open_project", "*recent", "*discarded", "|",
-               "save", "save_as", "|",
+               "save", "save_as", "compact_project", "take_back_compaction", "|",
                "import_readings", "|", "export_csv", "export_gpkg", "export_shp", "export_dxf",
                "export_net", "|", "quit")),
     ("&Edit", ("undo", "redo", "|", "delete", "rename", "|", "select_all", "|", "find_command")),

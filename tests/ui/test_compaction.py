@@ -1,0 +1,63 @@
+"""Compacting a project in the window: told before, taken back until it is closed."""
+
+from __future__ import annotations
+
+from PySide6.QtWidgets import QMessageBox
+
+from tests.samples import bed
+from vomstudio.document import edits
+from vomstudio.document.records import Frame, Model
+from vomstudio.io.project.compaction import Plan
+from vomstudio.ui.shell.compact_commands import commands, told
+
+MODEL = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"))
+
+
+def rows(studio) -> int:
+    return sum(1 for _ in studio.project.journal.rows())
+
+
+def test_a_compaction_is_told_done_and_taken_back(studio, monkeypatch, qtbot):
+    session = studio.session
+    if "m1" not in session.records:
+        session.apply(edits.add_model(session.records, MODEL))
+    for number in range(5):
+        session.apply(edits.add_trace(session.records, bed(f"new{number}")))
+        session.undo()
+    session.apply(edits.add_trace(session.records, bed("last")))
+    asked: list[str] = []
+
+    def yes(parent, title, text):
+        asked.append(text)
+        return QMessageBox.StandardButton.Yes
+
+    monkeypatch.setattr(QMessageBox, "question", yes)
+    compact, back = commands(studio, None)
+    assert compact.why_not() == "save the project first"
+    assert "not compacted" in back.why_not()
+    session.save()
+    assert compact.why_not() is None
+    before, records = rows(studio), dict(session.records)
+    compact.run()
+    assert "can be undone or done again stays" in asked[0]
+    assert rows(studio) <= before - 10
+    assert dict(session.records) == records
+    assert back.why_not() is None
+    back.run()
+    assert rows(studio) == before
+    assert dict(session.records) == records
+    compact.run()
+    assert len(asked) == 2
+
+
+def test_nothing_is_asked_where_nothing_would_go(studio, monkeypatch, qtbot):
+    monkeypatch.setattr(QMessageBox, "question", lambda *_: 1 / 0)
+    studio.session.save()
+    studio.project.compact()
+    commands(studio, None)[0].run()
+
+
+def test_what_would_go_is_said_in_numbers():
+    words = told(Plan(12, 40, ("assets/a.png", "assets/b.png"), 2_500_000))
+    assert words.startswith("12 of 40 rows of its journal")
+    assert "2 files of 2.5 MB" in words
