@@ -23,8 +23,9 @@ import pytest
 
 _WINDOWS = tuple(str(Path(__file__).parent / name) for name in ("journeys", "rendering", "ui"))
 """Tests of these folders open windows or make pictures: what they leave is looked for in memory."""
-_PATIENCE_S = 5.0
-"""A thread that was told to end may be in the middle of something."""
+_PATIENCE_S = 20.0
+"""A thread that was told to end may be in the middle of something, and one that arranges a large
+model for picking gives way to everybody else."""
 
 _THREADS = (
     # Dask has one of each for the process, made with its first client.
