@@ -9,18 +9,18 @@ import pytest
 from tests.samples import ZIGZAG, bed, placed
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit, change
+from vomstudio.document.kinds.dimension import Dimension
+from vomstudio.document.kinds.intersection import Intersection
+from vomstudio.document.kinds.lineation import Lineation
+from vomstudio.document.kinds.patch import Patch
+from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.records import (
     DEFAULT_TYPES,
     UNDECLARED,
-    Dimension,
     FeatureType,
     Frame,
     Group,
-    Intersection,
-    Lineation,
     Model,
-    Patch,
-    Reading,
     Record,
 )
 from vomstudio.errors import DocumentError, GeometryError
