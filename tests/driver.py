@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMessageBox, QPushButton, QWidget
 
@@ -72,6 +72,19 @@ def dismiss(window: MainWindow) -> None:
         shutil.rmtree(studio.project.folder / "reconstruction", ignore_errors=True)
     window.close()
     QApplication.processEvents()
+    delete(window)
+
+
+def close(window: QWidget) -> None:
+    """Close, which must not be refused, and have nothing of the window stay."""
+    assert window.close()
+    delete(window)
+
+
+def delete(window: QWidget) -> None:
+    """As the end of the process does: what is connected to its parts holds a window for ever."""
+    window.deleteLater()
+    QCoreApplication.sendPostedEvents(window, QEvent.Type.DeferredDelete)
 
 
 # --- models ----------------------------------------------------------------------------------

@@ -14,11 +14,21 @@ def main(argv: Sequence[str] | None = None) -> int:
 
         return work()
     from vomstudio.cli import COMMANDS
+    from vomstudio.failures import crashes, hooks, log
+    from vomstudio.failures.desk import DESK
 
     if words and (words[0] in COMMANDS or words[0].startswith("-")):
         from vomstudio.cli import main as command_line
 
+        log.start("command")
         return command_line(words)
     from vomstudio.ui.shell.start import run_window
 
-    return run_window(words)
+    hooks.install(crashes.WINDOW)
+    try:
+        return run_window(words)
+    except Exception as error:
+        DESK.report(error, "outside the window's event loop")
+        raise
+    finally:
+        hooks.uninstall()

@@ -11,7 +11,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 UI = ROOT / "vomstudio" / "ui"
 
-WINDOWS = {"window", "parent", "main", "main_window", "w"}
+WINDOWS = {"window", "parent", "main", "main_window"}
 """Names, with an underscore before them or without, that stand for the window or for a widget that
 holds others."""
 MOST_STEPS = 2
@@ -92,7 +92,7 @@ def test_only_the_start_of_the_program_knows_the_main_window() -> None:
 @pytest.mark.parametrize(
     ("text", "steps"),
     [
-        ("w.a.b.c", 3),
+        ("main.a.b.c", 3),
         ("self._window.a.b().c", 3),
         ("self.window().rows[0].name.x", 3),
         ("window.files", 1),

@@ -185,7 +185,7 @@ def test_other_vertices_leave_all_else_as_it_was() -> None:
     assert line.label == "Change L01"
     length = edits.set_line(there, "d1", moved[:2], resolution=0.1)
     assert length.after["d1"] == replace(LENGTH, vertices=moved[:2])
-    with pytest.raises(DocumentError, match="no feature 't1'"):
+    with pytest.raises(DocumentError, match="B01 has a plane"):
         edits.set_line(there, "t1", moved)
 
 

@@ -107,7 +107,39 @@ def test_bare_numbers_mean_what_the_caller_says_but_the_text_goes_first() -> Non
 def test_what_is_no_plane_is_refused_with_the_reason(text: str, why: str) -> None:
     with pytest.raises(InputError) as refusal:
         parse_plane(text)
-    assert why in refusal.value.message
+    said = refusal.value.message
+    assert why in said
+    # What was written comes first, then what is wrong with it.
+    assert said.startswith((f"“{text}” cannot be read: ", "The orientation is"))
+    assert said.endswith(".")
+
+
+ROSE = ("N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE",
+        "S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW")  # fmt: skip
+
+
+@pytest.mark.parametrize("number", range(16))
+def test_winds_are_the_points_of_the_compass_rose(number: int) -> None:
+    assert parse_line(f"{ROSE[number]} 30") == Line(22.5 * number, 30)
+    opposite = ROSE[(number + 8) % 16]
+    strike = parse_plane(f"{ROSE[number]}-{opposite} 90")
+    assert strike.strike_rhr_deg == min(22.5 * number, 22.5 * ((number + 8) % 16))
+
+
+@pytest.mark.parametrize(("side", "reach"), [("E", 80), ("SE", 55), ("ESE", 45), ("N", 80)])
+def test_a_plane_dips_to_the_side_that_is_within_reach_of_it(side: str, reach: float) -> None:
+    """A half for one letter, a quadrant for two, less for three; the strike itself is no side."""
+    toward = 22.5 * ROSE.index(side)
+    for off in range(-reach + 1, reach, 7):  # type: ignore[call-overload]
+        dip_direction = (toward + off) % 360
+        for strike in ((dip_direction + 90) % 360, (dip_direction - 90) % 360):
+            plane = parse_plane(f"{strike:g}/41 {side}")
+            assert plane.dip_direction_deg == pytest.approx(dip_direction)
+    for off in (-reach - 1, reach + 1):
+        strike = (toward + off + 90) % 360
+        with pytest.raises(InputError, match=f"does not dip to {side}"):
+            parse_plane(f"{strike:g}/41 {side}")
+        assert parse_plane(f"{strike:g}/00 {side}").undefined  # level planes dip nowhere
 
 
 def test_a_bare_pair_is_refused_where_a_quadrant_is_expected() -> None:
@@ -149,7 +181,9 @@ def test_lines_in_the_usual_notations(text: str, trend: float, plunge: float) ->
 def test_what_is_no_line_is_refused_with_the_reason(text: str, why: str) -> None:
     with pytest.raises(InputError) as refusal:
         parse_line(text)
-    assert why in refusal.value.message
+    said = refusal.value.message
+    assert why in said
+    assert said.startswith((f"“{text}” cannot be read: ", "The orientation is"))
 
 
 def test_planes_print_with_fixed_digits() -> None:

@@ -7,8 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vomstudio.geology.quality import Thresholds, feature_extent_m, judge
-from vomstudio.geometry.planes import PlaneFit, fit_plane
+from vomstudio.geology.quality import (
+    Kind,
+    Thresholds,
+    confidence_that_counts_deg,
+    feature_extent_m,
+    judge,
+    judge_line,
+    wider_of,
+)
+from vomstudio.geometry.lines import LineFit, fit_line
+from vomstudio.geometry.planes import PlaneFit, fit_plane, fit_planes
 
 
 def good_fit() -> PlaneFit:
@@ -133,3 +142,150 @@ def test_the_extent_of_a_disc_shaped_patch_is_its_diameter() -> None:
 def test_thresholds_can_be_set() -> None:
     strict = Thresholds(good_confidence95_deg=0.001)
     assert verdict(GOOD, thresholds=strict)[0] == "doubtful"
+
+
+@pytest.mark.parametrize(
+    ("kind", "more", "points"),
+    [
+        ("trace", "add points where the trace bends", "pick more points"),
+        ("patch", "enlarge the patch", "enlarge the patch"),
+    ],
+)
+def test_what_to_do_is_what_can_be_done_with_such_a_feature(
+    kind: Kind, more: str, points: str
+) -> None:
+    wide = replace(GOOD, max_confidence95_deg=7.25)
+    assert verdict(wide, kind=kind)[1] == f"direction uncertain by 7.2° (5° wanted); {more}"
+    wider = replace(GOOD, max_confidence95_deg=22.4)
+    assert verdict(wider, kind=kind)[1] == f"direction uncertain by 22° (15° is the limit); {more}"
+    three = fit_plane([[0, 0, 0], [10, 0, 0], [3, 9, 1.0]])
+    assert verdict(three, kind=kind)[1].endswith(f"no error can be stated; {points}")
+    twice = fit_plane([[0, 0, 0], [10, 0, 0], [3, 9, 1.0], [3, 9, 1.0]])
+    assert f"no error can be stated; {points}" in verdict(twice, kind=kind)[1]
+    straight = replace(GOOD, K=None, collinearity=None)
+    assert verdict(straight, kind=kind)[1] == (
+        f"almost straight {kind}: collinearity infinite, K infinite (below 0.8 wanted); {more}"
+    )
+    assert verdict(replace(GOOD, hyperbolic_overflow=True), kind=kind)[1].endswith(more)
+
+
+def test_figures_in_the_words_have_the_digits_that_matter() -> None:
+    scattered = replace(GOOD, M=3.94, coplanarity=51.7)
+    assert "M 3.9, coplanarity 52 (M above 4 wanted)" in verdict(scattered)[1]
+    few = replace(GOOD, M=1.0, coplanarity=9.94)
+    assert "coplanarity 9.9 " in verdict(few)[1]
+    assert "coplanarity infinite" in verdict(replace(GOOD, M=1.0, coplanarity=None))[1]
+    straight = replace(GOOD, K=1.234, collinearity=9.96)
+    assert "collinearity 10, K 1.2 (below 0.8 wanted)" in verdict(straight)[1]
+    for angle, words in ((9.94, "9.9°"), (9.96, "10°"), (6.0, "6°"), (5.4, "5.4°")):
+        assert f"by {words} " in verdict(replace(GOOD, max_confidence95_deg=angle))[1]
+    assert verdict(replace(GOOD, error="too few"))[:2] == ("poor", "no plane: too few")
+
+
+def test_a_resolution_of_nothing_is_no_resolution() -> None:
+    assert verdict(GOOD, resolution_m=0.0) == ("good", "")
+    assert verdict(GOOD, resolution_m=-1.0) == ("good", "")
+    assert GOOD.extent is not None
+    words = verdict(GOOD, resolution_m=GOOD.extent / 9.9)[1]
+    assert words.startswith("extent 9.9 x resolution (100 wanted)")
+
+
+def test_a_face_without_a_direction_is_not_compared() -> None:
+    for normal in ((0.0, 0.0, 0.0), (np.nan, 0.0, 1.0)):
+        assert verdict(GOOD, outcrop_normal=normal) == ("good", "")
+    assert "only 0.0° from" in verdict(GOOD, outcrop_normal=1e-6 * GOOD.normal)[1]
+
+
+def test_what_follows_from_a_plane_takes_the_figure_it_is_judged_by() -> None:
+    fit = replace(
+        GOOD, max_confidence95_deg=2.0, min_confidence95_deg=1.0,
+        max_angular_error_deg=7.0, min_angular_error_deg=3.0,
+    )  # fmt: skip
+    assert wider_of(fit) == (2.0, 1.0)
+    assert wider_of(fit, "patch") == (7.0, 3.0)
+    assert wider_of(replace(fit, long_roughness=True)) == (7.0, 3.0)
+    narrow = replace(fit, max_angular_error_deg=1.5, min_angular_error_deg=1.2)
+    assert wider_of(narrow, "patch") == (2.0, 1.0)
+    assert wider_of(replace(fit, min_angular_error_deg=0.5), "patch") == (7.0, 1.0)
+    assert wider_of(replace(fit, min_angular_error_deg=None), "patch") == (7.0, 1.0)
+    for unknown in ("max_confidence95_deg", "min_confidence95_deg"):
+        assert wider_of(replace(fit, **{unknown: None})) == (None, None)  # type: ignore[arg-type]
+    assert confidence_that_counts_deg(replace(fit, max_confidence95_deg=None), "patch") == 7.0
+    assert confidence_that_counts_deg(replace(fit, max_confidence95_deg=None)) is None
+
+
+def test_the_extent_of_a_trace_is_its_length() -> None:
+    assert feature_extent_m(GOOD) == GOOD.extent
+    failed = fit_planes(np.zeros((2, 3)), [0, 2])[0]
+    assert feature_extent_m(failed, "patch") is None
+
+
+# Lines
+
+
+def straight(n: int, noise: float = 0.0) -> LineFit:
+    rng = np.random.default_rng(2)
+    points = np.outer(np.linspace(0, 3, n), [1.0, 0.0, -1.0]) + rng.normal(0, noise, (n, 3))
+    return fit_line(points)
+
+
+@pytest.mark.parametrize(
+    ("angle", "quality", "words"),
+    [
+        (5.0, "good", ""),
+        (5.1, "doubtful", "direction uncertain by 5.1° (5° wanted); "),
+        (15.0, "doubtful", "direction uncertain by 15° (5° wanted); "),
+        (15.1, "poor", "direction uncertain by 15° (15° is the limit); "),
+    ],
+)
+def test_a_line_is_judged_by_its_error(angle: float, quality: str, words: str) -> None:
+    fit = straight(9, 0.01)
+    assert fit.confidence95_deg is not None
+    for given, advice in (
+        (None, "measure its planes better"),
+        (fit, "measure the plane it lies on better"),
+        (replace(fit, confidence95_deg=90.0), "pick a longer or straighter line"),
+        (replace(fit, confidence95_deg=angle), "pick a longer or straighter line"),
+        (straight(2), "pick a longer or straighter line"),
+    ):
+        found = judge_line(given, confidence95_deg=angle)
+        assert found.quality == quality
+        assert found.reasons == ((words + advice,) if words else ())
+
+
+def test_a_line_of_unknown_error_says_whose_it_is() -> None:
+    def reasons(fit: LineFit | None, known: bool = True) -> tuple[str, ...]:
+        found = judge_line(fit, confidence95_deg=None, plane_is_known=known)
+        assert found.quality == ("doubtful" if found.reasons else "good")
+        return found.reasons
+
+    planes = "the error of one of its planes is unknown, so that of the line is"
+    plane = "the error of the plane it lies on is unknown, so that of the line is"
+    two = "two points only: no error can be stated; pick more points along the line"
+    assert reasons(None) == reasons(None, False) == (planes,)
+    assert reasons(straight(2)) == (two,)
+    assert reasons(straight(2), False) == (two, plane)
+    assert reasons(straight(9, 0.01), False) == (plane,)
+    assert reasons(straight(9, 0.01)) == ()
+
+
+def test_lines_off_their_plane_of_a_folded_set_or_without_their_plane_are_doubtful() -> None:
+    fit = straight(9, 0.01)
+
+    def found(**more: object) -> tuple[str, tuple[str, ...]]:
+        verdict_ = judge_line(fit, confidence95_deg=1.0, **more)  # type: ignore[arg-type]
+        return verdict_.quality, verdict_.reasons
+
+    assert found(off_plane_deg=10.0, scatter_deg=12.0) == ("good", ())
+    quality, (words,) = found(off_plane_deg=10.4)
+    assert (quality, words) == (
+        "doubtful", "10° off the plane it is said to lie on; pick it on that plane",
+    )  # fmt: skip
+    quality, (words,) = found(scatter_deg=12.6)
+    assert quality == "doubtful"
+    assert words.startswith("planes of one set lie 13° (RMS) from their mean")
+    quality, (words,) = found(plane_is_gone=True)
+    assert quality == "doubtful"
+    assert words.startswith("the plane it lay on is gone")
+    strict = Thresholds(good_confidence95_deg=0.5, poor_confidence95_deg=0.9)
+    assert found(thresholds=strict)[0] == "poor"

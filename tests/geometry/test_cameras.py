@@ -82,3 +82,69 @@ def test_a_camera_that_is_not_known_is_refused_by_name():
         Intrinsics("FOV", 10, 10, (1.0, 5.0, 5.0, 0.1, 0.2))
     with pytest.raises(GeometryError, match="4 parameters"):
         Intrinsics("PINHOLE", 10, 10, (1.0, 5.0))
+
+
+def test_a_photo_contains_its_pixels_up_to_its_outer_edges():
+    view = View("a", Intrinsics("PINHOLE", 16, 12, LENSES["PINHOLE"]), np.eye(3), np.zeros(3))
+    inside = [[0, 0], [16, 12], [16, 0], [0, 12], [8, 6]]
+    outside = [[-0.01, 6], [16.01, 6], [8, -0.01], [8, 12.01], [np.nan, 6], [8, np.nan]]
+    assert view.contains(inside).all()
+    assert not view.contains(outside).any()
+
+
+def test_depths_grow_along_the_view_from_its_centre(points):
+    turn, _ = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))
+    turn *= np.linalg.det(turn)
+    view = View("a", Intrinsics("PINHOLE", 16, 12, LENSES["PINHOLE"]), turn, np.array([1, 2, 3.0]))
+    np.testing.assert_allclose(turn @ view.centre + view.translation, 0, atol=1e-12)
+    along = (points - view.centre) @ view.direction
+    np.testing.assert_allclose(view.depths(points), along, atol=1e-9)
+    np.testing.assert_allclose(view.depths(view.centre), 0, atol=1e-9)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_without_its_bend_a_lens_is_its_matrix(model, points):
+    names, params = MODELS[model], LENSES[model]
+    bent = [i for i, name in enumerate(names) if name[0] in "kp"]
+    assert Intrinsics(model, 1600, 1200, params).distorts == bool(bent)
+    straight = list(params)
+    for i in bent:
+        straight[i] = 0.0
+    lens = Intrinsics(model, 1600, 1200, tuple(straight))
+    if model == "OPENCV_FISHEYE":
+        # The radius is the angle, not its tangent.
+        assert lens.distorts
+        pixel = lens.project([[1.0, 0.0, 1.0]])[0]
+        np.testing.assert_allclose(pixel, [810 + 1000 * np.pi / 4, 590])
+        return
+    assert not lens.distorts
+    pixels = points @ lens.matrix.T
+    np.testing.assert_allclose(lens.project(points), pixels[:, :2] / pixels[:, 2:], atol=1e-9)
+    for i in bent:
+        one = list(straight)
+        one[i] = 1e-3
+        assert Intrinsics(model, 1600, 1200, tuple(one)).distorts, names[i]
+
+
+def test_a_resampled_photo_of_one_focal_length_keeps_one():
+    lens = Intrinsics("SIMPLE_RADIAL", 1600, 1200, LENSES["SIMPLE_RADIAL"])
+    small = lens.scaled(400, 306)
+    assert (small.width, small.height) == (400, 306)
+    assert small.focal == pytest.approx((1000 * (0.25 + 0.255) / 2,) * 2)
+    assert small.centre == pytest.approx((810 / 4, 590 * 0.255))
+    uneven = Intrinsics("PINHOLE", 1600, 1200, LENSES["PINHOLE"]).scaled(800, 300)
+    assert uneven.focal == pytest.approx((500.0, 252.5))
+
+
+def test_the_middle_of_the_picture_is_seen_straight_ahead():
+    for model in MODELS:
+        lens = Intrinsics(model, 1600, 1200, LENSES[model])
+        np.testing.assert_allclose(lens.rays([lens.centre]), [[0, 0, 1]], atol=1e-12)
+
+
+def test_rays_beyond_the_edge_of_a_lens_are_not_made_up():
+    lens = Intrinsics("SIMPLE_RADIAL", 1600, 1200, (1000.0, 800.0, 600.0, -0.2))
+    # The real radius grows up to 1.29 (1 - 0.2 1.29^2) = 0.86 and no further.
+    rays = lens.rays([[800 + 855, 600], [800 + 870, 600], [800, 600 + 2000]])
+    assert np.isfinite(rays[0]).all()
+    assert np.isnan(rays[1:, :2]).all()

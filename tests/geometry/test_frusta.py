@@ -91,3 +91,15 @@ def test_the_camera_under_the_cursor_is_found() -> None:
     # Mirrored on the screen it is the same photo.
     assert frustum_at(tips, corners[:, ::-1], 65, 65, 9.0) == 0
     assert frustum_at(np.zeros((0, 2)), np.zeros((0, 4, 2)), 1, 1, 9.0) is None
+
+
+def test_photos_of_one_spot_say_nothing_of_the_spacing_in_a_scene_of_any_size() -> None:
+    """Two by two from one spot, but for a millionth of the scene."""
+    for scale in (0.01, 1.0, 1000.0):
+        spots = scale * np.column_stack([np.arange(6.0), np.zeros(6), np.zeros(6)])
+        pairs = np.vstack([spots, spots + [0, 1e-7 * min(scale, 1.0), 0]])
+        alone = good_size(spots[:1], 10.0 * scale)
+        assert good_size(pairs, 10.0 * scale) == pytest.approx(alone)
+    spots = 1000.0 * np.column_stack([np.arange(6.0), np.zeros(6), np.zeros(6)])
+    pairs = np.vstack([spots, spots + [0, 1e-4, 0]])
+    assert good_size(pairs, 1e4) == pytest.approx(good_size(spots[:1], 1e4))

@@ -17,11 +17,11 @@ from vomstudio.geometry.streaming.octree import (
     CloudNodes,
     NodeStore,
     StreamedCloud,
-    StreamedSurface,
     View,
     parents_of,
     parts_of,
 )
+from vomstudio.geometry.streaming.surfaces import StreamedSurface
 
 UTM = np.array([576_704.0, 5_188_102.0, 184.0])
 EAST, NORTH, UP = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)

@@ -305,3 +305,14 @@ def test_runs_are_another_way_to_write_ids():
         assert has_id(runs, id_) == (id_ in ids)
     assert runs_of([]) == ()
     assert not has_id((), 0)
+
+
+@pytest.mark.parametrize("power", [-7, -3, 0, 4, 7])
+def test_lengths_of_a_patch_scale_and_its_angles_do_not(power: int) -> None:
+    points = blob(60, 8) - [700.0, -300.0, 40.0]
+    a, b = moment_fit(points), moment_fit(10.0**power * points)
+    for name in ("rms", "residual", "extent", "max_coordinate"):
+        assert getattr(b, name) == pytest.approx(10.0**power * getattr(a, name), rel=1e-9), name
+    assert b.trace == pytest.approx(100.0**power * a.trace)  # type: ignore[operator]
+    for name in ("dip_deg", "dip_direction_deg", "M", "K", "coplanarity", *ERRORS):
+        assert getattr(b, name) == pytest.approx(getattr(a, name), rel=1e-9), name

@@ -312,3 +312,51 @@ def test_a_very_long_trace_is_compared_by_pieces_without_changing_its_errors() -
     cover, _, ratio, _ = SIMULATION.simulate(Case("arc", 700, "exponential", 0.05), 1000, 5)
     assert cover >= 0.93 - 3.0 * np.sqrt(0.95 * 0.05 / 1000)
     assert ratio <= 1.6
+
+
+def test_models_of_roughness_have_the_weights_that_their_calibration_says() -> None:
+    """Those of a tenth of the trace, from where they grow with a power of the length."""
+    pure = roughness.WHITE == 0.0
+    long = roughness.LENGTH > roughness.LONGER_THAN_A_TENTH
+    for smooth in (False, True):
+        kind = (smooth == roughness.SMOOTH) & pure
+        some = kind & ~long | (kind & np.isin(roughness.LENGTH, roughness.SHORT))
+        length, weight = roughness.LENGTH[some], roughness.WEIGHT[some]
+        assert len(length) == len(roughness.SHORT)
+        wanted = roughness.KIND_WEIGHT[smooth] * (length / 0.1) ** roughness.KIND_SLOPE[smooth]
+        assert weight == pytest.approx(wanted)
+        far = kind & np.isin(roughness.LENGTH, roughness.LONG)
+        assert roughness.WEIGHT[far].tolist() == [roughness.LONG_WEIGHT[smooth]] * 2
+    for share, each in zip(roughness.MIXED_WHITE, roughness.MIXED_WEIGHT, strict=True):
+        mixed = share == roughness.WHITE
+        assert not roughness.SMOOTH[mixed].any()
+        wanted = each * (roughness.LENGTH[mixed] / 0.1) ** roughness.MIXED_SLOPE
+        assert roughness.WEIGHT[mixed] == pytest.approx(wanted)
+    # Lengths go down from sqrt 2 tenths by halves of an octave.
+    steps = np.array(roughness.SHORT[1:]) / np.array(roughness.SHORT[:-1])
+    assert steps == pytest.approx(np.full(8, np.sqrt(0.5)))
+    assert roughness.SHORT[1] == pytest.approx(0.1)
+
+
+def test_the_limit_of_a_mixture_is_where_its_tail_is_five_per_cent() -> None:
+    """Against Fisher's laws and a root finder of scipy's."""
+    from scipy.optimize import brentq
+    from scipy.special import fdtrc
+
+    rng = np.random.default_rng(7)
+    k, models = 20, 6
+    g = rng.uniform(1.0, 40.0, (2, k, models))
+    freedom = rng.uniform(2.0, 30.0, (k, models))
+    weight = rng.random((k, models)) ** 4
+    weight /= weight.sum(axis=1, keepdims=True)
+    dof = rng.uniform(5.0, 60.0, k)
+    found = roughness._mixture_quantile(g, freedom, weight, dof)
+    for axis in range(2):
+        for i in range(k):
+
+            def tail(q: float, axis: int = axis, i: int = i) -> float:
+                # q is 2 F / dof of a variance that is g times the white one's.
+                return float(weight[i] @ fdtrc(2.0, freedom[i], q * dof[i] / 2.0 / g[axis, i]))
+
+            wanted = brentq(lambda q: tail(q) - 0.05, 1e-9, 1e6)
+            assert found[axis, i] == pytest.approx(wanted, rel=1e-3)

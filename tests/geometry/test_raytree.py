@@ -85,3 +85,105 @@ def test_of_a_cloud_the_point_nearest_to_the_ray_on_the_first_surface_is_met() -
     assert hits.index[0] == expected
     assert hits.distance[0] == pytest.approx(2.0, abs=1e-9)
     assert np.isnan(hits.weights[0]).all()
+
+
+def test_a_ray_without_a_way_meets_nothing() -> None:
+    mesh = rough_sheet(8)
+    cloud = PointCloud(mesh.vertices)
+    for tree in (RayTree(mesh), RayTree(cloud, reach=0.5)):
+        hits = tree.cast(mesh.vertices[20], [[0.0, 0, 0], [0, 0, np.inf]])
+        assert hits.index.tolist() == [-1, -1]
+
+
+def nearest_of_all(
+    points: np.ndarray, start: np.ndarray, way: np.ndarray, reach: float, last: float
+) -> tuple[int, float]:
+    """By the definition: the first point within reach of the ray, and of those at most so far
+    behind it the one nearest to the ray."""
+    from vomstudio.geometry.rays.raytree import SURFACE_THICKNESS
+
+    length = np.linalg.norm(way)
+    off = points - start
+    t = off @ way / length**2
+    away = np.linalg.norm(off - t[:, None] * way, axis=1)
+    seen = (t > 0) & (t <= last) & (away <= reach)
+    if not seen.any():
+        return -1, np.inf
+    limit = min(t[seen].min() + SURFACE_THICKNESS * reach / length, last)
+    there = np.flatnonzero(seen & (t <= limit))
+    best = int(there[away[there].argmin()])
+    return best, float(t[best])
+
+
+def test_of_a_cloud_rays_meet_what_its_definition_says() -> None:
+    rng = np.random.default_rng(4)
+    points = rng.uniform([0, 0, 0], [10, 10, 6], (4000, 3)) + CORNER
+    reach = 0.2
+    tree = RayTree(PointCloud(points), reach=reach)
+    starts = rng.uniform([-2, -2, 7], [12, 12, 12], (200, 3)) + CORNER
+    ways = (rng.uniform([0, 0, 0], [10, 10, 6], (200, 3)) + CORNER - starts) * rng.uniform(
+        0.2, 3.0, (200, 1)
+    )
+    last = rng.uniform(0.2, 9.0, 200)
+    hits = tree.cast(starts, ways, last)
+    met = 0
+    for i in range(200):
+        index, t = nearest_of_all(points, starts[i], ways[i], reach, last[i])
+        assert hits.index[i] == index
+        if index >= 0:
+            met += 1
+            assert hits.distance[i] == pytest.approx(t, abs=1e-9)
+            there = tree.position(index, hits.weights[i])
+            assert np.array_equal(there, points[index])
+    assert 60 < met < 195
+
+
+def test_normals_of_what_is_met_are_those_of_the_model() -> None:
+    mesh = rough_sheet(8)
+    tree = RayTree(mesh)
+    a, b, c = mesh.vertices[mesh.faces[11]]
+    normal = np.cross(b - a, c - a)
+    assert tree.normal(11) == pytest.approx(normal / np.linalg.norm(normal), abs=1e-9)
+    flat = Mesh(np.zeros((3, 3)), np.array([[0, 1, 2]], np.int32))
+    assert RayTree(flat).normal(0) is None
+    points = np.random.default_rng(0).normal(size=(20, 3))
+    normals = np.tile(np.float32([0, 3, 4]), (20, 1))
+    normals[3] = 0.0
+    normals[4] = np.nan
+    cloud = RayTree(PointCloud(points, normals=normals))
+    assert cloud.normal(2) == pytest.approx([0, 0.6, 0.8])
+    assert cloud.normal(3) is cloud.normal(4) is None
+    assert RayTree(PointCloud(points)).normal(2) is None
+
+
+def test_boxes_of_the_tree_hold_what_is_below_them() -> None:
+    from vomstudio.geometry.rays.raytree import _boxes
+
+    rng = np.random.default_rng(5)
+    for n in (1, 3, 40, 333):
+        low = rng.normal(size=(n, 3))
+        high = low + rng.random((n, 3))
+        lows, highs = _boxes(low, high)
+        k = (len(lows) + 1) // 2
+        assert k & (k - 1) == 0
+        assert np.array_equal(lows[0], low.min(axis=0))
+        assert np.array_equal(highs[0], high.max(axis=0))
+        for node in range(k - 1):
+            both = [2 * node + 1, 2 * node + 2]
+            assert np.array_equal(lows[node], lows[both].min(axis=0))
+            assert np.array_equal(highs[node], highs[both].max(axis=0))
+
+
+def test_bits_are_spread_three_apart_and_places_ordered_along_the_curve() -> None:
+    from vomstudio.geometry.rays.raytree import _along_curve, _spread
+
+    rng = np.random.default_rng(6)
+    numbers = np.append(rng.integers(0, 1 << 20, 200), [0, 1, (1 << 20) - 1])
+    for number, found in zip(numbers, _spread(numbers.astype(np.uint64)), strict=True):
+        assert int(found) == sum(((int(number) >> bit) & 1) << (3 * bit) for bit in range(20))
+    # The eight corners of a cube, the first axis changing quickest.
+    corners = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
+    mixed = rng.permutation(8)
+    places = np.vstack([corners[mixed], [[np.nan, 0, 0]]]) + CORNER
+    assert _along_curve(places).tolist() == np.argsort(mixed).tolist()
+    assert _along_curve(np.full((2, 3), np.nan)).tolist() == []

@@ -74,3 +74,65 @@ def test_too_little_surface_has_no_face():
     assert VertexSurface(line).outcrop_normal(line[::10]) is None
     assert VertexSurface(line[:2]).outcrop_normal(line[:2]) is None
     assert VertexSurface(line[:1]).resolution_near(line[:1]) is None
+
+
+def test_the_extent_is_the_diagonal_of_the_box():
+    points = np.array([[0.0, 0, 0], [3, 0, 1], [1, 4, 12], [2, 2, 2]])
+    assert VertexSurface(points).extent == pytest.approx(13.0)
+
+
+def test_the_normal_of_a_ball_is_that_of_its_vertices():
+    normal = np.array([0.6, -0.8, 0.0])
+    points = face(0.1, normal, seed=5)
+    surface = VertexSurface(points)
+    centre = points[len(points) // 2 + 20]
+    assert surface._normal(centre, 0.5) is None  # nothing is known before the tree is there
+    surface.build()
+    found = surface._normal(centre, 0.5)
+    assert abs(found @ normal) > np.cos(np.radians(4.0))
+    inside = points[np.linalg.norm(points - centre, axis=1) <= 0.5]
+    theirs = np.linalg.svd(inside - inside.mean(axis=0))[2][2]
+    assert abs(found @ theirs) == pytest.approx(1.0, abs=1e-9)
+    assert surface._normal(centre, 0.01) is None
+    assert surface._normal(centre + 50.0, 0.5) is None
+    line = np.column_stack([np.linspace(0, 1, 200), np.zeros((200, 2))])
+    straight = VertexSurface(line)
+    straight.build()
+    assert straight._normal(line[100], 0.2) is None
+
+
+@pytest.mark.parametrize("built", [False, True])
+def test_a_ball_holds_what_is_within_its_radius(built):
+    points = face(0.1, np.array([0.0, -1.0, 0.0]), seed=6)
+    surface = VertexSurface(points)
+    if built:
+        surface.build()
+    centre = points[700] + [0.02, 0.03, 0.01]
+    for radius in (0.01, 0.15, 0.8):
+        wanted = np.flatnonzero(np.linalg.norm(points - centre, axis=1) <= radius)
+        assert np.array_equal(np.sort(surface._in_ball(centre, radius)), wanted)
+
+
+def test_the_face_is_that_around_the_whole_trace_and_no_farther():
+    """A trace along the edge of two faces, on one of them."""
+    wall, floor = np.array([0.0, -1.0, 0.0]), np.array([0.0, 0.0, 1.0])
+    steps = np.arange(0.0, 4.0, 0.02)
+    u, v = (x.ravel() for x in np.meshgrid(steps, steps))
+    points = np.concatenate(
+        [np.column_stack([u, 0 * u, v]), np.column_stack([u, -v - 0.01, 0 * u])]
+    )
+    on_the_wall = np.column_stack([np.linspace(0.5, 3.5, 5), np.zeros(5), np.full(5, 2.0)])
+    on_the_floor = np.column_stack([np.linspace(0.5, 3.5, 5), np.full(5, -2.0), np.zeros(5)])
+    surface = VertexSurface(points)
+    assert abs(surface.outcrop_normal(on_the_wall) @ wall) == pytest.approx(1.0)
+    assert abs(surface.outcrop_normal(on_the_floor) @ floor) == pytest.approx(1.0)
+    # A step beside the trace is not within a tenth of its length.
+    near = on_the_wall - [0, 0, 1.6]
+    assert abs(surface.outcrop_normal(near) @ wall) == pytest.approx(1.0)
+    nearer = on_the_wall - [0, 0, 1.85]
+    assert abs(surface.outcrop_normal(nearer) @ wall) < 0.999
+    # A trace of two ends is followed between them.
+    ends = on_the_wall[[0, -1]]
+    assert abs(surface.outcrop_normal(ends) @ wall) == pytest.approx(1.0)
+    blob = np.random.default_rng(0).normal(size=(400, 3))
+    assert VertexSurface(blob).outcrop_normal(np.array([[-1.0, 0, 0], [1.0, 0, 0]])) is None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import threading
 import time
 from dataclasses import dataclass
 
@@ -77,6 +78,32 @@ def _other_answer(asked: Nothing, progress: Progress) -> Nothing:
     return Word("no number")  # type: ignore[return-value]
 
 
+class OurMistake(ValueError):
+    """An error that nobody expects."""
+
+
+def _mistake(*_: object) -> Nothing:
+    raise OurMistake("at 432100.25")
+
+
+def _aside(asked: Nothing, progress: Progress) -> Nothing:
+    thread = threading.Thread(target=_mistake, name="aside")
+    thread.start()
+    thread.join()
+    return Nothing()
+
+
+def _segfault(asked: Nothing, progress: Progress) -> Nothing:
+    import ctypes
+
+    ctypes.string_at(0)
+    return Nothing()
+
+
+def _idle(asked: Nothing, progress: Progress) -> Nothing:
+    return Nothing()
+
+
 CHATTER = Job("chatter", Lane.MODELS, Word, Word, _chatter)
 COUNT = Job("count", Lane.MODELS, To, Nothing, _count)
 DEAF = Job("deaf", Lane.MODELS, Nothing, Nothing, _deaf)
@@ -86,10 +113,16 @@ NAN = Job("nan", Lane.MODELS, Nothing, Value, _nan)
 FAULT = Job("fault", Lane.MODELS, Nothing, Nothing, _fault)
 NO_MEMORY = Job("no_memory", Lane.MODELS, Nothing, Nothing, _no_memory)
 OTHER_ANSWER = Job("other_answer", Lane.MODELS, Nothing, Value, _other_answer)  # type: ignore[arg-type]
+MISTAKE = Job("mistake", Lane.INSPECTION, Nothing, Nothing, _mistake)
+ASIDE = Job("aside", Lane.INSPECTION, Nothing, Nothing, _aside)
+SEGFAULT = Job("segfault", Lane.INSPECTION, Nothing, Nothing, _segfault)
+ABORT = Job("abort", Lane.INSPECTION, Nothing, Nothing, _die)
+IDLE = Job("idle", Lane.INSPECTION, Nothing, Nothing, _idle)
 LEVITATE = Job("levitate", Lane.MODELS, Nothing, Nothing, _deaf)
 """No worker knows it."""
 
-KNOWN = (CHATTER, COUNT, DEAF, DEAFEST, DIE, NAN, FAULT, NO_MEMORY, OTHER_ANSWER)
+KNOWN = (CHATTER, COUNT, DEAF, DEAFEST, DIE, NAN, FAULT, NO_MEMORY, OTHER_ANSWER, MISTAKE, ASIDE,
+         SEGFAULT, ABORT, IDLE)  # fmt: skip
 
 if __name__ == "__main__":
     tasks.TASKS.update({job.name: job for job in KNOWN})

@@ -151,6 +151,7 @@ def test_a_job_that_does_not_listen_is_ended_with_its_process(worker, monkeypatc
     assert isinstance(after.end(), Done)
 
 
+@pytest.mark.expects_log
 def test_a_worker_that_dies_fails_every_job_it_had_and_is_replaced(worker):
     first, second = Listener(), Listener()
     worker.submit(DIE, Nothing(), first)
@@ -165,6 +166,7 @@ def test_a_worker_that_dies_fails_every_job_it_had_and_is_replaced(worker):
     assert isinstance(after.end(), Done)
 
 
+@pytest.mark.expects_log
 @pytest.mark.parametrize("pause_s", [0.0, 0.001, 0.01, 0.1])
 def test_jobs_are_answered_even_if_the_next_one_comes_right_after_a_death(worker, pause_s):
     """The supervisor may notice the death by the next command, before the reader does."""

@@ -115,6 +115,7 @@ def test_cameras_outlive_the_window(window, made, opened, tmp_path) -> None:
     window.studio.save_as(folder)
     window.close()
     QApplication.processEvents()
+    driver.delete(window)
     again = driver.make_window([folder])
     try:
         wait(lambda: again.viewport.photos.frusta, "the cameras")

@@ -189,7 +189,7 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
     window.files.export_to("gpkg", tmp_path / "out.gpkg")
     wait(lambda: (folder / "project.gpkg").is_file(), "the project's GIS layers")
     camera = viewport.moves.camera_state()
-    assert window.close()
+    driver.close(window)
 
     # Reopen.
     window = driver.make_window([folder])
@@ -303,7 +303,7 @@ def test_unsaved_work_is_asked_about_and_each_answer_does_what_it_says(
     key(window, Qt.Key.Key_Delete)
     assert not traces(window)
     driver.answer(QMessageBox.StandardButton.Discard, seen)
-    assert window.close()
+    driver.close(window)
     assert seen == ["Save the changes to untitled?", "Save the changes to kept?"]
     # What was not saved is gone from the project, and Undo brings even that back.
     window = driver.make_window([tmp_path / "kept.vom"])
@@ -311,7 +311,7 @@ def test_unsaved_work_is_asked_about_and_each_answer_does_what_it_says(
     window.studio.undo()
     assert not traces(window)
     driver.answer(QMessageBox.StandardButton.Save, seen)
-    assert window.close()
+    driver.close(window)
     window = driver.make_window([tmp_path / "kept.vom"])
     assert not traces(window)
     driver.dismiss(window)

@@ -42,6 +42,7 @@ def sentences(window) -> list[str]:
 
 
 # --- the worker dies --------------------------------------------------------------------------
+@pytest.mark.expects_log
 def test_a_worker_killed_while_it_reads_a_model_is_said_and_the_next_try_succeeds(
     window, outcrop, tmp_path
 ):
@@ -98,6 +99,7 @@ def test_a_window_closed_right_after_its_birth_leaves_nothing_running(own_folder
     window.close()
     driver.pause(300)
     assert all(w._process is None for w in window.studio.jobs.workers.values())
+    driver.delete(window)
 
 
 # --- the disk ---------------------------------------------------------------------------------
@@ -184,6 +186,7 @@ def test_a_full_disk_does_not_hold_the_window_open(own_folders, qtbot, outcrop, 
         closed = window.close()
         assert seen
         assert closed, window.message_bar.text
+        driver.delete(window)
 
 
 def bed_or_none(window, i: int) -> Trace | None:
@@ -461,7 +464,7 @@ def test_the_layers_say_what_is_saved_when_the_window_is_closed_right_after_an_e
     window.studio.save_as(folder)
     bed_on_model(window, 1.0)
     window.files.save()
-    assert window.close()
+    driver.close(window)
     assert beds() == 2
     assert [p.name for p in folder.iterdir() if "gpkg" in p.name] == ["project.gpkg"]
     window = driver.make_window([folder])
@@ -469,7 +472,7 @@ def test_the_layers_say_what_is_saved_when_the_window_is_closed_right_after_an_e
     bed_on_model(window, 2.0)
     wait(lambda: beds() == 3, "the layers of an idle window")
     driver.answer(QMessageBox.StandardButton.Discard, [])
-    assert window.close()
+    driver.close(window)
     assert beds() == 2
     window = driver.make_window([folder])
     window.actions_table.run("select_all")

@@ -79,7 +79,7 @@ def _texts(package: str) -> list[tuple[str, str]]:
 
 def equivalent() -> dict[Key, str]:
     """Reasons of mutants that change no result."""
-    known = tomllib.loads(EQUIVALENT.read_text())["mutant"]
+    known = tomllib.loads(EQUIVALENT.read_text()).get("mutant", [])
     return {(m["file"], m["before"], m["after"]): m["reason"] for m in known}
 
 
@@ -149,16 +149,15 @@ def tried(mutants: list[Mutant], tests: str, asked: argparse.Namespace) -> list[
 
 def _limit(runner: Runner, scratch: Path, asked: argparse.Namespace) -> float:
     """Seconds for one mutant, once the tests are known to pass without any."""
-    known = None
-    if asked.reach is not None and asked.reach.exists():
-        known = json.loads(asked.reach.read_text())
-    whole = runner.ask(reach=known)
+    kept: Path | None = asked.times
+    known = json.loads(kept.read_text()) if kept is not None and kept.exists() else None
+    whole = runner.ask(times=known)
     if whole["state"] != "survived":
         output = (scratch / "output.txt").read_text()[-3000:]
         raise SystemExit(f"{output}\nThe tests fail without any mutant: {whole['by']}")
-    if asked.reach is not None:
-        asked.reach.write_text(json.dumps(whole["reach"]))
-    seconds = sum(whole["reach"]["times"].values())
+    if kept is not None:
+        kept.write_text(json.dumps(whole["times"]))
+    seconds = sum(whole["times"].values())
     limit: float = asked.limit or 3.0 * seconds + 30.0
     print(f"the tests take {seconds:.0f} s; limit {limit:.0f} s", flush=True)
     return limit
@@ -171,7 +170,7 @@ def _row(mutant: Mutant, runner: Runner, limit: float) -> dict[str, Any]:
     reason = equivalent().get((mutant.file, mutant.before, mutant.after))
     if reason is not None:
         return row | {"state": "equivalent", "by": reason, "seconds": 0.0}
-    found = runner.ask(file=mutant.file, text=mutant.text, inside=mutant.inside, limit_s=limit)
+    found = runner.ask(file=mutant.file, text=mutant.text, limit_s=limit)
     return row | {key: found[key] for key in ("state", "by", "seconds")}
 
 
@@ -202,7 +201,7 @@ def main() -> None:
         "--quick", type=float, default=1e9, metavar="S", help="leave out tests that take longer"
     )
     parser.add_argument(
-        "--reach", type=Path, metavar="JSON", help="what the tests run in: kept for a second run"
+        "--times", type=Path, metavar="JSON", help="of the tests: kept for a second run"
     )
     parser.add_argument("--json", type=Path, help="where the results are written")
     asked = parser.parse_args()

@@ -30,11 +30,11 @@ TWINS = {
     "arcsin": "arccos", "ones": "zeros", "first": "last", "left": "right", "sum": "max",
     "flatnonzero": "argsort", "median": "min",
 }  # fmt: skip
-TWINS |= {b: a for a, b in TWINS.items() if b not in TWINS}
+TWINS |= {b: a for a, b in reversed(TWINS.items()) if b not in TWINS}
 # Where the order of arguments does not matter, or another one is no program at all.
 UNSWAPPED = frozenset({
     "min", "max", "minimum", "maximum", "hypot", "logaddexp", "isinstance", "getattr", "setattr",
-    "array", "asarray", "require", "zeros", "ones", "full", "empty", "astype", "field",
+    "array", "asarray", "require", "reshape", "zeros", "ones", "full", "empty", "astype", "field",
 })  # fmt: skip
 # A tolerance is there to be far from everything: only a thousandfold one is another.
 SMALL = 1e-4
@@ -43,8 +43,7 @@ SMALL = 1e-4
 @dataclass(frozen=True)
 class Mutant:
     """file : as it was named; line : from 1; kind : in words; before, after : the changed line or
-    lines, without their indentation; text : the whole file after the change; inside : it is within
-    a function, so that only who calls into the file can notice"""
+    lines, without their indentation; text : the whole file after the change"""
 
     file: str
     line: int
@@ -52,7 +51,6 @@ class Mutant:
     before: str
     after: str
     text: str
-    inside: bool
 
 
 @dataclass(frozen=True)
@@ -77,9 +75,8 @@ def mutant_of(file: str, text: str, change: Change) -> Mutant | None:
     """None where the change says the same, or nothing that Python understands."""
     source = _Source(text)
     changed = source.replaced(change.start, change.end, change.new)
-    tree = ast.parse(text)
     try:
-        if ast.dump(ast.parse(changed)) == ast.dump(tree):
+        if ast.dump(ast.parse(changed)) == ast.dump(ast.parse(text)):
             return None
     except SyntaxError:
         return None
@@ -88,10 +85,7 @@ def mutant_of(file: str, text: str, change: Change) -> Mutant | None:
     lines = changed.splitlines()
     after = _plain(lines[first : len(lines) - rest])
     before = _plain(source.lines[first : last + 1])
-    functions = (n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef))
-    spans = (source.span(function) for function in functions)
-    inside = any(start <= change.start and change.end <= end for start, end in spans)
-    return Mutant(file, first + 1, change.kind, before, after, changed, inside)
+    return Mutant(file, first + 1, change.kind, before, after, changed)
 
 
 def _plain(lines: list[str]) -> str:

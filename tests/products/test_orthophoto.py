@@ -541,12 +541,12 @@ def test_a_region_beside_the_model_is_refused(tmp_path) -> None:  # type: ignore
 
 @pytest.mark.parametrize("trend", [359.96, 360.0 - 1e-9, -1e-20, 360.0, 0.0, -0.04, 720.0])
 def test_a_view_to_the_north_is_toward_0_and_never_360(tmp_path: Path, trend: float) -> None:
-    view = orthophoto.view_along_line(trend, 30.0)
+    view = views.view_along_line(trend, 30.0)
     assert 0.0 <= view.trend_deg < 360.0
     assert 0.0 <= view.flipped().flipped().trend_deg < 360.0
     words = direction_in_words(view)
     assert words == "View toward 000.0/30.0 (trend/plunge, deg), as given"
-    south = orthophoto.view_along_line(trend + 180.0, -30.0)
+    south = views.view_along_line(trend + 180.0, -30.0)
     assert 0.0 <= south.flipped().trend_deg < 360.0
     both = {"trend_deg": trend % 360.0, "plunge_deg": 7.0}
     checked = Check("", both, both, 1.0, None, None)
@@ -555,6 +555,6 @@ def test_a_view_to_the_north_is_toward_0_and_never_360(tmp_path: Path, trend: fl
 
 def test_a_view_a_hair_west_of_north_is_not_written_as_360(tmp_path: Path) -> None:
     upright = quad([(0, 0, 0), (4, 0, 0), (4, 0, 4), (0, 0, 4)], [(200, 10, 10)] * 4)
-    made, *_ = make(upright, orthophoto.view_along_line(360.0 - 1e-9, 0.0), tmp_path, 0.5)
+    made, *_ = make(upright, views.view_along_line(360.0 - 1e-9, 0.0), tmp_path, 0.5)
     with rasterio.open(made.image) as picture:
         assert picture.tags()["VOMSTUDIO_VIEW"] == "trend 0.0000 plunge 0.0000 deg"

@@ -267,7 +267,7 @@ class Geologist:
 def read(path: Path) -> Any:
     from vomstudio.ui.model_loader import OpenModel
 
-    from vomstudio.geometry.brush import surface_of
+    from vomstudio.geometry.streaming.surfaces import surface_of
     from vomstudio.io.models import read_model
 
     loaded = read_model(path)

@@ -322,6 +322,7 @@ def test_a_window_that_is_closed_leaves_no_timer_no_thread_and_no_process(own_fo
 
     from PySide6.QtCore import QTimer
 
+    from tests.driver import delete
     from tests.jobs.odd_jobs import LEVITATE
     from vomstudio.io.settings import read_settings
     from vomstudio.jobs.job import Nothing
@@ -344,3 +345,4 @@ def test_a_window_that_is_closed_leaves_no_timer_no_thread_and_no_process(own_fo
     QTest.qWait(50)
     assert [t for t in running if t.isActive()] == []
     qtbot.waitUntil(lambda: not (set(threading.enumerate()) - threads), timeout=5000)
+    delete(made)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import logging
 import os
 import sys
 import traceback
@@ -28,6 +29,7 @@ from vomstudio.cli import (
 from vomstudio.cli.arguments import HelpWanted, Parser
 from vomstudio.cli.output import Channel, Output, stdout_kept, to_json
 from vomstudio.errors import Cancelled, InputError, UsageError, VomError
+from vomstudio.failures import log  # noqa: F401 - without a log nothing of it reaches stderr
 from vomstudio.version import __version__
 
 _COMMAND_MODULES = {
@@ -110,6 +112,7 @@ def _in_a_sentence(error: Exception) -> VomError:
             return _OurFault("there is not enough memory for this; close other programs.")
         case OSError():
             return _from_system(error)
+    logging.getLogger(__name__).error("an internal error", exc_info=error)
     return _OurFault(
         f"an internal error ({type(error).__name__}: {' '.join(str(error).split())}); please "
         "report it with this command (VOMSTUDIO_DEBUG=1 shows where)."

@@ -98,34 +98,55 @@ def judge(
     outcrop_normal : (3,) normal of the outcrop face around a trace, either sense; None: unknown
     kind : a patch is the outcrop face, so the surface effect is looked for in traces only
     """
-    t = thresholds
     if fit.error is not None:
         return Verdict("poor", (f"no plane: {fit.error}",))
-    poor = False
-    reasons: list[str] = []
-    more = "add points where the trace bends" if kind == "trace" else "enlarge the patch"
-    more_points = "pick more points" if kind == "trace" else "enlarge the patch"
-
-    angle = confidence_that_counts_deg(fit, kind)
-    if angle is None:
-        if fit.n <= 3:
-            reasons.append(f"three points only: no error can be stated; {more_points}")
-        else:
-            poor = True
+    poor, reasons = _of_direction(fit, kind, thresholds)
+    reasons += _of_shape(fit, kind, thresholds)
+    extent = feature_extent_m(fit, kind)
+    if resolution_m is not None and resolution_m > 0.0 and extent is not None:
+        ratio = extent / resolution_m
+        if ratio < thresholds.extent_over_resolution:
             reasons.append(
-                f"only 3 of the {fit.n} points differ: no error can be stated; {more_points}"
+                f"extent {_number(ratio)} x resolution "
+                f"({thresholds.extent_over_resolution:g} wanted); "
+                "pick a longer one or use a finer model"
             )
-    elif angle > t.poor_confidence95_deg:
-        poor = True
-        reasons.append(
-            f"direction uncertain by {_deg(angle)} ({_deg(t.poor_confidence95_deg)} is the limit); "
-            + more
-        )
-    elif angle > t.good_confidence95_deg:
-        reasons.append(
-            f"direction uncertain by {_deg(angle)} ({_deg(t.good_confidence95_deg)} wanted); {more}"
-        )
+    if kind == "trace" and outcrop_normal is not None:
+        angle_to_face = _axial_angle_deg(fit.normal, np.asarray(outcrop_normal, dtype=np.float64))
+        if angle_to_face is not None and angle_to_face < thresholds.surface_effect_deg:
+            reasons.append(
+                f"only {_deg(angle_to_face)} from the outcrop face: it probably measures the face; "
+                "pick where the trace cuts into the face"
+            )
+    if poor:
+        return Verdict("poor", tuple(reasons))
+    return Verdict("doubtful" if reasons else "good", tuple(reasons))
 
+
+def _more(kind: Kind) -> str:
+    return "add points where the trace bends" if kind == "trace" else "enlarge the patch"
+
+
+def _of_direction(fit: PlaneFit, kind: Kind, t: Thresholds) -> tuple[bool, list[str]]:
+    """Whether the plane is poor for its error, and what is to be said of that."""
+    more_points = "pick more points" if kind == "trace" else "enlarge the patch"
+    angle = confidence_that_counts_deg(fit, kind)
+    if angle is None and fit.n <= 3:
+        return False, [f"three points only: no error can be stated; {more_points}"]
+    if angle is None:
+        return True, [f"only 3 of the {fit.n} points differ: no error can be stated; {more_points}"]
+    if angle > t.poor_confidence95_deg:
+        limit = _deg(t.poor_confidence95_deg)
+        return True, [f"direction uncertain by {_deg(angle)} ({limit} is the limit); {_more(kind)}"]
+    if angle > t.good_confidence95_deg:
+        wanted = _deg(t.good_confidence95_deg)
+        return False, [f"direction uncertain by {_deg(angle)} ({wanted} wanted); {_more(kind)}"]
+    return False, []
+
+
+def _of_shape(fit: PlaneFit, kind: Kind, t: Thresholds) -> list[str]:
+    """What the scatter of the points says against the plane."""
+    reasons = []
     # None is infinite: points exactly in one plane.
     if fit.M is not None and t.good_M >= fit.M:
         reasons.append(
@@ -138,35 +159,19 @@ def judge(
         k = "infinite" if fit.K is None else f"{fit.K:.2g}"
         reasons.append(
             f"almost straight {shape}: collinearity {_number(fit.collinearity)}, K {k} "
-            f"(below {t.good_K:g} wanted); " + more
+            f"(below {t.good_K:g} wanted); {_more(kind)}"
         )
     if fit.hyperbolic_overflow:
         reasons.append(
-            "scatter off the plane is as large as the bend: the hyperbolic error is 90°; " + more
+            "scatter off the plane is as large as the bend: the hyperbolic error is 90°; "
+            + _more(kind)
         )
     if fit.long_roughness:
         reasons.append(
             "roughness as long as the trace: the wider of the two errors counts; "
             "pick a longer trace"
         )
-    extent = feature_extent_m(fit, kind)
-    if resolution_m is not None and resolution_m > 0.0 and extent is not None:
-        ratio = extent / resolution_m
-        if ratio < t.extent_over_resolution:
-            reasons.append(
-                f"extent {_number(ratio)} x resolution ({t.extent_over_resolution:g} wanted); "
-                "pick a longer one or use a finer model"
-            )
-    if kind == "trace" and outcrop_normal is not None:
-        angle_to_face = _axial_angle_deg(fit.normal, np.asarray(outcrop_normal, dtype=np.float64))
-        if angle_to_face is not None and angle_to_face < t.surface_effect_deg:
-            reasons.append(
-                f"only {_deg(angle_to_face)} from the outcrop face: it probably measures the face; "
-                "pick where the trace cuts into the face"
-            )
-    if poor:
-        return Verdict("poor", tuple(reasons))
-    return Verdict("doubtful" if reasons else "good", tuple(reasons))
+    return reasons
 
 
 OFF_PLANE_DEG = 10.0

@@ -32,7 +32,7 @@ def unit_vectors(vectors: npt.ArrayLike) -> Array:
         raise GeometryError(
             f"Orientation {int(np.argmax(bad)) + 1} of {len(v)} is not a direction; leave it out."
         )
-    return v / length[:, None]
+    return np.asarray(v / length[:, None])
 
 
 def orientation_tensor(vectors: npt.ArrayLike) -> tuple[Array, Array]:

@@ -90,7 +90,7 @@ def great_circle(plane: Plane, projection: str = "area", n: int = 91) -> Array:
     if plane.undefined:
         sin_a, cos_a = sin_cos_deg(np.linspace(0.0, 360.0, n))
         return np.stack([sin_a, cos_a], axis=-1)
-    return great_circles(plane.dip_direction_deg, plane.dip_deg, projection, n)[0]
+    return np.asarray(great_circles(plane.dip_direction_deg, plane.dip_deg, projection, n)[0])
 
 
 def small_circle(

@@ -183,7 +183,8 @@ class MeshSurface(VertexSurface):
 
     def _inside(self, faces: Ints, index: int, centre: Array, radius: float) -> Ints:
         off = self.corners(faces).mean(axis=1) - centre
-        return faces[(np.einsum("ij,ij->i", off, off) <= radius**2) | (faces == index)]
+        inside = np.einsum("ij,ij->i", off, off) <= radius**2
+        return np.asarray(faces[inside | (faces == index)])
 
 
 class CloudSurface(VertexSurface):

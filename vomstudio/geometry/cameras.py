@@ -217,7 +217,8 @@ class View:
 
     def depths(self, points: npt.ArrayLike) -> Array:
         """(n,) distances along the optical axis of scene points (n, 3)."""
-        return np.asarray(points, np.float64) @ self.rotation[2] + self.translation[2]
+        along = np.asarray(points, np.float64) @ self.rotation[2]
+        return np.asarray(along + self.translation[2])
 
     def project(self, points: npt.ArrayLike) -> Array:
         """Pixels (n, 2) of scene points (n, 3); NaN as in `Intrinsics.project`. Pixels outside the

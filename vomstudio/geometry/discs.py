@@ -17,4 +17,5 @@ def disc(
     u /= np.linalg.norm(u)
     v = np.cross(n, u)
     angle = np.linspace(0.0, 2.0 * np.pi, corners, endpoint=False)[:, None]
-    return np.asarray(centre, dtype=np.float64) + radius * (np.cos(angle) * u + np.sin(angle) * v)
+    around = radius * (np.cos(angle) * u + np.sin(angle) * v)
+    return np.asarray(np.asarray(centre, dtype=np.float64) + around)

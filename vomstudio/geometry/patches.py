@@ -159,7 +159,7 @@ def ids_of(runs: tuple[tuple[int, int], ...]) -> Ints:
         return np.zeros(0, np.int64)
     first, count = np.array(runs, dtype=np.int64).T
     shift = np.repeat(first - (np.cumsum(count) - count), count)
-    return np.arange(int(count.sum()), dtype=np.int64) + shift
+    return np.asarray(np.arange(int(count.sum()), dtype=np.int64) + shift)
 
 
 def has_id(runs: tuple[tuple[int, int], ...], id_: int) -> bool:

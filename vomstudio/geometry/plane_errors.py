@@ -25,7 +25,7 @@ def joint_quantile(dof: Floats) -> Floats:
     With two degrees in the numerator it has a closed form: P(F > f) = (1 + 2 f / dof)^(-dof / 2).
     """
     with np.errstate(over="ignore"):
-        return np.expm1(-2.0 / dof * np.log(LEVEL))
+        return np.asarray(np.expm1(-2.0 / dof * np.log(LEVEL)))
 
 
 def hyperbolic(n: npt.NDArray[np.int64], values: Floats) -> tuple[Floats, Floats, Bools]:

@@ -150,7 +150,7 @@ def _indices(parts: Floats) -> dict[str, Floats]:
 def members(starts: Ints, counts: Ints) -> Ints:
     """Indices of all points of the groups, group after group."""
     shift = np.repeat(starts - (np.cumsum(counts) - counts), counts)
-    return np.arange(len(shift)) + shift
+    return np.asarray(np.arange(len(shift)) + shift)
 
 
 def _sharpen(

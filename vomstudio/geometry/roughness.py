@@ -213,7 +213,7 @@ def _at_places(series: Floats, place: Floats, dof: Floats, models: _Library) -> 
     spectrum = np.fft.rfft(np.stack(total) / sums[..., None], 2 * m)
     lean = (spectrum.real**2 + spectrum.imag**2) @ models.toeplitz.T + models.white
     remains = np.maximum(m - lean.sum(axis=0), 1e-2 * m)
-    return np.maximum(lean[:2] * (dof[:, None] / remains), 1.0)
+    return np.asarray(np.maximum(lean[:2] * (dof[:, None] / remains), 1.0))
 
 
 def _block_means(series: Floats) -> tuple[Floats, Floats]:

@@ -51,19 +51,28 @@ class Failed:
         return self.error.get("code") == "cancelled"
 
 
+@dataclass(frozen=True)
+class Fault:
+    """A mistake of the program itself, whose trace is in the log; the job ends with an event of its
+    own. job: the one that was being done, 0 for none; what: a few words, see `Failure.what`."""
+
+    job: int
+    what: str
+
+
 Event = Stage | Step | Done | Failed
-_KINDS: dict[str, type[Any]] = {cls.__name__: cls for cls in (Stage, Step, Done, Failed)}
+_KINDS: dict[str, type[Any]] = {cls.__name__: cls for cls in (Stage, Step, Done, Failed, Fault)}
 
 
-def to_line(event: Event) -> str:
+def to_line(event: Event | Fault) -> str:
     return json.dumps({"event": type(event).__name__, **asdict(event)}, allow_nan=False) + "\n"
 
 
-def from_line(line: str) -> Event:
+def from_line(line: str) -> Event | Fault:
     """Raises ValueError where the line is not an event."""
     try:
         values = json.loads(line)
-        event: Event = _KINDS[values.pop("event")](**values)
+        event: Event | Fault = _KINDS[values.pop("event")](**values)
     except (KeyError, TypeError, AttributeError) as error:
         raise ValueError(f"not an event: {line[:80]!r}") from error
     return event

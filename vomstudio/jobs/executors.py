@@ -85,7 +85,8 @@ class Cluster:
             # What it says of lost connections, in tracebacks, is said here in sentences.
             logging.getLogger(name).setLevel(logging.CRITICAL)
         try:
-            self._client = distributed.Client(address, timeout=10, set_as_default=False)
+            connect: Any = distributed.Client
+            self._client: Any = connect(address, timeout=10, set_as_default=False)
         except (OSError, ValueError, TypeError) as error:
             raise UsageError(
                 f"no Dask scheduler answers at {address}; start one, or leave this out",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import itertools
 import json
+import logging
 import os
 import subprocess
 import sys
@@ -15,10 +16,11 @@ from typing import Any
 
 from vomstudio.errors import Cancelled, WorkerError
 from vomstudio.jobs import wire
-from vomstudio.jobs.events import LIFELINE, Done, Event, Failed, from_line
+from vomstudio.jobs.events import LIFELINE, Done, Event, Failed, Fault, from_line
 from vomstudio.jobs.job import Job, Request, Result
 
 Listener = Callable[[Event], None]
+_log = logging.getLogger(__name__)
 
 # Native code that does not look at its token is stopped the hard way after this long.
 _GRACE_S = 3.0
@@ -32,7 +34,10 @@ class Worker:
     dataclass that the job answers with, or Failed.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, on_fault: Callable[[Fault], None] = lambda _: None) -> None:
+        """on_fault : told, like a listener, of each mistake of the program in the child, before the
+        end of the job that it concerns"""
+        self._on_fault = on_fault
         self._lock = threading.RLock()
         self._numbers = itertools.count(1)
         self._process: subprocess.Popen[str] | None = None
@@ -158,9 +163,13 @@ class Worker:
         assert process.stdout is not None
         for line in process.stdout:
             try:
-                self._deliver(from_line(line))
+                event = from_line(line)
             except ValueError:
                 continue
+            if isinstance(event, Fault):
+                self._on_fault(event)
+            else:
+                self._deliver(event)
         process.wait()
         for descriptor in lifeline:
             os.close(descriptor)
@@ -191,7 +200,11 @@ class Worker:
                 self._process = None
             # Jobs that came after the death have a process of their own.
             lost = [job for job, owner in self._owners.items() if owner is process]
-            cancelled = set(self._timers)
+            cancelled, closed = set(self._timers), self._closed
+        if not closed and not cancelled.intersection(lost):
+            ending = _ending(process.returncode)
+            _log.error("the worker process %d ended (%s)", process.pid, ending)
+            self._on_fault(Fault(lost[0] if lost else 0, f"its process ended, {ending}"))
         for job in lost:
             fault = (
                 Cancelled()

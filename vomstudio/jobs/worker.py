@@ -18,7 +18,9 @@ import traceback
 from typing import Any, TextIO
 
 from vomstudio.errors import VomError, WorkerError
-from vomstudio.jobs.events import LIFELINE, Done, Event, Failed, Stage, Step, to_line
+from vomstudio.failures import crashes, hooks
+from vomstudio.failures.desk import DESK
+from vomstudio.jobs.events import LIFELINE, Done, Event, Failed, Fault, Stage, Step, to_line
 from vomstudio.jobs.tasks import TASKS
 from vomstudio.progress import CancelToken
 
@@ -48,14 +50,18 @@ def main() -> int:
     os.dup2(2, 1)
     lock = threading.Lock()
 
-    def send(event: Event) -> None:
+    def send(event: Event | Fault) -> None:
         with lock:
             out.write(to_line(event))
             out.flush()
 
+    job = 0
+    hooks.install(crashes.WORKER)
+    DESK.listen(lambda failure: send(Fault(job, failure.what)))
     jobs: queue.SimpleQueue[tuple[int, str, dict[str, Any], CancelToken]] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(sys.stdin, jobs), daemon=True).start()
     while True:
+        job = 0
         job, name, args, token = jobs.get()
         try:
             token.check()
@@ -68,9 +74,11 @@ def main() -> int:
             fault = WorkerError("there is not enough memory for this; close other programs")
             send(Failed(job, fault.as_dict(), fault.exit_code))
         except BrokenPipeError:
+            hooks.uninstall()
             return 0
         except Exception as error:  # noqa: BLE001  a worker answers for every job it was given
             traceback.print_exc(file=sys.stderr)
+            DESK.report(error, f"in the task {name}")
             fault = WorkerError(f"{name} failed: {type(error).__name__}: {error}")
             send(Failed(job, fault.as_dict(), fault.exit_code))
 
@@ -109,4 +117,5 @@ def _listen(stdin: TextIO, jobs: queue.SimpleQueue[Any]) -> None:
             continue
         token = tokens[job[0]] = CancelToken()
         jobs.put((*job, token))
+    hooks.uninstall()
     os._exit(0)

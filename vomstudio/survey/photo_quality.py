@@ -82,7 +82,6 @@ def blur(pixels: Bytes, mask: npt.NDArray[np.bool_] | None = None) -> float | No
 
     pixels : (h, w) grey; mask : (h, w), True where it counts
     """
-    import cv2
 
     tiles = [tile.astype(np.float32) for tile in _tiles(pixels, mask)]
     for level in range(4):
@@ -93,8 +92,15 @@ def blur(pixels: Bytes, mask: npt.NDArray[np.bool_] | None = None) -> float | No
         if max(known) <= _WIDEST or level == 3:
             return float(max(known) * 2**level)
         # Averaging two pixels adds a little blur of its own, which the measured one dwarfs.
-        tiles = [cv2.resize(t, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA) for t in tiles]
+        tiles = [_halved(tile) for tile in tiles]
     return None
+
+
+def _halved(tile: Floats) -> Floats:
+    import cv2
+
+    half = cv2.resize(tile, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
+    return np.asarray(half, np.float32)
 
 
 def _tiles(pixels: Bytes, mask: npt.NDArray[np.bool_] | None) -> list[Bytes]:
@@ -118,7 +124,8 @@ def _edge_sigma(tiles: list[Floats], axis: int) -> float | None:
 
     ratios = []
     for tile in tiles:
-        tile = cv2.GaussianBlur(tile, (0, 0), _SMOOTH)  # less noise; subtracted below
+        # Less noise; subtracted below.
+        tile = np.asarray(cv2.GaussianBlur(tile, (0, 0), _SMOOTH), np.float32)
         softer = cv2.GaussianBlur(tile, (0, 0), _SIGMA0)
         # Central differences: a wider operator would add its own width.
         kernel = np.array([[-0.5, 0.0, 0.5]], np.float32)

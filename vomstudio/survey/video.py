@@ -254,7 +254,7 @@ def _shift(before: Bytes, after: Bytes) -> float | None:
     if good.sum() < max(12, 0.15 * len(corners)):
         return None
     steps = np.linalg.norm((moved - corners).reshape(-1, 2)[good], axis=1)
-    return float(np.median(steps)) / max(before.shape)
+    return float(np.median(steps)) / float(max(before.shape))
 
 
 def _count(report: FrameReport, reason: str) -> None:

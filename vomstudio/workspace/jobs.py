@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 from vomstudio.errors import WorkerError
-from vomstudio.jobs.events import Done, Event, Failed, Stage, Step
+from vomstudio.failures.desk import DESK
+from vomstudio.jobs.events import Done, Event, Failed, Fault, Stage, Step
 from vomstudio.jobs.job import Job, Lane, Request, Result
 from vomstudio.jobs.supervisor import Worker
 from vomstudio.signals import Signal
@@ -27,6 +29,7 @@ class RunningJob:
     stage: str = ""
     total: int | None = None
     done: int = 0
+    faults: list[Fault] = field(default_factory=list)
 
     def words(self) -> str:
         if not self.stage:
@@ -41,8 +44,9 @@ class Jobs:
 
     def __init__(self, post: Post) -> None:
         self.changed: Signal[()] = Signal()
+        self.closed: Signal[()] = Signal()
         self._post = post
-        self.workers = {lane: Worker() for lane in Lane}
+        self.workers = {lane: Worker(partial(self._hand_over, lane)) for lane in Lane}
         self.jobs: dict[tuple[Lane, int], RunningJob] = {}
         self._refused = 0
         self._closed = False
@@ -83,9 +87,20 @@ class Jobs:
     def visible(self) -> list[RunningJob]:
         return [job for job in self.jobs.values() if not job.quiet]
 
-    def _deliver(self, lane: Lane, event: Event) -> None:
+    def _hand_over(self, lane: Lane, fault: Fault) -> None:
+        self._post(lambda: self._deliver(lane, fault))
+
+    def _deliver(self, lane: Lane, event: Event | Fault) -> None:
         job = self.jobs.get((lane, event.job))
-        if job is None or self._closed:
+        if self._closed:
+            return
+        if job is None:
+            if isinstance(event, Fault):
+                _tell("Work beside the window", event)
+            return
+        if isinstance(event, Fault):
+            # What the job's owner says at its end comes first.
+            job.faults.append(event)
             return
         if isinstance(event, Stage):
             job.stage, job.total, job.done = event.name, event.total, 0
@@ -97,6 +112,8 @@ class Jobs:
                 job.on_done(event.result)
             else:
                 job.on_failed(event)
+            for fault in job.faults:
+                _tell(f"“{job.title}”", fault)
         self.changed.emit()
 
     def finish(self, lane: Lane, timeout_s: float) -> None:
@@ -107,3 +124,12 @@ class Jobs:
         self._closed = True
         for worker in self.workers.values():
             worker.close()
+        self.closed.emit()
+
+
+def _tell(who: str, fault: Fault) -> None:
+    DESK.tell(
+        f"{who} met a mistake of the program ({fault.what}): your project is as it was, and a "
+        "report helps to mend it.",
+        fault.what,
+    )

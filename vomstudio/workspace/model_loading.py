@@ -129,6 +129,10 @@ class ModelLoader:
             if not stop.is_set():
                 self._arrive(key, str(error), then)
             return
+        except Exception:
+            # Or it would be on its way for ever.
+            self._arrive(key, f"{path.name} could not be opened", then)
+            raise
         if stop.is_set():
             return
         surface = surface_of(cloud)
@@ -218,6 +222,9 @@ class ModelLoader:
         except VomError as error:
             self._arrive(key, f"{path.name} cannot be kept at hand: {error}", then)
             return
+        except Exception:
+            self._arrive(key, f"{path.name} could not be opened", then)
+            raise
         data = loaded.data
         # Asked for again and again in the owner's thread, and a tenth of a second for ten million.
         _ = data.bounds

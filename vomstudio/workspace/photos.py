@@ -167,6 +167,11 @@ class PhotoLinks:
             made = ModelPhotos(record.id, record.name, views, folder)
         except VomError as error:
             outcome: ModelPhotos | str = str(error)
+        except Exception:
+            # Or it would be busy for ever.
+            unusable = "The photos could not be used."
+            self._post(lambda: self._take(record.id, unusable, data))
+            raise
         else:
             outcome = made
         self._post(lambda: self._take(record.id, outcome, data))

@@ -76,7 +76,7 @@ class StreamedSurface(CloudSurface):
             places = np.concatenate([where, cloud.points[index[good]]])
             order = np.argsort(distances, kind="stable")[:count]
             best, where = distances[order], places[order]
-        return where[np.isfinite(best)]
+        return np.asarray(where[np.isfinite(best)])
 
     def _near_box(self, low: Array, high: Array) -> Array:
         found = [np.zeros((0, 3))]

@@ -174,7 +174,7 @@ def _nearest() -> npt.NDArray[np.uint8]:
     steps = np.arange(32) * 255.0 / 31.0
     cube = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), -1).reshape(-1, 3)
     _, rows = cKDTree(_palette()).query(cube)
-    return (rows + 1).astype(np.uint8)
+    return np.asarray((rows + 1).astype(np.uint8))
 
 
 def color_numbers(rgb: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:

@@ -146,6 +146,10 @@ class SqliteJournal:
         """The number of the last row."""
         return self._head.seq
 
+    def last_rows(self, count: int) -> list[Row]:
+        """The newest rows, in order; their checksums are not looked at. Raises InputError."""
+        return last_rows(self._db, self.path, count)
+
     def copy_row(
         self,
         kind: str,
@@ -386,6 +390,19 @@ def read_rows(db: sqlite3.Connection, path: Path, schema: int) -> Iterator[Row]:
         raise InputError(
             f"the journal is damaged ({error}); restore it from a copy", file=path
         ) from error
+
+
+def last_rows(db: sqlite3.Connection, path: Path, count: int) -> list[Row]:
+    """The newest rows, in order; their checksums are not looked at. Raises InputError."""
+    query = f"SELECT {COLUMNS} FROM journal ORDER BY seq DESC LIMIT ?"
+    try:
+        found = db.execute(query, (count,)).fetchall()
+    except sqlite3.Error as error:
+        raise InputError(f"the journal is damaged ({error})", file=path) from error
+    return [
+        Row(seq, kind, of_seq, label, _load(before), _load(after), time, version, _load(settings))
+        for seq, kind, of_seq, label, before, after, time, version, settings in reversed(found)
+    ]
 
 
 def _missing(first: int, last: int) -> str:

@@ -133,7 +133,7 @@ def _positions(photos: Sequence[PhotoLike]) -> npt.NDArray[np.float64]:
         return places
     metres = 111_320.0
     east = metres * np.cos(np.radians(np.nanmean(places[:, 1])))
-    return (places - np.nanmedian(places, axis=0)) * [east, metres, 1.0]
+    return np.asarray((places - np.nanmedian(places, axis=0)) * [east, metres, 1.0])
 
 
 def _gps_helps(photos: Sequence[PhotoLike]) -> bool:

@@ -70,7 +70,7 @@ class SparseScene:
 
     def seen_by(self, view: int) -> npt.NDArray[np.int64]:
         """Rows of the points that photo number `view` observes."""
-        return self.track_points[self.track_views == view]
+        return np.asarray(self.track_points[self.track_views == view])
 
     def pixel_at(self, places: npt.NDArray[np.float64]) -> float:
         """Size of a pixel of the photos at points (n, 3), in units of the scene."""

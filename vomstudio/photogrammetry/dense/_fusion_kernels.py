@@ -4,7 +4,21 @@ from __future__ import annotations
 
 import math
 
-from vomstudio.geometry.kernels.jit import kernel
+from vomstudio.geometry.kernels.jit import kernel, step
+
+
+@step
+def _along_ray(there, n0, n1, n2, b0, b1, right, below, gx, gy):  # type: ignore[no-untyped-def]
+    """Depth at which the ray (b0, b1, 1) meets the plane of a pixel of this depth and normal, which
+    lies so many pixels right of and below the centre; 0 where the plane is seen edge on."""
+    along = n0 * b0 + n1 * b1 + n2
+    seen = 0.0
+    if not along > -0.05:
+        straight = n0 * right / gx + n1 * below / gy + n2
+        seen = there * straight / along
+        if abs(seen - there) > 0.02 * there:
+            seen = float(there)
+    return seen
 
 
 @kernel(
@@ -50,15 +64,10 @@ def compare(  # type: ignore[no-untyped-def]
             there = depth2[r, c]
             if there <= 0.0:
                 continue
-            # The other surface along this very ray: through the plane of its pixel.
             n0, n1, n2 = normals2[r, c, 0], normals2[r, c, 1], normals2[r, c, 2]
-            along = n0 * b0 + n1 * b1 + n2
-            if along > -0.05:
+            seen = _along_ray(there, n0, n1, n2, b0, b1, c + 0.5 - dx, r + 0.5 - dy, gx, gy)
+            if seen <= 0.0:
                 continue
-            straight = n0 * (c + 0.5 - dx) / gx + n1 * (r + 0.5 - dy) / gy + n2
-            seen = there * straight / along
-            if abs(seen - there) > 0.02 * there:
-                seen = there
             # Where the other surface's point lies in this photo.
             e = seen - b2
             p0 = move[0, 0] * b0 + move[1, 0] * b1 + move[2, 0]

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from vomstudio.geometry.kernels.jit import fast_part, kernel
+from vomstudio.geometry.kernels.jit import fast_part, kernel, step
 
 RADIUS = 4
 STRIDE = 2
@@ -100,6 +100,70 @@ def _look(ref, x, y, patch, weights, moments):  # type: ignore[no-untyped-def]
     moments[0], moments[1] = mean, square - mean * mean
 
 
+@step
+def _choose(trial, chosen, count):  # type: ignore[no-untyped-def]
+    """The sources in which the present plane fits best judge the others. Returns the sum of its
+    costs in them; those are spoilt in `trial`."""
+    best = np.float32(0.0)
+    for k in range(count):
+        c = 0
+        for s in range(1, len(trial)):
+            if trial[s] < trial[c]:
+                c = s
+        chosen[k] = c
+        best += trial[c]
+        trial[c] = np.float32(9.0)
+    return best
+
+
+@step
+def _beside(k, x, y, reach):  # type: ignore[no-untyped-def]
+    """The four neighbours of a pixel, and the four that are so far from it."""
+    far_off = 1 if k < 4 else reach
+    side = k % 4
+    i = x + (far_off if side == 0 else (-far_off if side == 1 else 0))
+    j = y + (far_off if side == 2 else (-far_off if side == 3 else 0))
+    return i, j
+
+
+@step
+def _changed(k, q, random, low, high, unit, spread):  # type: ignore[no-untyped-def]
+    """A trial's inverse depth, and by how much its normal is tilted: the ninth changes the depth
+    alone, the tenth the normal, the eleventh both, at first throughout what is allowed."""
+    tilt = spread
+    if k == 8:
+        q += np.float32(2.0) * spread * unit * (np.float32(2.0) * random - np.float32(1.0))
+        tilt = np.float32(0.0)
+    elif k == 10:
+        if spread < np.float32(0.2):
+            q += np.float32(0.3) * spread * unit * (np.float32(2.0) * random - np.float32(1.0))
+            tilt = np.float32(0.3) * spread
+        else:
+            q = low + (high - low) * random
+            tilt = np.float32(1.0)
+    return q, tilt
+
+
+@step
+def _reached(ax, ay, az, deep, p, q, fx, fy, rx, ry):  # type: ignore[no-untyped-def]
+    """Depth at which the ray (rx, ry, 1) meets the plane of a normal through what lies so deep on
+    the ray (p fx, q fy, 1); 0, which is no depth, where it would be seen edge on."""
+    there = ax * p * fx
+    there += ay * q * fy + az
+    along = ax * rx + ay * ry + az
+    return np.float32(0.0) if along > np.float32(-0.05) else deep * there / along
+
+
+@step
+def _tilted(nx, ny, nz, tilt, a, b, c):  # type: ignore[no-untyped-def]
+    """A normal changed by random numbers from 0 to 1."""
+    ax = nx + tilt * (np.float32(2.0) * a - np.float32(1.0))
+    ay = ny + tilt * (np.float32(2.0) * b - np.float32(1.0))
+    az = nz + tilt * (np.float32(2.0) * c - np.float32(1.0))
+    length = math.sqrt(ax * ax + ay * ay + az * az) + np.float32(1e-9)
+    return ax / length, ay / length, az / length
+
+
 @kernel(
     "void(f4[:,::1], f4[:,:,::1], i8[:,::1], f4[:,:,::1], f4[:,::1], f4[::1], u1[:,::1],"
     " f4[:,::1], f4[:,:,::1], f4[:,:,::1], u4[::1], f4, f4, f4, f4, i8, i8, i8, i8, i8)",
@@ -118,10 +182,8 @@ def sweep(  # type: ignore[no-untyped-def]
     wanted : (h, w) pixels to work on; others only hand their planes on
     depth, normal : (h, w), (h, w, 3) the planes; all are set
     costs : (h, w, n) of the plane in each source
-    near, far : depths allowed
-    unit : change of inverse depth for a pixel of disparity
-    spread : size of the random changes, 1 at first
-    most : sources that count, the best ones
+    near, far : depths allowed; unit : change of inverse depth for a pixel of disparity
+    spread : size of the random changes, 1 at first; most : sources that count, the best ones
     reach : distance of the farther neighbours whose planes are tried, odd, or 0
     """
     h, w = ref.shape
@@ -148,66 +210,24 @@ def sweep(  # type: ignore[no-untyped-def]
                     turns[s], shifts[s], lens, patch, weights, moments,
                 )  # fmt: skip
                 trial[s] = costs[y, x, s]
-            # The sources in which the present plane fits best judge the others.
-            best = np.float32(0.0)
-            for k in range(count):
-                c = 0
-                for s in range(1, n):
-                    if trial[s] < trial[c]:
-                        c = s
-                chosen[k] = c
-                best += trial[c]
-                trial[c] = np.float32(9.0)
-            best *= share
+            best = share * _choose(trial, chosen, count)
             for k in range(11):
                 if k < 8:
-                    far_off = 1 if k < 4 else reach
-                    if far_off == 0:
-                        continue
-                    side = k % 4
-                    i = x + (far_off if side == 0 else (-far_off if side == 1 else 0))
-                    j = y + (far_off if side == 2 else (-far_off if side == 3 else 0))
-                    if i < 0 or j < 0 or i >= w or j >= h:
+                    i, j = _beside(k, x, y, reach)
+                    if (i == x and j == y) or i < 0 or j < 0 or i >= w or j >= h:
                         continue
                     ax, ay, az = normal[j, i, 0], normal[j, i, 1], normal[j, i, 2]
-                    there = ax * (np.float32(i) - lens[2]) * lens[0]
-                    there += ay * (np.float32(j) - lens[3]) * lens[1] + az
-                    along = ax * rx + ay * ry + az
-                    if along > np.float32(-0.05):
-                        continue
-                    d = depth[j, i] * there / along
+                    p, q = np.float32(i) - lens[2], np.float32(j) - lens[3]
+                    d = _reached(ax, ay, az, depth[j, i], p, q, lens[0], lens[1], rx, ry)
                     near_by = abs(d - z) < np.float32(0.05) * unit * z * z
                     if near_by and ax * nx + ay * ny + az * nz > np.float32(0.9998):
                         continue
                 else:
-                    q = np.float32(1.0) / z
-                    tilt = spread
-                    if k == 8:
-                        q += (
-                            np.float32(2.0)
-                            * spread
-                            * unit
-                            * (np.float32(2.0) * _random(seeds, at) - np.float32(1.0))
-                        )
-                        tilt = np.float32(0.0)
-                    elif k == 10:
-                        if spread < np.float32(0.2):
-                            q += (
-                                np.float32(0.3)
-                                * spread
-                                * unit
-                                * (np.float32(2.0) * _random(seeds, at) - np.float32(1.0))
-                            )
-                            tilt = np.float32(0.3) * spread
-                        else:
-                            q = low + (high - low) * _random(seeds, at)
-                            tilt = np.float32(1.0)
+                    shift = np.float32(0.0) if k == 9 else _random(seeds, at)
+                    q, tilt = _changed(k, np.float32(1.0) / z, shift, low, high, unit, spread)
                     d = np.float32(1.0) / max(q, np.float32(1e-20))
-                    ax = nx + tilt * (np.float32(2.0) * _random(seeds, at) - np.float32(1.0))
-                    ay = ny + tilt * (np.float32(2.0) * _random(seeds, at) - np.float32(1.0))
-                    az = nz + tilt * (np.float32(2.0) * _random(seeds, at) - np.float32(1.0))
-                    length = math.sqrt(ax * ax + ay * ay + az * az) + np.float32(1e-9)
-                    ax, ay, az = ax / length, ay / length, az / length
+                    a, b, c = _random(seeds, at), _random(seeds, at), _random(seeds, at)
+                    ax, ay, az = _tilted(nx, ny, nz, tilt, a, b, c)
                     size = math.sqrt(rx * rx + ry * ry + np.float32(1.0))
                     if ax * rx + ay * ry + az > np.float32(-0.15) * size:
                         continue

@@ -105,7 +105,8 @@ def write_workspace(
         mine = scene.track_views == number - 1
         seen = scene.track_points[mine]
         place[mine] = np.arange(len(seen))
-        image.points2D = [pycolmap.Point2D(xy) for xy in photo.view.project(scene.points[seen])]
+        pixels = photo.view.project(scene.points[seen])
+        image.points2D = pycolmap.Point2DList([pycolmap.Point2D(xy) for xy in pixels])
         pose = pycolmap.Rigid3d(
             pycolmap.Rotation3d(np.asarray(photo.view.rotation, np.float64)),
             np.asarray(photo.view.translation, np.float64),

@@ -38,11 +38,12 @@ def sky_fringe(
     # Mortar and plaster have holes too: sky is where a whole square is bare and without depth.
     square = (_OPEN, _OPEN)
     free = cv2.blur((bare & valid & ~has).astype(np.float32), square) > _FREE_SHARE
-    reached = cv2.dilate(free.astype(np.uint8), np.ones(square, np.uint8)) & ~has
+    grown = np.asarray(cv2.dilate(free.astype(np.uint8), np.ones(square, np.uint8)), np.uint8)
+    reached = grown & ~has
     cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
     for _ in range(_REACH):
         reached = np.where(bare, cv2.dilate(reached, cross), reached)
-    fringe = has & (reached > 0)
+    fringe = np.asarray(has & (reached > 0))
     if not fringe.any():
         return fringe
     sky = (bare & (reached > 0)).astype(np.float32)

@@ -243,7 +243,8 @@ class _Setting:
 
 def _from_centres(lens: Intrinsics) -> Array:
     """The calibration matrix for pixels counted from the centre of the first one."""
-    return lens.matrix - np.array([[0.0, 0.0, 0.5], [0.0, 0.0, 0.5], [0.0, 0.0, 0.0]])
+    half = np.array([[0.0, 0.0, 0.5], [0.0, 0.0, 0.5], [0.0, 0.0, 0.0]])
+    return np.asarray(lens.matrix - half)
 
 
 def _shrunk(gray: npt.NDArray[np.uint8], reduction: int) -> Pixels:

@@ -286,7 +286,7 @@ def depth_colors(
 ) -> npt.NDArray[np.uint8]:
     """(h, w, 3); pixels without a depth are NOTHING."""
     place = np.clip((depth - low) / (high - low) * len(table), 0, len(table) - 1).astype(np.intp)
-    picture = table[place]
+    picture = np.asarray(table[place])
     picture[depth <= 0] = NOTHING
     return picture
 

@@ -255,7 +255,7 @@ def _odd(
     from_median(rows.starts, smoothed, distance, spread)
     # Photos of one place differ by misplacement and by the light: learn by how much.
     usual = float(np.median(distance[distance > 0])) if (distance > 0).any() else 0.0
-    odd = distance > np.maximum(max(_LEAST_ODD, 6.0 * usual), 2.5 * spread)
+    odd = np.asarray(distance > np.maximum(max(_LEAST_ODD, 6.0 * usual), 2.5 * spread))
     for view in range(count):
         mine = rows.of_view(view)
         if not odd[mine].any():

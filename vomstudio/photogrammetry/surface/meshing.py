@@ -413,7 +413,7 @@ def _colors(
     if colors is None:
         return None
     near = tree.query(vertices, k=min(4, tree.n))[1].reshape(len(vertices), -1)
-    return np.rint(colors[near].astype(np.float32).mean(axis=1)).astype(np.uint8)
+    return np.asarray(np.rint(colors[near].astype(np.float32).mean(axis=1)).astype(np.uint8))
 
 
 def _verify(vertices: Array, faces: Faces) -> None:

@@ -99,14 +99,13 @@ def draw_tile(task: TileTask) -> Tile:
 def _levels(corners: Array, pixels: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
     """Level of the pyramid at which a pixel is about a texel."""
 
-    def area(p: Any) -> Any:
+    def area(p: Any) -> npt.NDArray[np.float64]:
         a, b = p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]
-        return np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+        return np.asarray(np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]))
 
     ratio = area(pixels.astype(np.float64)) / np.maximum(area(corners), 1e-12)
-    return np.clip(np.floor(0.5 * np.log2(np.maximum(ratio, 1e-12)) + 0.4), 0, _MAX_LEVEL).astype(
-        np.int64
-    )
+    level = np.floor(0.5 * np.log2(np.maximum(ratio, 1e-12)) + 0.4)
+    return np.asarray(np.clip(level, 0, _MAX_LEVEL).astype(np.int64))
 
 
 def draw_pages(

@@ -43,7 +43,7 @@ def components(faces: Faces, among: npt.NDArray[np.bool_] | None = None) -> npt.
         face, other = face[kept], other[kept]
     n = len(faces)
     links = coo_matrix((np.ones(len(face), np.int8), (face, other)), shape=(n, n))
-    labels = connected_components(links, directed=False)[1].astype(np.int32)
+    labels: npt.NDArray[np.int32] = connected_components(links, directed=False)[1].astype(np.int32)
     if among is None:
         return labels
     labels[~among] = -1
@@ -76,7 +76,9 @@ def vertex_normals(vertices: Array, faces: Faces) -> Array:
             faces.ravel(), np.repeat(cross[:, axis], 3), minlength=len(vertices)
         )
     length = np.linalg.norm(total, axis=1, keepdims=True)
-    return np.divide(total, length, out=np.zeros_like(total), where=length > 0)
+    unit = np.zeros_like(total)
+    np.divide(total, length, out=unit, where=length > 0)
+    return unit
 
 
 def make_manifold(vertices: Array, faces: Faces) -> tuple[Array, Faces]:

@@ -143,7 +143,7 @@ def draw_stereonet(figure: Figure, net: NetContents, style: NetStyle = PRINT) ->
     return NetArtists(
         ax, net, style, page.radius * page.px, (page.cx * page.px, page.cy * page.px),
         positions, arcs, rows, poles, emphasis,
-        [tuple(v * page.px for v in box) for box in page.text_boxes],
+        [(a * page.px, b * page.px, c * page.px, d * page.px) for a, b, c, d in page.text_boxes],
     )  # fmt: skip
 
 
@@ -178,4 +178,4 @@ def _distance_to_arcs(point: Array, arcs: Array) -> Array:
     square = np.maximum(np.sum(along**2, axis=-1), 1e-300)
     t = np.clip(np.sum((point - a) * along, axis=-1) / square, 0.0, 1.0)
     nearest = a + t[..., None] * along
-    return np.min(np.hypot(*np.moveaxis(nearest - point, -1, 0)), axis=1)
+    return np.asarray(np.min(np.hypot(*np.moveaxis(nearest - point, -1, 0)), axis=1))

@@ -80,7 +80,8 @@ def _mixed(color: str, other: str, share: float = 0.5) -> str:
     from matplotlib.colors import to_hex, to_rgb
 
     pairs = zip(to_rgb(color), to_rgb(other), strict=True)
-    return to_hex([(1.0 - share) * a + share * b for a, b in pairs])
+    red, green, blue = ((1.0 - share) * a + share * b for a, b in pairs)
+    return to_hex((red, green, blue))
 
 
 @lru_cache(maxsize=256)

@@ -158,7 +158,8 @@ def _transform(plan: Plan) -> Affine:
     """Of a map from pixels to World; of any other picture to metres in its own plane."""
     grid, matrix = plan.grid, plan.pixel_to_world
     if plan.frame.is_vertical:
-        a, b, c, d, e, f = [*matrix[0, [0, 1, 3]].tolist(), *matrix[1, [0, 1, 3]].tolist()]
+        a, b, c = matrix[0, [0, 1, 3]].tolist()
+        d, e, f = matrix[1, [0, 1, 3]].tolist()
         return (a, b, c, d, e, f)
     return (grid.gsd, 0.0, grid.left, 0.0, -grid.gsd, -grid.top)
 

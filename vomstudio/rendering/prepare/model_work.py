@@ -11,6 +11,8 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.errors import VomError
+from vomstudio.failures.desk import DESK
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
@@ -167,5 +169,7 @@ class ModelWork:
         except Stopped:
             pass
         except Exception as error:  # noqa: BLE001 - as above
+            if not isinstance(error, VomError):
+                DESK.report(error, what)
             with contextlib.suppress(Stopped):
                 emit(Problem(f"{what}: {error}"))

@@ -13,7 +13,8 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import InputError
+from vomstudio.errors import InputError, VomError
+from vomstudio.failures.desk import DESK
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.streaming.octree import CloudNodes, Piece, StreamedCloud, View
 from vomstudio.rendering.prepare import vtk_data
@@ -146,6 +147,8 @@ class Streamer:
         except Stopped:
             pass
         except Exception as error:  # noqa: BLE001 - a thread has nobody above it to tell
+            if not isinstance(error, VomError):
+                DESK.report(error, "while points of a cloud were read")
             try:
                 self._emit(Problem(f"Nothing more of a cloud can be shown: {error}"))
                 self._emit(ViewDone(turn))

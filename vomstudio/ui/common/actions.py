@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -10,6 +11,8 @@ from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.ui.common import theme
+
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -64,6 +67,7 @@ class Actions(QObject):
         """Run an action if it can run now."""
         command = self._commands[name]
         if command.why_not() is None:
+            _log.info("action %s", name)
             command.run()
         self.refresh()
 

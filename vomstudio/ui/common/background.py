@@ -7,13 +7,16 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QObject, QRunnable, Qt, QThreadPool, Signal
 
+from vomstudio.failures import hooks
+
 Work = Callable[[], object]
 Then = Callable[[object], None]
 
 
 class Background(QObject):
     """Runs work in a thread and hands what it returns to the GUI's thread, unless its owner is gone
-    by then. Work must not raise: what can go wrong it returns."""
+    by then. Work must not raise: what can go wrong it returns. Where it does, the mistake is told
+    of and nothing is handed over."""
 
     _done = Signal(object, object)
 
@@ -40,7 +43,11 @@ class _Piece(QRunnable):
         self._owner, self._work, self._then = owner, work, then
 
     def run(self) -> None:
-        made = self._work()
+        try:
+            made = self._work()
+        except Exception as error:  # noqa: BLE001 - a thread of Qt's has nobody above it
+            hooks.tell(error)
+            return
         # The window may be gone, and Qt's side of the owner with it.
         with contextlib.suppress(RuntimeError):
             self._owner._done.emit(self._then, made)

@@ -100,15 +100,19 @@ class MessageBar(QFrame):
                 old.hide()
                 old.deleteLater()
         for text, call in buttons:
-            button = QPushButton(text)
-            button.clicked.connect(self.hide)
-            button.clicked.connect(call)
-            self._buttons.addWidget(button)
+            self.offer(text, call)
         self._icon.setPixmap(theme.icon(_ICONS[notice.level]).pixmap(18, 18))
         self.setStyleSheet(f"#message_bar {{ border-left: 5px solid {_COLORS[notice.level]}; }}")
         self._text.setText(notice.text)
         self.show()
         self._place()
+
+    def offer(self, text: str, call: object) -> None:
+        """One more button beside what is said."""
+        button = QPushButton(text)
+        button.clicked.connect(self.hide)
+        button.clicked.connect(call)
+        self._buttons.addWidget(button)
 
     def end_hint(self) -> None:
         """The user has gone on."""

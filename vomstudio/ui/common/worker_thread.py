@@ -5,6 +5,8 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
+from vomstudio.failures import hooks
+
 Work = Callable[[], None]
 
 
@@ -41,4 +43,9 @@ class WorkerThread:
                     if self.closed:
                         return
                     self._more.wait()
-            work()
+            try:
+                work()
+            except Exception as error:  # noqa: BLE001 - the next piece is wanted all the same
+                hooks.tell(error)
+            # Nor may it hold what the piece had in hand while it waits.
+            del work

@@ -64,6 +64,25 @@ class PhotoDocument(QObject):
         stored = stored_path(self._studio.project.folder, self.folder)
         return next((s for s in photo_sets(self._studio.records) if s.path == stored), None)
 
+    def last_folder(self) -> Path | None:
+        """The photos that were added last, where they are to be found."""
+        home = self._studio.project.folder
+        for each in reversed(list(photo_sets(self._studio.records))):
+            # A project that was moved together with its photos.
+            for place in (home / each.path, home.parent / each.name):
+                if place.is_dir():
+                    return place
+        return None
+
+    def moved_from(self) -> PhotoSet | None:
+        """The record of a folder of this name that is not where it was: it is this one, moved."""
+        if self.folder is None or self.photo_set is not None:
+            return None
+        home = self._studio.project.folder
+        sets = [s for s in photo_sets(self._studio.records) if s.name == self.folder.name]
+        gone = [s for s in sets if not (home / s.path).is_dir()]
+        return gone[0] if len(gone) == 1 else None
+
     @property
     def taken_in(self) -> bool:
         found = self.photo_set

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from vomstudio.document.edits import new_id
-from vomstudio.document.photo_edits import PointState, add_photo_set, take_in
+from vomstudio.document.photo_edits import PointState, add_photo_set, locate_photos, take_in
 from vomstudio.document.records import PhotoSet
 from vomstudio.errors import VomError
 from vomstudio.io.control.control_files import marks_beside
@@ -43,6 +43,9 @@ class PhotoIntake:
         """Take in the photos that are looked at, if that was not done, or once more, then call
         `then`. given : control points and marks where none lie beside the photos."""
         folder, project = self._document.folder, self._studio.project
+        if folder is not None and (moved := self._document.moved_from()) is not None:
+            path = stored_path(project.folder, folder)
+            self._studio.attempt(locate_photos, moved.id, path)
         if folder is None or (self._document.taken_in and not again):
             self._taken_in(rows)
             then(None)

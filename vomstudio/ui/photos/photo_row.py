@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+
+from vomstudio.survey.check_results import SurveyReport
 
 
 @dataclass
@@ -28,3 +31,20 @@ class PhotoRow:
     findings: list[str] = field(default_factory=list)
     found_mask: str | None = None
     found_sha256: str = ""
+
+
+def tell_rows(rows: Sequence[PhotoRow], report: SurveyReport) -> None:
+    """Give each row what a survey check has found of its photo."""
+    by_name = {row.name: row for row in rows}
+    for row in rows:
+        row.findings = []
+    for facts in report.photos:
+        seen = by_name.get(facts.name)
+        if seen is not None:
+            seen.gsd_m, seen.views = facts.gsd_m, facts.views
+            if facts.blur is not None:
+                seen.blur = facts.blur
+    for finding in report.findings:
+        for name in finding.photos:
+            if name in by_name:
+                by_name[name].findings.append(finding.text)

@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 import contextlib
-import itertools
-import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from vomstudio.document.photo_edits import add_reconstruction
-from vomstudio.errors import VomError, WorkerError
+from vomstudio.errors import VomError
 from vomstudio.io.control.control_files import find_control
 from vomstudio.io.control.points import CONTROL, MARKS
-from vomstudio.io.photos.cameras_file import FILE_NAME, read_cameras
-from vomstudio.io.project.reconstructions import read_reconstruction
 from vomstudio.io.project.taking_in import RECONSTRUCTIONS
 from vomstudio.jobs import job as jobs
-from vomstudio.jobs import wire
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.job import Lane, Result
 from vomstudio.jobs.photo_tasks import CHECK_PHOTOS, LIST_PHOTOS, PhotoList, PhotosIn
@@ -27,11 +21,12 @@ from vomstudio.jobs.reconstruction_tasks import RECONSTRUCT, Reconstruction
 from vomstudio.jobs.survey_tasks import FORESEE, ControlFacts, Forecast, ForecastOrder
 from vomstudio.survey.check_results import Finding, SurveyReport
 from vomstudio.ui.common.studio import Notice, Studio
-from vomstudio.ui.photos.make_settings import MakeSettings, asked_for
+from vomstudio.ui.photos import made_models
+from vomstudio.ui.photos.make_settings import MakeSettings
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_exports import PhotoExports
 from vomstudio.ui.photos.photo_intake import PhotoIntake
-from vomstudio.ui.photos.photo_row import PhotoRow
+from vomstudio.ui.photos.photo_row import PhotoRow, tell_rows
 from vomstudio.workspace.jobs import RunningJob
 
 # What does not listen is stopped the hard way before that.
@@ -81,6 +76,7 @@ class PhotoSurvey(QObject):
         self._tables_soon.setSingleShot(True)
         self._tables_soon.setInterval(_TABLES_MS)
         self._tables_soon.timeout.connect(self.control_written)
+        studio.jobs.closed.connect(self._tables_soon.stop)
         self.marks_changed.connect(self._tables_soon.start)
         studio.project_opened.connect(self._project_opened)
         studio.jobs_changed.connect(self.changed)
@@ -124,19 +120,10 @@ class PhotoSurvey(QObject):
         return None if self.forecast is None else self.forecast.control
 
     def out(self) -> Path | None:
-        """Where the model of these photos in this quality is made, or was begun. One of another
-        quality or of another folder of this name, which may have been measured on, stays as it
-        is."""
+        """Where the model of these photos in this quality is made, or was begun."""
         if self.folder is None:
             return None
-        place = self._studio.project.folder / RECONSTRUCTIONS
-        for number in itertools.count(1):
-            again = "" if number == 1 else f"-{number}"
-            out = place / f"{self.folder.name}{again}-{self.quality}"
-            asked = asked_for(out / "request.json")
-            if asked is None or _same_photos(asked[0], self.folder):
-                return out
-        return None
+        return made_models.folder_for(self._studio.project.folder, self.folder, self.quality)
 
     def choose_quality(self, quality: str) -> None:
         self.choose(replace(self.settings, quality=quality))
@@ -155,7 +142,7 @@ class PhotoSurvey(QObject):
     def begun(self) -> bool:
         """An earlier run has finished some stages and no more."""
         out = self.out()
-        return out is not None and (out / "work").is_dir() and not (out / "report.html").exists()
+        return out is not None and made_models.is_begun(out)
 
     # --- photos ------------------------------------------------------------------------------
     def open(self, folder: Path, settings: MakeSettings | None = None) -> None:
@@ -206,7 +193,8 @@ class PhotoSurvey(QObject):
 
     def _checked(self, report: SurveyReport) -> None:
         self._take(report)
-        if (after := self._earlier_survey()) is not None:
+        out = self.out()
+        if out is not None and (after := made_models.earlier_survey(out)) is not None:
             self._take(after)
         self._show_cameras()
         self.rows_changed.emit()
@@ -287,32 +275,10 @@ class PhotoSurvey(QObject):
         )
         return [("info", words), *(("warning", text) for text in facts.warnings)]
 
-    def _earlier_survey(self) -> SurveyReport | None:
-        """What a finished reconstruction of these photos has told of them."""
-        out = self.out()
-        if out is None:
-            return None
-        try:
-            found = json.loads((out / "reconstruction.json").read_text(encoding="utf-8"))
-            return wire.decode(SurveyReport, found["survey"])
-        except (OSError, ValueError, TypeError, KeyError, WorkerError):
-            return None
-
     def _take(self, report: SurveyReport) -> None:
         """The findings of a survey check, before or after the alignment."""
         self.findings, self.verdict = report.findings, report.verdict
-        for each in self.rows:
-            each.findings = []
-        by_name = {row.name: row for row in self.rows}
-        for facts in report.photos:
-            if row := by_name.get(facts.name):
-                row.gsd_m, row.views = facts.gsd_m, facts.views
-                if facts.blur is not None:
-                    row.blur = facts.blur
-        for finding in self.findings:
-            for name in finding.photos:
-                if row := by_name.get(name):
-                    row.findings.append(finding.text)
+        tell_rows(self.rows, report)
 
     def _stop_reading(self) -> None:
         self._foreseeing = None
@@ -368,15 +334,7 @@ class PhotoSurvey(QObject):
     def aligned_folder(self) -> Path | None:
         """A reconstruction of these photos with cameras: in this quality, else the newest one."""
         out = self.out()
-        if out is None or self.folder is None:
-            return None
-        if (out / FILE_NAME).exists():
-            return out
-        folders = [each.parent for each in out.parent.glob(f"*/{FILE_NAME}")]
-        asked = {each: asked_for(each / "request.json") for each in folders}
-        mine = [each for each, found in asked.items()
-                if found is not None and _same_photos(found[0], self.folder)]  # fmt: skip
-        return max(mine, key=lambda each: (each / FILE_NAME).stat().st_mtime, default=None)
+        return None if out is None or self.folder is None else made_models.aligned(out, self.folder)
 
     def check_again(self) -> None:
         """Masks have changed what the photos are worth."""
@@ -417,7 +375,8 @@ class PhotoSurvey(QObject):
             self._studio.notice.emit(Notice(words + said))
             # The project may have been saved under another name meanwhile.
             place = self._studio.project.folder / RECONSTRUCTIONS / out.name
-            self._record(place, name)
+            if (photo_set := self.document.photo_set) is not None:
+                made_models.record(self._studio, photo_set.id, place, name)
             self._studio.open_model(place / Path(result.mesh).name, name)
 
         def failed(event: Failed) -> None:
@@ -438,18 +397,6 @@ class PhotoSurvey(QObject):
         )
         self.changed.emit()
 
-    def _record(self, place: Path, name: str) -> None:
-        """What was made, and the registration that was found, become records."""
-        photo_set = self.document.photo_set
-        if photo_set is None:
-            return
-        try:
-            made = read_reconstruction(place, photo_set.id, name)
-        except VomError as error:
-            self._studio.fail(error)
-            return
-        self._studio.attempt(add_reconstruction, *made)
-
     def stop_to_move(self) -> None:
         """The project's folder is about to be moved: stop the work, which then goes on there."""
         if self._making is not None:
@@ -463,26 +410,10 @@ class PhotoSurvey(QObject):
             self._studio.jobs.cancel(self._making)
 
     def _show_cameras(self) -> None:
-        """Places and directions as they were found, where a model has been made."""
         out = self.out()
-        if out is None or not (out / FILE_NAME).exists():
-            return
-        try:
-            cameras = read_cameras(out / FILE_NAME)
-        except VomError:
-            return
-        self.has_north = cameras.crs is not None
-        rows = {row.name: row for row in self.rows}
-        for view in cameras.views:
-            if row := rows.get(view.name):
-                x, y, _ = view.centre
-                dx, dy, _ = view.direction
-                size = (dx * dx + dy * dy) ** 0.5
-                row.place = (float(x), float(y))
-                row.looks = (float(dx / size), float(dy / size)) if size > 0.2 else None
-        for row in self.rows:
-            if row.name not in {view.name for view in cameras.views}:
-                row.place = row.looks = None
+        known = None if out is None else made_models.show_cameras(out, self.rows)
+        if known is not None:
+            self.has_north = known
 
     def _project_opened(self) -> None:
         self._stop_reading()
@@ -493,18 +424,8 @@ class PhotoSurvey(QObject):
         self.document.look_at(None)
         self.rows_changed.emit()
         # The newest is the one that the user was at.
-        asked = (self._studio.project.folder / RECONSTRUCTIONS).glob("*/request.json")
-        for request in sorted(asked, key=lambda path: -path.stat().st_mtime)[:1]:
-            if (found := asked_for(request)) is None:
-                continue
-            folder, settings = found
-            # A project that was moved together with its photos.
-            for place in (folder, self._studio.project.folder.parent / folder.name):
-                if place.is_dir():
-                    self.open(place, settings)
-                    break
-
-
-def _same_photos(asked: Path, folder: Path) -> bool:
-    """Whether a reconstruction was made of these photos; those that are gone have been moved."""
-    return not asked.is_dir() or asked.resolve() == folder.resolve()
+        project = self._studio.project.folder
+        if (made := made_models.newest(project)) is not None:
+            self.open(*made)
+        elif (photos := self.document.last_folder()) is not None:
+            self.open(photos)

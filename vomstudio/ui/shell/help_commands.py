@@ -5,6 +5,7 @@ from __future__ import annotations
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 from vomstudio.ui.common.actions import Actions, Command
+from vomstudio.ui.shell.failure_notices import Host, save_report
 from vomstudio.version import __version__
 
 _MOUSE = (
@@ -20,11 +21,14 @@ _ABOUT = (
 )
 
 
-def commands(actions: Actions, parent: QWidget) -> list[Command]:
+def commands(actions: Actions, host: Host, parent: QWidget) -> list[Command]:
     """parent : of the dialogs"""
     return [
         Command("shortcuts", "&Shortcuts", lambda: _shortcuts(parent, actions),
                 "keyboard-outline", "F1"),
+        Command("save_report", "Save a &report…", lambda: save_report(host, parent),
+                "file-alert-outline", (),
+                "What went wrong, as a text that you can read before giving it to anybody"),
         Command("about", "&About VOM Studio",
                 lambda: QMessageBox.about(parent, "VOM Studio", _ABOUT)),
     ]  # fmt: skip

@@ -46,6 +46,7 @@ class JobsPanel(QTableWidget):
         self._clock.setInterval(1000)
         self._clock.timeout.connect(self._show_times)
         jobs.changed.connect(self._refresh)
+        jobs.closed.connect(self._clock.stop)
 
     def _refresh(self) -> None:
         running = {id(job): job for job in self._jobs.visible()}

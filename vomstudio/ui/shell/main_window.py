@@ -82,6 +82,11 @@ class MainWindow(QMainWindow):
         self.studio.project_opened.emit()
         self.actions_table.refresh()
 
+    @property
+    def filled(self) -> bool:
+        """Whether the studio and the panels are there."""
+        return self._filled
+
     # --- parts -------------------------------------------------------------------------------
     def _make_models(self) -> None:
         """What several panels show, or several commands work on."""
@@ -159,7 +164,7 @@ class MainWindow(QMainWindow):
             *net_commands.commands(studio, lambda: getattr(self, "net", None), self),
             *feature_commands.commands(studio, self._open_types),
             *display_commands.commands(studio, view, self.cameras, self.docks),
-            *help_commands.commands(self.actions_table, self),
+            *help_commands.commands(self.actions_table, self, self),
         ]
 
     def _make_centre(self) -> None:
@@ -310,7 +315,10 @@ class MainWindow(QMainWindow):
         self.studio.offer_recovery()
         # The net's library takes a second to import: after the first frame, and in a thread.
         viewport.first_frame.connect(self._late.begin)
-        QTimer.singleShot(_LONGEST_WAIT_MS, self._late.begin)
+        self._late_timer = QTimer(self)
+        self._late_timer.setSingleShot(True)
+        self._late_timer.timeout.connect(self._late.begin)
+        self._late_timer.start(_LONGEST_WAIT_MS)
         self._refresh()
 
     def _join_panels(self, viewport: Viewport) -> None:
@@ -399,9 +407,10 @@ class MainWindow(QMainWindow):
         if not self.photo_opening.may_close() or not self.files.ask_to_keep():
             event.ignore()
             return
-        self._settings.window = kept_window.to_keep(self, self.docks.state())
+        self.studio.settings.window = kept_window.to_keep(self, self.docks.state())
         self.studio.keep_settings()
         self.view.keep_camera()
+        self._late_timer.stop()
         self.view.close()
         self._photo_shown.close()
         self.studio.close()

@@ -33,7 +33,7 @@ MENUS = (
                     "brush_smaller", "brush_larger", "|", "feature_types")),
     ("&Analyse", ("along_beta", "along_line", "face_plane", "|", "keep_intersection",
                   "intersection_of_sets", "|", "orthophoto", "|", "show_stereonet")),
-    ("&Help", ("shortcuts", "about")),
+    ("&Help", ("shortcuts", "save_report", "|", "about")),
 )  # fmt: skip
 
 _TOOLBAR = ("open", "save", "|", "navigate", "trace", "patch", "line", "measure", "|",

@@ -40,12 +40,15 @@ def run_window(paths: Sequence[str]) -> int:
 
     from vomstudio.errors import VomError
     from vomstudio.io.settings import read_settings
-    from vomstudio.ui.common import theme
+    from vomstudio.ui.common import qt_messages, theme
+    from vomstudio.ui.shell.failure_notices import FailureNotices
     from vomstudio.ui.shell.main_window import MainWindow
 
     theme.at_least_nine_points(application)
     settings, problems = read_settings()
+    qt_messages.install()
     window = MainWindow(settings)
+    notices = FailureNotices(window, window)
     window.show()
 
     def begin() -> None:
@@ -56,8 +59,13 @@ def run_window(paths: Sequence[str]) -> int:
             QMessageBox.critical(window, "VOM Studio", str(error))
             application.exit(error.exit_code)
             return
+        except Exception as error:  # noqa: BLE001 - a window that is half there helps nobody
+            notices.say_and_offer(error)
+            application.exit(1)
+            return
         for problem in problems:
             window.studio.warn(problem)
+        notices.begin()
 
     # The first paint comes before a timer of zero.
     application.processEvents()
@@ -70,4 +78,6 @@ def run_window(paths: Sequence[str]) -> int:
     listener.timeout.connect(lambda: None)
     code = application.exec()
     listener.stop()
+    notices.close()
+    qt_messages.uninstall()
     return code

@@ -92,7 +92,7 @@ class VideoDialog(QDialog):
         layout.addWidget(buttons)
         for field in (self.video, self.folder):
             field.textChanged.connect(self._refresh)
-        studio.jobs.changed.connect(self._refresh)
+        studio.jobs_changed.connect(self._refresh)
         self._refresh()
 
     # --- choosing ----------------------------------------------------------------------------

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vomstudio.io.models.formats._jit import part, step
+from vomstudio.geometry.kernels.jit import part, step
 
 EXACT = 1 << 53
 MAX_DIGITS = 18

@@ -263,7 +263,7 @@ class Document:
             values = self._with_sparse(values, sparse, field)
         if accessor.get("normalized") is True and dtype.kind in "iu":
             top = np.float32(np.iinfo(dtype).max)
-            return np.maximum(values.astype(np.float32) / top, np.float32(-1.0))
+            return np.asarray(np.maximum(values.astype(np.float32) / top, np.float32(-1.0)))
         return values
 
     def _typed(

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.geometry.kernels.jit import kernel, part, step
 from vomstudio.io.models.formats._decimals import LEFT_OVER, READY, is_space, number
-from vomstudio.io.models.formats._jit import kernel, part, step
 
 # What `count` returns, by row.
 N_VERTICES, N_UVS, N_TRIANGLES, N_WORDS, N_POLYGONS, N_ODD, N_SHORT_FACES, N_COLORED = range(8)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from vomstudio.geometry.kernels.jit import kernel, part
 from vomstudio.io.models.formats._decimals import READY, is_space, number
-from vomstudio.io.models.formats._jit import kernel, part
 
 
 @part

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.io.models.formats._jit import kernel, part
+from vomstudio.geometry.kernels.jit import kernel, part
 
 # Ear clipping is cubic at worst; longer polygons keep their fan.
 MAX_RING = 256

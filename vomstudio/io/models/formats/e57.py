@@ -202,7 +202,7 @@ def _color_limits(scan: Any) -> tuple[Array, Array]:
 def _bytes(rgb: Array, limits: tuple[Array, Array]) -> npt.NDArray[np.uint8]:
     low, high = limits
     values = np.nan_to_num((rgb - low) / (high - low) * 255.0)
-    return np.clip(np.rint(values), 0, 255).astype(np.uint8)
+    return np.asarray(np.clip(np.rint(values), 0, 255).astype(np.uint8))
 
 
 def _crs(image: Any, said: list[str]) -> str | None:

@@ -173,7 +173,7 @@ def _columns(data: Mesh | PointCloud, header: Any, said: list[str]) -> list[tupl
 
 def _fits(values: Array, kind: Any) -> bool:
     if values.dtype.kind == "f" and not np.isfinite(values).all():
-        return np.dtype(kind).kind == "f"
+        return bool(np.dtype(kind).kind == "f")
     with np.errstate(all="ignore"):
         return bool((values.astype(kind).astype(values.dtype) == values).all())
 

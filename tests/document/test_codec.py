@@ -1,0 +1,259 @@
+"""Records and edits as plain values and back, and journals played from their first row."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from tests.document.test_edits import FEATURES, LINE, MEETING, MODEL, PATCH, READING, TRACE
+from vomstudio.document.codec import decode, decode_edit, encode, encode_edit
+from vomstudio.document.edit import Edit, change
+from vomstudio.document.journal import Row, replay
+from vomstudio.document.records import (
+    DEFAULT_TYPES,
+    Asset,
+    Frame,
+    Group,
+    ImageMark,
+    MarkedPoint,
+    Mask,
+    PhotoSet,
+    Reconstruction,
+    Record,
+    Registration,
+)
+from vomstudio.errors import DocumentError
+
+BY = Registration("g1", "control", "control", Frame("crs", "EPSG:32633"))
+PLACED = replace(MODEL, id="m2", placement=BY)
+EVERY: tuple[Record, ...] = (
+    *FEATURES,
+    MODEL,
+    DEFAULT_TYPES[6],
+    BY,
+    PhotoSet("s1", "photos", "photos", "EPSG:32633", False),
+    Mask("k1", "s1", "1.jpg", Asset("masks/a.png", 10)),
+    MarkedPoint("q1", "s1", "A", (1.0, 2.0, 3.0), 0.01, True),
+    ImageMark("i9", "q1", "1.jpg", 1.5, 2.5),
+    Reconstruction(
+        "c1", "s1", "cliff", "cliff", "low", "0" * 64, (("a", "b"),), 3, 2, 0.5, "4", "x"
+    ),
+)
+
+
+def by_json(plain: Any) -> Any:
+    return json.loads(json.dumps(plain))
+
+
+@pytest.mark.parametrize("record", EVERY, ids=lambda r: type(r).__name__)
+def test_every_record_comes_back_from_json_as_it_was(record: Record) -> None:
+    assert decode(by_json(encode(record))) == record
+
+
+def test_a_placement_by_registration_is_written_as_its_id() -> None:
+    plain = by_json(encode(PLACED))
+    assert plain["placement"] == {"registration": "g1"}
+    assert decode(plain, {"g1": BY}) == PLACED
+    for there in ({}, {"g1": MODEL}):
+        with pytest.raises(DocumentError, match="registration that is not there"):
+            decode(plain, there)
+
+
+@pytest.mark.parametrize(
+    ("change_", "why"),
+    [
+        ({"record": "dyke"}, "unknown kind 'dyke'"),
+        ({"record": None}, "unknown kind None"),
+        ({"record": ["trace"]}, "unknown kind"),
+        ({"colour": 1}, "a intersection has an unknown field"),
+        ({"first": 7}, "part of a record cannot be read"),
+        ({"first": {"feature": "t1"}}, "part of a record cannot be read"),
+    ],
+)
+def test_what_cannot_be_read_is_named(change_: dict[str, Any], why: str) -> None:
+    with pytest.raises(DocumentError, match=why):
+        decode(by_json(encode(MEETING)) | change_)
+    plain = encode(MEETING)
+    del plain["first"]
+    with pytest.raises(DocumentError, match="lacks a field"):
+        decode(plain)
+
+
+def test_a_model_of_schema_1_is_read_with_the_frame_that_it_declared() -> None:
+    plain = by_json(encode(MODEL))
+    plain["frame"] = plain.pop("placement")
+    plain["to_world"] = [[1, 0, 0, 0]]
+    assert decode(plain) == MODEL
+
+
+# Edits
+
+
+START = {r.id: r for r in EVERY}
+
+
+@pytest.mark.parametrize(
+    "after",
+    [
+        {"t1": replace(TRACE, notes="wet", set_name="S1")},
+        {"i1": replace(MEETING, second=Group("", "fault", "S1"))},
+        {"m1": replace(MODEL, placement=Frame("scaled", None, 2.0, "y"))},
+        {"m1": replace(MODEL, placement=BY)},
+        {"m2": PLACED, "t1": None, "new": replace(READING, id="new")},
+        {"m1": replace(MODEL, placement=replace(BY, id="g2")), "g2": replace(BY, id="g2")},
+        {"m2": replace(MODEL, id="m2", placement=replace(BY, id="g2")), "g2": replace(BY, id="g2")},
+        {"p1": replace(TRACE, id="p1")},
+    ],
+)
+def test_an_edit_comes_back_from_json_as_it_was(after: dict[str, Record | None]) -> None:
+    edit = change(START, "Do", after)
+    before, made = by_json(encode_edit(edit))
+    back = decode_edit("Do", before, made, START)
+    assert back == edit
+    assert list(back.after) == list(edit.after)
+
+
+def test_of_a_changed_record_only_what_differs_is_written() -> None:
+    edit = change(START, "Do", {"t1": replace(TRACE, notes="wet"), "p1": None})
+    before, after = encode_edit(edit)
+    assert before["t1"] == {"notes": ""}
+    assert after["t1"] == {"notes": "wet"}
+    assert before["p1"] == encode(PATCH)
+    assert after["p1"] is None
+    whole = encode_edit(change(START, "Do", {"p1": replace(TRACE, id="p1")}))
+    assert whole[1]["p1"]["record"] == "trace"
+
+
+def test_a_change_of_what_is_not_there_is_named() -> None:
+    _, after = encode_edit(change(START, "Do", {"t1": replace(TRACE, notes="wet")}))
+    with pytest.raises(DocumentError, match="t1, which an unreadable row has brought"):
+        decode_edit("Do", {}, after, {})
+    with pytest.raises(DocumentError, match="unknown field"):
+        decode_edit("Do", {}, {"t1": {"colour": 1}}, START)
+
+
+# Journals
+
+
+class Played:
+    """Rows as a session writes them."""
+
+    def __init__(self) -> None:
+        self.rows: list[Row] = []
+        self.records: dict[str, Record] = {}
+
+    def row(self, kind: str, of: int | None = None, edit: Edit | None = None, **more: Any) -> int:
+        before, after = (None, None) if edit is None else by_json(encode_edit(edit))
+        seq = len(self.rows) + 1
+        given = {"before": before, "after": after, "settings": None} | more
+        label = "" if edit is None else edit.label
+        self.rows.append(
+            Row(seq, kind, of, label, time="", version="", **given)  # type: ignore[arg-type]
+        )
+        return seq
+
+    def do(self, after: dict[str, Record | None], kind: str = "do", **more: Any) -> int:
+        edit = change(self.records, f"Do {len(self.rows) + 1}", after)
+        edit.swap(self.records)
+        return self.row(kind, edit=edit, **more)
+
+
+def test_a_journal_is_played_with_its_way_back_and_forth() -> None:
+    played = Played()
+    first = played.do({"t1": TRACE}, settings={"a": 1})
+    played.row("save")
+    second = played.do({"t1": replace(TRACE, notes="x")}, settings={"a": 2})
+    third = played.do({"p1": PATCH})
+    played.row("undo", third)
+    played.row("undo", second)
+    found = replay(played.rows)
+    assert found.records == {"t1": TRACE} == found.saved
+    assert [seq for seq, _ in found.done] == [first]
+    assert [seq for seq, _ in found.undone] == [third, second]
+    assert (found.top, found.saved_top) == (first, first)
+    assert found.settings == {"a": 2}
+    assert found.problems == []
+    played.row("redo", second)
+    found = replay(played.rows)
+    assert found.records == {"t1": replace(TRACE, notes="x")}
+    assert [seq for seq, _ in found.undone] == [third]
+    assert found.top == second
+    assert replay([]).top == 0
+
+
+def test_a_new_step_ends_what_can_be_done_again_but_not_one_of_the_program() -> None:
+    for kind, left in (("do", 0), ("discard", 0), ("take_in", 1)):
+        played = Played()
+        played.do({"t1": TRACE})
+        last = played.do({"p1": PATCH})
+        played.row("undo", last)
+        del played.records["p1"]
+        played.do({"l1": LINE}, kind)
+        found = replay(played.rows)
+        assert len(found.undone) == left
+        assert set(found.records) == {"t1", "l1"}
+
+
+def test_an_amended_step_is_one_with_the_one_before_it() -> None:
+    played = Played()
+    played.do({"t1": TRACE})
+    nudged = played.do({"t1": replace(TRACE, notes="1")})
+    again = played.do({"t1": replace(TRACE, notes="2")}, "amend", of=nudged)
+    found = replay(played.rows)
+    assert [seq for seq, _ in found.done] == [1, again]
+    assert found.done[-1][1].before == {"t1": TRACE}
+    assert found.done[-1][1].after == {"t1": replace(TRACE, notes="2")}
+    # Where the row before it is damaged it stands for itself.
+    played.rows[1] = replace(played.rows[1], problem="its checksum is wrong")
+    found = replay(played.rows)
+    assert [seq for seq, _ in found.done] == [1, again]
+    assert found.records["t1"] == replace(TRACE, notes="2")
+
+
+def test_drafts_are_kept_until_they_are_finished_or_given_up() -> None:
+    played = Played()
+    draft = played.row("draft", after={"clicks": 3})
+    found = replay(played.rows)
+    assert found.draft is not None
+    assert (found.draft.seq, found.draft.state) == (draft, {"clicks": 3})
+    played.do({"p1": PATCH})
+    assert replay(played.rows).draft is not None
+    played.do({"t1": TRACE}, of=draft)
+    assert replay(played.rows).draft is None
+    played.row("draft", after={"clicks": 1})
+    played.row("draft")
+    assert replay(played.rows).draft is None
+
+
+def test_a_damaged_row_is_named_and_left_out_and_later_steps_back_take_it_along() -> None:
+    played = Played()
+    played.do({"t1": TRACE})
+    lost = played.do({"p1": PATCH})
+    kept = played.do({"l1": LINE})
+    played.rows[1] = replace(played.rows[1], problem="its checksum is wrong")
+    found = replay(played.rows)
+    assert set(found.records) == {"t1", "l1"}
+    assert found.problems == ["journal row 2 (do 'Do 2'): its checksum is wrong"]
+    played.row("undo", lost)
+    found = replay(played.rows)
+    assert found.problems[-1].endswith(f"speaks of row {lost}, which is not there")
+    assert found.top == kept
+    played.row("undo", 1)
+    found = replay(played.rows)
+    assert found.records == {}
+    assert [seq for seq, _ in found.undone] == [kept, 1]
+
+
+def test_gaps_are_told_and_rows_of_a_kind_to_come_are_named() -> None:
+    played = Played()
+    played.do({"t1": TRACE})
+    played.row("gap", notice="rows 2 to 4 are missing")
+    played.row("vote")
+    found = replay(played.rows)
+    assert found.problems[0] == "rows 2 to 4 are missing"
+    assert "kind that this version does not know" in found.problems[1]
+    assert len(found.problems) == 2
+    assert found.records == {"t1": TRACE}

@@ -1,0 +1,204 @@
+"""Quiet is a test: a thread, timer, window or VTK object that outlives its test fails it, and so
+does a warning in the log that nobody expected.
+
+The hooks are taken into conftest.py. A test whose subject is a warning or an error of the program
+says so with the marker `expects_log`; what Qt warns of is guarded by pytest-qt itself
+(`qt_log_level_fail` in pyproject.toml).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import logging
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+_WINDOWS = tuple(str(Path(__file__).parent / name) for name in ("journeys", "rendering", "ui"))
+"""Tests of these folders open windows or make pictures: what they leave is looked for in memory."""
+_PATIENCE_S = 5.0
+"""A thread that was told to end may be in the middle of something."""
+
+_THREADS = (
+    # Dask has one of each for the process, made with its first client.
+    "Dask-Offload",
+    "Dask-Callback-Thread",
+    # A client of Dask's that finds no scheduler raises before anybody could close it.
+    "IO loop",
+)
+"""How the names of threads begin which a library starts and never ends."""
+
+
+class _Records(logging.Handler):
+    """Warnings and worse of the program itself."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.WARNING)
+        self.texts: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        # Not the record: it holds the error, and the error all that its functions had in hand.
+        self.texts.append(f"{record.levelname} {record.name}: {record.getMessage()}")
+
+
+@dataclass
+class _Before:
+    """What was there before a test."""
+
+    threads: set[threading.Thread]
+    records: _Records
+    in_windows: bool
+    windows: set[int] = field(default_factory=set)
+    failed: bool = False
+
+
+_BEFORE = pytest.StashKey[_Before]()
+_module: list[str] = []
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> Iterator[None]:
+    before = _Before(set(threading.enumerate()), _Records(), str(item.path).startswith(_WINDOWS))
+    item.stash[_BEFORE] = before
+    logging.getLogger("vomstudio").addHandler(before.records)
+    if before.in_windows:
+        _look_only_at_what_comes(str(item.path))
+        before.windows = set(_windows())
+    return (yield)
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
+    try:
+        return (yield)
+    except BaseException:
+        # What a failure holds, and has not come to, is no leak.
+        item.stash[_BEFORE].failed = True
+        raise
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_runtest_teardown(item: pytest.Item) -> Iterator[None]:
+    before = item.stash[_BEFORE]
+    try:
+        return (yield)
+    finally:
+        logging.getLogger("vomstudio").removeHandler(before.records)
+        if not before.failed and sys.exc_info()[0] is None:
+            left = [*_said(item, before), *_threads(before)]
+            if before.in_windows:
+                left += _in_memory(item, before)
+            if left:
+                pytest.fail("the test leaves behind:\n  " + "\n  ".join(left), pytrace=False)
+
+
+def _said(item: pytest.Item, before: _Before) -> list[str]:
+    if item.get_closest_marker("expects_log"):
+        return []
+    return [f"an unexpected log record: {text}" for text in before.records.texts]
+
+
+# --- threads ---------------------------------------------------------------------------------
+def _threads(before: _Before) -> list[str]:
+    end = time.monotonic() + _PATIENCE_S
+    while (left := _new_threads(before)) and time.monotonic() < end:
+        time.sleep(0.01)
+        _let_qt_work()
+    return [f"a running thread: {thread.name}" for thread in left]
+
+
+def _new_threads(before: _Before) -> list[threading.Thread]:
+    return [
+        thread
+        for thread in threading.enumerate()
+        if thread not in before.threads
+        and not thread.name.startswith(_THREADS)
+        # Stands for a thread of Qt or of a native library in which Python was called once.
+        and not isinstance(thread, threading._DummyThread)
+    ]
+
+
+# --- memory ----------------------------------------------------------------------------------
+def _look_only_at_what_comes(path: str) -> None:
+    """All that is there is put out of the garbage collector's sight: it then needs milliseconds to
+    go through what a test has made, and finds only that."""
+    if _module != [path]:
+        # What has become garbage since the last file is taken away.
+        _module[:] = [path]
+        gc.unfreeze()
+        gc.collect()
+    gc.freeze()
+
+
+def _in_memory(item: pytest.Item, before: _Before) -> list[str]:
+    if hasattr(item, "funcargs"):
+        # Kept by pytest until after this, and with them all that the fixtures have made.
+        item.funcargs.clear()
+    _let_qt_work()
+    gc.collect()
+    _let_qt_work()
+    found = gc.get_objects()
+    left = [f"a window: {words}" for ptr, words in _windows().items() if ptr not in before.windows]
+    left += _running_timers(found)
+    left += _vtk_objects(found)
+    return left
+
+
+def _qt() -> Any:
+    """QApplication, where there is one."""
+    widgets = sys.modules.get("PySide6.QtWidgets")
+    if widgets is None or widgets.QApplication.instance() is None:
+        return None
+    return widgets.QApplication
+
+
+def _let_qt_work() -> None:
+    if (application := _qt()) is not None:
+        from PySide6.QtCore import QCoreApplication, QEvent
+
+        with contextlib.suppress(RuntimeError):
+            application.processEvents()
+            # Outside an event loop nobody does what deleteLater has asked for.
+            QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+
+
+def _windows() -> dict[int, str]:
+    """Address and name of each window that belongs to no other one."""
+    if (application := _qt()) is None:
+        return {}
+    import shiboken6
+
+    return {
+        shiboken6.getCppPointer(widget)[0]: f"{type(widget).__name__} {widget.windowTitle()}"
+        for widget in application.topLevelWidgets()
+        if widget.parent() is None
+    }
+
+
+def _running_timers(found: list[Any]) -> list[str]:
+    if _qt() is None:
+        return []
+    import shiboken6
+    from PySide6.QtCore import QTimer
+
+    timers = [each for each in found if type(each) is QTimer and shiboken6.isValid(each)]
+    return [
+        f"a running timer of {each.interval()} ms of {type(each.parent()).__name__}"
+        for each in timers
+        if each.isActive()
+    ]
+
+
+def _vtk_objects(found: list[Any]) -> list[str]:
+    core = sys.modules.get("vtkmodules.vtkCommonCore")
+    if core is None:
+        return []
+    names = [type(each).__name__ for each in found if isinstance(each, core.vtkObjectBase)]
+    return [f"{names.count(name)} {name}" for name in sorted(set(names))]

@@ -1,0 +1,378 @@
+"""Whatever goes wrong, in whichever thread or process, is said once, and the window lives on."""
+
+from __future__ import annotations
+
+import gc
+import logging
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QEventLoop, QObject, QTimer, Signal, qWarning
+from PySide6.QtWidgets import QApplication, QFileDialog, QPushButton, QWidget
+
+from tests import driver
+from tests.jobs import odd_jobs
+from vomstudio.failures import crashes, hooks, log
+from vomstudio.io.settings import read_settings
+from vomstudio.jobs.job import Job, Nothing
+from vomstudio.ui.common import qt_messages
+from vomstudio.ui.common.background import Background
+from vomstudio.ui.common.worker_thread import WorkerThread
+from vomstudio.ui.shell.failure_notices import FailureNotices, compose_report
+from vomstudio.ui.shell.main_window import MainWindow
+
+pytestmark = pytest.mark.expects_log
+SECRET = 432100.25
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+class OurMistake(ValueError):
+    """No other error of the program is of this kind."""
+
+
+def mistake() -> None:
+    raise OurMistake(f"at {SECRET} of {Path.home()}/Val Camonica/cliff.obj")
+
+
+@pytest.fixture
+def hooked(own_folders):
+    """The hooks of the running program, in place of those of the tests."""
+    hooks.install(crashes.WINDOW)
+    qt_messages.install()
+    yield
+    qt_messages.uninstall()
+    hooks.uninstall()
+
+
+@pytest.fixture
+def window(hooked, qtbot):
+    made = driver.make_window()
+    notices = FailureNotices(made, made)
+    notices.begin()
+    said: list[str] = []
+    made.studio.notice.connect(lambda notice: said.append(notice.text))
+    made.said = said
+    yield made
+    notices.close()
+    driver.dismiss(made)
+
+
+def work(milliseconds: int) -> None:
+    """The program's own event loop; QTest's keeps an error and raises it where it returns."""
+    loop = QEventLoop()
+    QTimer.singleShot(milliseconds, loop.quit)
+    loop.exec()
+
+
+def offers(window: MainWindow, *texts: str) -> None:
+    """A button of the bar is there as soon as the bar has laid itself out."""
+
+    def buttons() -> tuple[str, ...]:
+        found = window.message_bar.findChildren(QPushButton)
+        return tuple(button.text() for button in found if button.isVisible())
+
+    driver.wait(lambda: buttons() == texts, f"the buttons {texts}")
+
+
+def is_said(window: MainWindow, words: str = "OurMistake", times: int = 1) -> None:
+    """In the bar, with the button, once, and in the log; the window can still be worked with."""
+    work(100)
+    driver.wait(lambda: words in window.message_bar.text, f"{words} in the bar")
+    assert window.message_bar.isVisible()
+    offers(window, "Save a report…")
+    assert len([text for text in window.said if words in text]) == times
+    notation = window.studio.settings.notation
+    other = "notation_strike" if notation == "dipdir/dip" else "notation_dipdir"
+    window.actions_table.all[other].trigger()
+    assert window.studio.settings.notation != notation
+
+
+def is_logged(words: str) -> None:
+    text = log.path().read_text()
+    assert words in text
+    assert "Traceback" in text
+    assert "in mistake" in text
+
+
+def test_an_error_in_a_slot_is_shown_and_the_window_lives(window, outcrop, picks):
+    class Sender(QObject):
+        sent = Signal()
+
+    driver.open_outcrop(window, outcrop)
+    sender = Sender()
+    sender.sent.connect(mistake)
+    sender.sent.emit()
+    is_said(window)
+    is_logged("OurMistake")
+    points = next(iter(picks.values()))
+    driver.look_at(window, points, 0.0)
+    window.actions_table.all["trace"].trigger()
+    driver.pick(window, points)
+    window.actions_table.all["finish"].trigger()
+    assert len(driver.traces(window)) == 1, "a trace can be picked"
+
+
+def test_an_error_in_every_paint_is_shown_once_and_leaves_no_painter_open(window):
+    from PySide6.QtGui import QPainter
+
+    painters = 0
+
+    class Broken(QWidget):
+        def paintEvent(self, event) -> None:  # noqa: N802
+            nonlocal painters
+            painter = QPainter(self)
+            painters += painter.isActive()
+            painter.drawLine(0, 0, 5, 5)
+            mistake()
+
+    broken = Broken(window)
+    broken.setGeometry(0, 0, 300, 300)
+    broken.show()
+    broken.raise_()
+    again = QTimer()
+    again.timeout.connect(broken.update)
+    again.start(15)
+    work(1500)
+    again.stop()
+    broken.hide()
+    broken.deleteLater()
+    is_said(window)
+    is_logged("OurMistake")
+    assert painters >= 10, "each paint has a painter of its own"
+    assert "paint device" not in log.path().read_text()
+    assert "active painter" not in log.path().read_text()
+
+
+def test_an_error_in_a_timer_is_shown_and_the_window_lives(window):
+    QTimer.singleShot(0, mistake)
+    is_said(window)
+    is_logged("OurMistake")
+
+
+def test_an_error_in_a_thread_is_shown_and_the_window_lives(window):
+    thread = threading.Thread(target=mistake, name="measuring")
+    thread.start()
+    thread.join()
+    is_said(window)
+    is_logged("in the thread measuring")
+
+
+def test_a_worker_thread_goes_on_after_an_error_of_one_piece(window):
+    done = threading.Event()
+    pieces = [mistake, done.set]
+    worker = WorkerThread("pieces", lambda: pieces.pop(0) if pieces else None)
+    worker.wake()
+    assert done.wait(5.0)
+    worker.close()
+    is_said(window)
+    is_logged("in the thread pieces")
+
+
+def test_an_error_in_work_beside_the_window_is_shown_and_nothing_is_handed_over(window):
+    handed = []
+    Background(window).run(mistake, handed.append)
+    is_said(window)
+    is_logged("OurMistake")
+    assert handed == []
+
+
+def test_an_error_while_something_is_taken_away_is_shown(window):
+    class Fragile:
+        def __del__(self) -> None:
+            mistake()
+
+    Fragile()
+    gc.collect()
+    is_said(window)
+    is_logged("__del__")
+
+
+@pytest.fixture
+def odd_workers(monkeypatch):
+    """Worker processes that also know the jobs of `odd_jobs`."""
+    real = subprocess.Popen
+
+    def start(words, **more):
+        return real([sys.executable, "-m", "tests.jobs.odd_jobs"], **{**more, "cwd": ROOT})
+
+    monkeypatch.setattr("vomstudio.jobs.supervisor.subprocess.Popen", start)
+
+
+@pytest.mark.parametrize(
+    ("task", "words", "in_log"),
+    [
+        (odd_jobs.MISTAKE, "OurMistake", "in the task mistake"),
+        (odd_jobs.ASIDE, "OurMistake", "in the thread aside"),
+        (odd_jobs.ABORT, "its process ended, code -6", "code -6"),
+        (odd_jobs.SEGFAULT, "its process ended, code -11", "code -11"),
+    ],
+)
+def test_a_mistake_in_a_worker_is_shown_and_the_next_job_is_done(
+    odd_workers, window, task, words, in_log
+):
+    ended = []
+
+    def have_done(job: Job) -> None:
+        ended.clear()
+        window.studio.jobs.submit(
+            job,
+            Nothing(),
+            title="Looking closely",
+            on_done=ended.append,
+            on_failed=lambda event: (ended.append(event), window.studio.warn(event.message)),
+        )
+        driver.wait(lambda: ended, "the job's end")
+
+    have_done(task)
+    is_said(window, f"a mistake of the program ({words}")
+    assert "Looking closely" in window.message_bar.text
+    assert "your project is as it was" in window.message_bar.text
+    have_done(odd_jobs.IDLE)
+    assert ended[-1] == Nothing()
+    assert in_log in log.path().read_text()
+    if task in (odd_jobs.ABORT, odd_jobs.SEGFAULT):
+        assert "Fatal Python error" in compose_report(window)
+
+
+def test_an_error_in_a_quiet_job_is_not_lost(odd_workers, window):
+    window.studio.jobs.submit(
+        odd_jobs.MISTAKE, Nothing(), title="Getting ready",
+        on_done=lambda _: None, on_failed=lambda _: None, quiet=True,
+    )  # fmt: skip
+    is_said(window)
+
+
+def test_what_qt_warns_of_is_in_the_log(window):
+    qWarning("a widget is not well")
+    assert "WARNING vomstudio.qt: a widget is not well" in log.path().read_text()
+
+
+def test_the_report_is_written_without_places_and_names(
+    window, outcrop, picks, tmp_path, monkeypatch
+):
+    driver.open_outcrop(window, outcrop)
+    points = next(iter(picks.values()))
+    driver.look_at(window, points, 0.0)
+    window.actions_table.all["trace"].trigger()
+    driver.pick(window, points)
+    window.actions_table.all["finish"].trigger()
+    QTimer.singleShot(0, mistake)
+    is_said(window)
+    file = tmp_path / "report"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(file), ""))
+    window.message_bar.findChildren(QPushButton)[0].click()
+    text = file.with_suffix(".txt").read_text()
+    assert "OurMistake: at # of ~/….obj" in text
+    for part in ("VOM Studio", "PySide6", "vtk", "numpy", "Traceback", "action trace"):
+        assert part in text
+    assert "trace made (" in text
+    assert "model made (" in text
+    trace = driver.traces(window)[0]
+    numbers = {f"{v:.2f}" for point in trace.vertices for v in point}
+    numbers |= {str(v) for point in trace.vertices for v in point}
+    assert not any(number in text for number in numbers)
+    text = text.replace("outcrop_normal", "the field of a record")
+    private = ("432100", "Camonica", str(Path.home()), str(tmp_path), "outcrop", trace.name)
+    assert [word for word in private if word in text] == []
+
+
+def test_a_report_that_cannot_be_written_is_said(window, monkeypatch):
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: ("/nowhere/report.txt", ""))
+    window.actions_table.all["save_report"].trigger()
+    assert "/nowhere" in window.message_bar.text
+
+
+def test_a_crash_of_the_last_run_is_said_at_the_next_start(hooked, qtbot):
+    words = "from vomstudio.failures import hooks; hooks.install('window'); import os; os.abort()"
+    subprocess.run([sys.executable, "-c", words], check=False, capture_output=True)
+    window = driver.make_window()
+    notices = FailureNotices(window, window)
+    try:
+        window.said = []
+        window.studio.notice.connect(lambda notice: window.said.append(notice.text))
+        notices.begin()
+        is_said(window, "crash the last time")
+        assert "Fatal Python error: Aborted" in compose_report(window)
+    finally:
+        notices.close()
+        driver.dismiss(window)
+
+
+def test_an_error_of_the_one_who_shows_errors_ends(window, monkeypatch):
+    def broken(notice) -> None:
+        raise RuntimeError("the messages are broken")
+
+    monkeypatch.setattr(window.messages, "add", broken)
+    QTimer.singleShot(0, mistake)
+    driver.wait(lambda: "messages are broken" in log.path().read_text(), "the log")
+    work(300)
+    assert log.path().read_text().count("the messages are broken\n") <= 2
+
+
+def test_what_goes_wrong_before_the_window_is_filled_is_said_when_it_is(hooked, qtbot):
+    window = MainWindow(read_settings()[0])
+    notices = FailureNotices(window, window)
+    try:
+        QTimer.singleShot(0, mistake)
+        work(50)
+        window.show()
+        window.begin([])
+        notices.begin()
+        assert "OurMistake" in window.message_bar.text
+    finally:
+        notices.close()
+        driver.dismiss(window)
+
+
+def test_the_hooks_are_taken_back(own_folders):
+    before = sys.excepthook, threading.excepthook, sys.unraisablehook
+    hooks.install(crashes.WINDOW)
+    assert sys.excepthook is not before[0]
+    hooks.uninstall()
+    assert (sys.excepthook, threading.excepthook, sys.unraisablehook) == before
+    assert logging.getLogger().handlers.count(None) == 0
+    assert list(crashes.folder().iterdir()) == []
+
+
+def test_a_crash_is_said_beside_the_work_that_it_left_open(hooked, qtbot):
+    words = "from vomstudio.failures import hooks; hooks.install('window'); import os; os.abort()"
+    subprocess.run([sys.executable, "-c", words], check=False, capture_output=True)
+    window = driver.make_window()
+    notices = FailureNotices(window, window)
+    try:
+        window.studio.recovery_found.emit([window.studio.project.folder])
+        notices.begin()
+        offers(window, "Bring it back", "Save a report…")
+        assert "crash" in window.messages.item(window.messages.count() - 1).text()
+    finally:
+        notices.close()
+        driver.dismiss(window)
+
+
+def test_a_window_that_cannot_be_filled_says_so_and_offers_the_report(
+    hooked, qtbot, tmp_path, monkeypatch
+):
+    file = tmp_path / "report.txt"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(file), ""))
+    window = MainWindow(read_settings()[0])
+    notices = FailureNotices(window, window)
+    seen: list[str] = []
+
+    def press() -> None:
+        box = QApplication.activeModalWidget()
+        seen.append(box.text())
+        next(b for b in box.buttons() if b.text() == "Save a report…").click()
+
+    QTimer.singleShot(100, press)
+    try:
+        mistake()
+    except OurMistake as error:
+        notices.say_and_offer(error)
+    assert "OurMistake" in seen[0]
+    assert "OurMistake: at #" in file.read_text()
+    notices.close()
+    driver.delete(window)

@@ -1,0 +1,43 @@
+"""Dialogs beside the window: one of each kind, and one that is closed is gone."""
+
+from __future__ import annotations
+
+import gc
+import weakref
+
+import pytest
+from PySide6.QtCore import QCoreApplication, QEvent
+from PySide6.QtWidgets import QDialog
+
+
+def shown(window) -> list[QDialog]:
+    return [d for d in window.findChildren(QDialog) if d.isVisible()]
+
+
+def delete_later() -> None:
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+
+
+@pytest.mark.parametrize("name", ["plan_survey", "video_frames", "feature_types"])
+def test_a_dialog_that_is_open_comes_forward_and_a_closed_one_is_made_anew(window, name):
+    window.actions_table.run(name)
+    (first,) = shown(window)
+    window.actions_table.run(name)
+    assert shown(window) == [first]
+    first.close()
+    window.actions_table.run(name)
+    (second,) = shown(window)
+    assert second is not first
+    second.close()
+
+
+def test_a_dialog_that_is_closed_hears_no_more_of_jobs_and_is_let_go(window, studio):
+    window.actions_table.run("video_frames")
+    (dialog,) = shown(window)
+    dialog.close()
+    delete_later()
+    studio.workspace.jobs.changed.emit()
+    gone = weakref.ref(dialog)
+    del dialog
+    gc.collect()
+    assert gone() is None

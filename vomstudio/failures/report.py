@@ -1,0 +1,81 @@
+"""A report of what went wrong: one text file, which its user can read before giving it away."""
+
+from __future__ import annotations
+
+import platform
+import sys
+import time
+from collections.abc import Callable, Iterable, Sequence
+from importlib import metadata
+
+from vomstudio import __version__
+from vomstudio.failures import crashes, log
+from vomstudio.failures.scrubbing import scrub
+
+_LIBRARIES = (
+    "PySide6-Essentials", "vtk", "pyvista", "pyvistaqt", "numpy", "scipy", "numba", "pandas",
+    "matplotlib", "mplstereonet", "laspy", "pyproj", "shapely", "pyogrio", "rasterio", "Pillow",
+    "pycolmap", "pycolmap-cuda12", "open3d", "opencv-python-headless", "psutil",
+)  # fmt: skip
+_LOG_LINES = 400
+
+Section = tuple[str, Callable[[], Sequence[str]]]
+"""A title, and what gives its lines; they are taken as they are."""
+
+
+def compose(more: Iterable[Section] = (), private: Iterable[str] = ()) -> str:
+    """The text of a report. A part that cannot be had is named, and the rest is there.
+
+    private : names that the user has given, which are taken out of log and crashes
+    """
+    words = list(private)
+    parts = [
+        "# A report of VOM Studio",
+        "",
+        f"Written {time.strftime('%Y-%m-%d %H:%M:%S')}. Nothing has been sent: read it, then give "
+        "it to whom you like. Coordinates, names of files and the home folder are left out.",
+    ]
+    sections: list[Section] = [
+        ("Versions", versions),
+        ("Crashes", lambda: _crashes(words)),
+        *more,
+        ("Log", lambda: scrub(log.tail(_LOG_LINES), words).splitlines()),
+    ]
+    for title, lines in sections:
+        parts += ["", f"## {title}", "", *_had(lines)]
+    return "\n".join(parts) + "\n"
+
+
+def file_name() -> str:
+    """What a report that is written now may be called."""
+    return f"vomstudio-report-{time.strftime('%Y%m%d-%H%M%S')}.txt"
+
+
+def versions() -> list[str]:
+    """The program, Python, the system and the libraries, none of which is imported for it."""
+    lines = [
+        f"VOM Studio {__version__}",
+        f"Python {platform.python_version()} ({platform.python_implementation()})",
+        f"System {platform.platform()}, {platform.machine()}",
+        f"Installed as {'one program' if getattr(sys, 'frozen', False) else 'a package'}",
+    ]
+    for name in _LIBRARIES:
+        try:
+            lines.append(f"{name} {metadata.version(name)}")
+        except metadata.PackageNotFoundError:
+            continue
+    return lines
+
+
+def _crashes(private: list[str]) -> list[str]:
+    lines: list[str] = []
+    for whose, text in crashes.texts():
+        lines += [f"A {whose} process:", *scrub(text, private).splitlines(), ""]
+    return lines
+
+
+def _had(lines: Callable[[], Sequence[str]]) -> Sequence[str]:
+    try:
+        return lines() or ["none"]
+    except Exception as error:  # noqa: BLE001 - what is broken must not keep the rest away
+        return [f"This part cannot be had ({type(error).__name__})."]

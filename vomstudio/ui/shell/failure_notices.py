@@ -1,0 +1,153 @@
+"""Mistakes of the program as its user meets them: a sentence above the viewport, and a report."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+from pathlib import Path
+from typing import Protocol
+
+from PySide6.QtCore import QCoreApplication, QObject, Qt, Signal
+from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
+
+from vomstudio.errors import VomError
+from vomstudio.failures import crashes, report
+from vomstudio.failures.desk import DESK, Failure
+from vomstudio.files.atomic import write_bytes
+from vomstudio.io.project.journal_outline import outline
+from vomstudio.ui.common.actions import Actions
+from vomstudio.ui.common.messages_panel import MessageBar, MessagesPanel
+from vomstudio.ui.common.studio import Notice, Studio
+
+_log = logging.getLogger(__name__)
+_ROWS = 50
+_ACTION = "save_report"
+
+
+class Host(Protocol):
+    """The window in which mistakes are shown; its parts are there once it is filled."""
+
+    studio: Studio
+    actions_table: Actions
+    messages: MessagesPanel
+    message_bar: MessageBar
+
+    @property
+    def filled(self) -> bool: ...
+
+
+class FailureNotices(QObject):
+    """Hears the desk from any thread, and says in the window's own what there is to say."""
+
+    _arrived = Signal(object)
+
+    def __init__(self, host: Host, parent: QWidget) -> None:
+        super().__init__()
+        self._host, self._parent = host, parent
+        self._waiting: list[Failure] = []
+        self._arrived.connect(self._take, Qt.ConnectionType.QueuedConnection)
+        DESK.listen(self._hand_over)
+
+    def begin(self) -> None:
+        """The window can say something now: what has gone wrong so far, and in the last run."""
+        if crashes.newly_found():
+            self._say_crash()
+        waiting, self._waiting = self._waiting, []
+        for failure in waiting:
+            self._take(failure)
+
+    def _say_crash(self) -> None:
+        notice = Notice(
+            self.tr(
+                "The program was ended by a crash the last time: what was on the screen is in its "
+                "journal, and a report helps to mend it."
+            ),
+            "error",
+            _ACTION,
+        )
+        bar, action = self._host.message_bar, self._host.actions_table.all[_ACTION]
+        if bar.isVisible():
+            # The work that it left open is offered there: that comes first.
+            self._host.messages.add(notice)
+            bar.offer(action.text().replace("&", ""), action.trigger)
+        else:
+            self._host.studio.notice.emit(notice)
+
+    def close(self) -> None:
+        """Nobody is there to be told any more."""
+        DESK.listen(None)
+        self._arrived.disconnect(self._take)
+
+    def say_and_offer(self, error: BaseException) -> None:
+        """An error that keeps the window from being filled."""
+        DESK.listen(None)
+        DESK.report(error, "while the window was filled")
+        box = QMessageBox(
+            QMessageBox.Icon.Critical,
+            "VOM Studio",
+            self.tr("The program cannot begin because of a mistake of its own ({0}: {1}).").format(
+                type(error).__name__, error
+            ),
+            QMessageBox.StandardButton.Close,
+            self._parent,
+        )
+        button = box.addButton(self.tr("Save a report…"), QMessageBox.ButtonRole.ActionRole)
+        box.exec()
+        if box.clickedButton() is button:
+            save_report(self._host, self._parent)
+
+    def _hand_over(self, failure: Failure) -> None:
+        # The window may be gone, and Qt's side of this with it.
+        with contextlib.suppress(RuntimeError):
+            self._arrived.emit(failure)
+
+    def _take(self, failure: Failure) -> None:
+        if not self._host.filled:
+            self._waiting.append(failure)
+        else:
+            self._say(failure.sentence)
+
+    def _say(self, sentence: str) -> None:
+        try:
+            self._host.studio.notice.emit(Notice(sentence, "error", _ACTION))
+        except Exception:  # noqa: BLE001 - not to the desk: it would be told of here again
+            _log.exception("a mistake could not be shown: %s", sentence)
+
+
+def save_report(host: Host, parent: QWidget) -> None:
+    """Ask where, and write what went wrong; nothing is sent."""
+    name, _ = QFileDialog.getSaveFileName(
+        parent,
+        QCoreApplication.translate("FailureNotices", "Save a report"),
+        str(Path.home() / report.file_name()),
+        "Text (*.txt)",
+    )
+    if not name:
+        return
+    path = Path(name if Path(name).suffix else f"{name}.txt")
+    try:
+        write_bytes(path, compose_report(host).encode(), force=True)
+    except VomError as error:
+        if host.filled:
+            host.studio.fail(error)
+        else:
+            QMessageBox.critical(parent, "VOM Studio", str(error))
+        return
+    if host.filled:
+        host.studio.info(f"Written: {path}. Read it before you give it to anybody.")
+
+
+def compose_report(host: Host) -> str:
+    """The report of the program with what was done in the open project."""
+    if not host.filled:
+        return report.compose()
+    studio = host.studio
+    names: list[str] = []
+    with contextlib.suppress(Exception):
+        names = [getattr(record, "name", "") for record in studio.records.values()]
+        names.append(studio.project.name)
+    journal = studio.project.journal
+    return report.compose(
+        [("What was done", lambda: outline(journal.last_rows(_ROWS)))],
+        private=names,
+    )
