@@ -558,3 +558,30 @@ def test_a_view_a_hair_west_of_north_is_not_written_as_360(tmp_path: Path) -> No
     made, *_ = make(upright, views.view_along_line(360.0 - 1e-9, 0.0), tmp_path, 0.5)
     with rasterio.open(made.image) as picture:
         assert picture.tags()["VOMSTUDIO_VIEW"] == "trend 0.0000 plunge 0.0000 deg"
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "factor"), [(2400, 10, 1), (2401, 10, 2), (10, 9700, 8), (3001, 2050, 2)]
+)
+def test_the_picture_of_a_sheet_is_the_mean_of_what_is_seen(
+    width: int, height: int, factor: int
+) -> None:
+    """Colours count by their coverage; pieces come in tiles."""
+    rng = np.random.default_rng(0)
+    whole = rng.integers(0, 256, (height, width, 4), np.uint8)
+    whole[::3, :, 3] = 0
+    reduced = orthophoto._Reduced(tiles.Grid(0.0, 0.0, 0.1, width, height))
+    assert reduced.factor == factor
+    for row in range(0, height, tiles.TILE):
+        for column in range(0, width, tiles.TILE):
+            part = whole[row : row + tiles.TILE, column : column + tiles.TILE]
+            reduced.add(column, row, part)
+    found = reduced.picture()
+    assert found.shape == (-(-height // factor), -(-width // factor), 4)
+    for i, j in rng.integers(0, [height // factor, width // factor], (200, 2)):
+        cell = whole[i * factor : (i + 1) * factor, j * factor : (j + 1) * factor]
+        cover = cell[..., 3].astype(float) / 255
+        assert abs(found[i, j, 3] - 255 * cover.mean()) <= 0.6
+        if cover.sum() > 0:
+            colour = (cell[..., :3] * cover[..., None]).sum(axis=(0, 1)) / cover.sum()
+            assert np.abs(found[i, j, :3] - colour).max() <= 0.6

@@ -6,7 +6,7 @@ import time
 import warnings
 import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, pairwise
 from pathlib import Path
 
 import numpy as np
@@ -265,3 +265,34 @@ def test_every_theme_keeps_colours_apart_from_its_ground() -> None:
         assert style.color("#000000") != style.net
     figure, _ = draw(FULL, style=NetStyle.dock(dark=True))
     assert figure.get_facecolor()[:3] < (0.3, 0.3, 0.3)
+
+
+@pytest.mark.parametrize("width", [700, 380])
+def test_the_bar_of_contours_is_made_of_even_steps_with_their_levels(width: int) -> None:
+    from matplotlib.patches import Rectangle
+
+    figure, artists = draw(replace(FULL, contour="kamb"), width, 450)
+    bar = [p for p in artists.axes.patches if isinstance(p, Rectangle)]
+    levels = [t for t in artists.axes.texts if t.get_text().replace(".", "").isdigit()]
+    assert len(bar) == len(levels) > 1
+    steps = [box.get_height() for box in bar]
+    assert steps == pytest.approx([steps[0]] * len(bar))
+    for below, above in pairwise(bar):
+        assert above.get_y() == pytest.approx(below.get_y() + below.get_height())
+        assert above.get_x() == below.get_x()
+    renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
+    found = sorted((t.get_window_extent(renderer).y0, float(t.get_text())) for t in levels)
+    assert [value for _, value in found] == sorted(value for _, value in found)
+
+
+@pytest.mark.parametrize(("width", "height"), [(700, 450), (360, 420)])
+def test_the_title_stands_over_all_other_words_of_its_column(width: int, height: int) -> None:
+    net = replace(FULL, title="Limb of the Big Elk", notes=("north known",))
+    figure, artists = draw(net, width, height)
+    renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
+    boxes = {t.get_text(): t.get_window_extent(renderer) for t in artists.axes.texts}
+    (title,) = [box for text, box in boxes.items() if text.startswith("Limb")]
+    legend = [box for text, box in boxes.items() if text.startswith("Bedding")]
+    assert legend
+    assert title.y0 > max(box.y1 for box in legend)
+    assert any("north known" in text for text in boxes)
