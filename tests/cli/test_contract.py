@@ -152,6 +152,7 @@ def raises(error: BaseException):  # type: ignore[no-untyped-def]
         (OSError(5, "Input/output error"), 1, "Input/output"),
     ],
 )
+@pytest.mark.expects_log
 def test_whatever_happens_is_one_sentence_and_a_code(
     run, write, monkeypatch: pytest.MonkeyPatch, error: BaseException, code: int, words: str
 ) -> None:
@@ -165,6 +166,7 @@ def test_whatever_happens_is_one_sentence_and_a_code(
     assert "Traceback" not in ran.err
 
 
+@pytest.mark.expects_log
 def test_the_traceback_is_shown_to_whoever_asks(
     run, write, monkeypatch: pytest.MonkeyPatch
 ) -> None:

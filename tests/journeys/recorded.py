@@ -237,7 +237,7 @@ def photo_events(studio: Any) -> list[Event]:
     from vomstudio.ui.photos.photo_document import PhotoDocument
 
     document = PhotoDocument(studio)
-    wall = PhotoSet("photos-1", "wall", "/home/geologist/wall", "EPSG:32633")
+    wall = PhotoSet("photos-1", "wall", "/geologist/wall", "EPSG:32633")
     run = Reconstruction("run-1", wall.id, "wall", "wall-low", "low", "0" * 64, (), 9, 8, 0.4)
     found = Registration("r-1", "control points, wall", "control", Frame("crs", "EPSG:32633"))
     east = ((1.0, 0.0, 0.0, 250.0), *IDENTITY[1:])
