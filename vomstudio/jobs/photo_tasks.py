@@ -17,10 +17,12 @@ from vomstudio.survey.check_results import SurveyReport
 
 @dataclass(frozen=True)
 class PhotosIn:
-    """photos : their folder; cache : thumbnails are kept below it"""
+    """photos : their folder; cache : thumbnails are kept below it; masks : by photo, in place of
+    those that lie beside the photos, None for those"""
 
     photos: Path
     cache: Path
+    masks: Mapping[str, Path] | None = None
 
 
 @dataclass(frozen=True)
@@ -128,7 +130,7 @@ def _check_photos(asked: PhotosIn, progress: Progress) -> SurveyReport:
     from vomstudio.io.photos.reading import read_photos
     from vomstudio.survey.check import check_photos
 
-    return check_photos(read_photos(asked.photos), progress=progress)
+    return check_photos(read_photos(asked.photos).with_masks(asked.masks), progress=progress)
 
 
 CHECK_PHOTOS = Job("check_photos", Lane.PHOTOS, PhotosIn, SurveyReport, _check_photos)

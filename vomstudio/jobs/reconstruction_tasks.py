@@ -18,6 +18,7 @@ class ReconstructionOrder:
     """Of the photos in the folder `photos`, below `out`; the rest as in `Settings`.
 
     scheduler : address of a Dask cluster, None for this machine's processors
+    masks : by photo, in place of those that lie beside the photos; None for those
     """
 
     photos: Path
@@ -29,6 +30,7 @@ class ReconstructionOrder:
     threads: int | None = None
     seed: int = 0
     scheduler: str | None = None
+    masks: Mapping[str, Path] | None = None
 
 
 @dataclass(frozen=True)
@@ -92,7 +94,9 @@ def _reconstruct(asked: ReconstructionOrder, progress: Progress) -> Reconstructi
     )
     executor = make_executor(settings.threads, asked.scheduler)
     try:
-        result = reconstruction.reconstruct(asked.photos, asked.out, settings, executor, progress)
+        result = reconstruction.reconstruct(
+            asked.photos, asked.out, settings, executor, progress, asked.masks
+        )
     finally:
         executor.close()
     with outputs.disk_watched(asked.out):

@@ -10,7 +10,7 @@ import hashlib
 import os
 import re
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -54,6 +54,13 @@ class PhotoFolder:
     skipped: list[tuple[str, str]] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     duplicates: list[tuple[str, str]] = field(default_factory=list)
+
+    def with_masks(self, masks: Mapping[str, Path] | None) -> PhotoFolder:
+        """The same photos with these masks, by the name of the photo, in place of those that lie
+        beside them; None keeps those."""
+        if masks is None:
+            return self
+        return replace(self, photos=[replace(p, mask=masks.get(p.name)) for p in self.photos])
 
     def cameras(self) -> dict[tuple[object, ...], list[Photo]]:
         """Photos by camera, lens and setting."""

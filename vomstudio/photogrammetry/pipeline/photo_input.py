@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,8 +19,14 @@ if TYPE_CHECKING:
     from vomstudio.io.photos.reading import PhotoFolder
 
 
-def usable_photos(folder: Path, settings: Settings, progress: Progress) -> PhotoFolder:
-    """The photos; what can be known to fail after hours is refused here.
+def usable_photos(
+    folder: Path,
+    settings: Settings,
+    progress: Progress,
+    masks: Mapping[str, Path] | None = None,
+) -> PhotoFolder:
+    """The photos; what can be known to fail after hours is refused here. masks: by photo, in place
+    of those beside the photos; None for those.
 
     Raises InputError.
     """
@@ -32,7 +38,7 @@ def usable_photos(folder: Path, settings: Settings, progress: Progress) -> Photo
     marks = [] if settings.marks is None else read_marks(settings.marks)
     if settings.control is not None:
         agreed_crs(settings.control, settings.crs)
-    found = read_photos(folder, progress)
+    found = read_photos(folder, progress).with_masks(masks)
     if len(found.photos) < 2:
         name, reason = found.skipped[0] if found.skipped else ("", "")
         raise InputError(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -62,15 +62,21 @@ _SIZE = "size"
 
 
 def reconstruct(
-    folder: Path, out: Path, settings: Settings, executor: Executor, progress: Progress
+    folder: Path,
+    out: Path,
+    settings: Settings,
+    executor: Executor,
+    progress: Progress,
+    masks: Mapping[str, Path] | None = None,
 ) -> dict[str, Any]:
     """Make a model of the photos in `folder`; what an earlier run finished is not done again.
+    masks: by photo, in place of those beside the photos; None for those.
 
     Returns the object that CLI.md promises for `reconstruct`, with more for the report; it is also
     written to `reconstruction.json`. Raises InputError for photos of which nothing can be made,
     TargetError for a disk that cannot hold it, and Cancelled.
     """
-    photos = usable_photos(folder, settings, progress)
+    photos = usable_photos(folder, settings, progress, masks)
     outputs = claim(out)
     with alone_in(outputs), disk_watched(outputs.folder):
         run = _Run(photos, outputs, settings, executor, Diary(outputs.log, progress))

@@ -6,8 +6,9 @@ photos are exports (`photo_exports`).
 
 from __future__ import annotations
 
+import contextlib
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
@@ -29,6 +30,7 @@ from vomstudio.io.project.assets import asset_path
 from vomstudio.io.project.taking_in import stored_path
 from vomstudio.photogrammetry.place.mark_prediction import Marking
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.photos.photo_row import PhotoRow
 
 _TOGETHER_S = 1.5
 _OWN = (PhotoSet, MarkedPoint, ImageMark, Mask)
@@ -126,6 +128,13 @@ class PhotoDocument(QObject):
     @property
     def project_folder(self) -> Path:
         return self._studio.project.folder
+
+    def give_masks(self, rows: Sequence[PhotoRow]) -> None:
+        """Have each row name the file of its mask."""
+        for row in rows:
+            with contextlib.suppress(VomError):
+                path = self.mask_path(row.name)
+                row.mask = None if path is None else str(path)
 
     def written(self) -> dict[str, str]:
         """The SHA-256 of files beside the photos as they were last taken in or written."""

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from vomstudio.errors import VomError
 from vomstudio.io.control.control_files import find_control
 from vomstudio.io.control.points import CONTROL, MARKS
 from vomstudio.io.project.taking_in import RECONSTRUCTIONS
@@ -177,12 +175,18 @@ class PhotoSurvey(QObject):
         assert self.folder is not None
         self._reading = self._studio.jobs.submit(
             job,
-            PhotosIn(self.folder, self._studio.project.cache),
+            PhotosIn(self.folder, self._studio.project.cache, self._masks(job)),
             title=title,
             on_done=done,
             on_failed=failed,
         )
         self.changed.emit()
+
+    def _masks(self, job: object) -> dict[str, Path] | None:
+        """Those of the project, once the photos are taken in; listing looks at what lies beside."""
+        if job is LIST_PHOTOS or not self.document.taken_in:
+            return None
+        return {row.name: Path(row.mask) for row in self.rows if row.mask is not None}
 
     def _listed(self, listed: PhotoList) -> None:
         self.rows = [PhotoRow(**vars(row), found_mask=row.mask) for row in listed.rows]
@@ -319,10 +323,7 @@ class PhotoSurvey(QObject):
             self.changed.emit()
 
     def _show_masks(self, _: object = None) -> None:
-        for row in self.rows:
-            with contextlib.suppress(VomError):
-                path = self.document.mask_path(row.name)
-                row.mask = None if path is None else str(path)
+        self.document.give_masks(self.rows)
         self.drawn_changed.emit()
 
     def _with_tables(self, settings: MakeSettings) -> MakeSettings:
@@ -354,6 +355,7 @@ class PhotoSurvey(QObject):
         if self.settings.control is None:
             # Tie points join photos whatever places the model.
             order = replace(order, marks=self.tables()[1])
+        order = replace(order, masks=self._masks(RECONSTRUCT))
         session, name = self._studio.session, folder.name
         self.result = None
 
