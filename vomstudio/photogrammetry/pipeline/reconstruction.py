@@ -356,7 +356,7 @@ class _Run:
             for material, page in zip(made.mesh.materials, made.pages, strict=True):
                 picture = jpeg(page)
                 path = stage.folder / f"{material.name}.jpg"
-                write_whole(path, lambda p, picture=picture: p.writebytes_of(picture))  # type: ignore[misc]
+                write_whole(path, lambda p, picture=picture: p.write_bytes(picture))  # type: ignore[misc]
             write_whole(stage.folder / _MESH, lambda path: save_mesh(path, made.mesh))
             stage.finish(report=asdict(made.report))
         for warning in stage.facts["report"]["warnings"]:
