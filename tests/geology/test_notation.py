@@ -143,7 +143,7 @@ def test_a_plane_dips_to_the_side_that_is_within_reach_of_it(side: str, reach: f
 
 
 def test_a_bare_pair_is_refused_where_a_quadrant_is_expected() -> None:
-    with pytest.raises(InputError, match="quadrant"):
+    with pytest.raises(InputError, match=r"^“042/41” cannot be read: the quadrant .* is missing"):
         parse_plane("042/41", "quadrant")
 
 

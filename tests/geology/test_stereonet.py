@@ -183,3 +183,29 @@ def test_a_uniform_scatter_has_schmidt_density_one() -> None:
     v /= np.linalg.norm(v, axis=1)[:, None]
     found = nets.density(v, lines_to_vectors([0, 40, 200], [90, 20, 50]), "schmidt")
     np.testing.assert_allclose(found, 1, atol=5 * math.sqrt(1 / 1000))
+
+
+@pytest.mark.parametrize("projection", ["area", "angle"])
+@pytest.mark.parametrize("method", nets.DENSITY_METHODS)
+def test_the_grid_holds_the_density_of_the_line_at_each_place_of_the_net(
+    method: str, projection: str
+) -> None:
+    """One place at a time; beyond the rim that of the nearest place on it, and soon nothing."""
+    poles = np.random.default_rng(3).normal(size=(60, 3)) + [0.5, 1.0, -2.0]
+    poles /= np.linalg.norm(poles, axis=1)[:, None]
+    x, y, found = nets.density_grid(poles, method, projection, size=21, sigma=2.0)
+    assert x[0] == y[0] == -1.0
+    assert x[-1] == y[-1] == 1.0
+    assert found.shape == (21, 21)
+    rng = np.random.default_rng(4)
+    reach = 1.0 + 3.0 * 0.1
+    for row, column in rng.integers(0, 21, (80, 2)):
+        place = np.array([x[column], y[row]])
+        radius = float(np.hypot(*place))
+        if radius > reach:
+            assert found[row, column] == 0.0
+            continue
+        line = nets.unproject(place / max(radius, 1.0), projection)
+        wanted = nets.density(poles, line, method, 2.0)[0]
+        assert found[row, column] == pytest.approx(wanted, abs=1e-9)
+    assert found.max() > 0.0
