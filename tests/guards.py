@@ -24,6 +24,7 @@ import pytest
 _WINDOWS = tuple(str(Path(__file__).parent / name) for name in ("journeys", "rendering", "ui"))
 """Tests of these folders open windows or make pictures: what they leave is looked for in memory."""
 _PATIENCE_S = 20.0
+_MEMORY_PATIENCE_S = 5.0
 """A thread that was told to end may be in the middle of something, and one that arranges a large
 model for picking gives way to everybody else."""
 
@@ -142,6 +143,14 @@ def _in_memory(item: pytest.Item, before: _Before) -> list[str]:
     if hasattr(item, "funcargs"):
         # Kept by pytest until after this, and with them all that the fixtures have made.
         item.funcargs.clear()
+    # What a thread has just handed over is let go when Qt comes to it.
+    end = time.monotonic() + _MEMORY_PATIENCE_S
+    while (left := _what_is_left(before)) and time.monotonic() < end:
+        time.sleep(0.05)
+    return left
+
+
+def _what_is_left(before: _Before) -> list[str]:
     _let_qt_work()
     gc.collect()
     _let_qt_work()
