@@ -177,6 +177,9 @@ class PhotoLinks:
         self._post(lambda: self._take(record.id, outcome, data))
 
     def _take(self, model_id: str, made: ModelPhotos | str, data: object) -> None:
+        if model_id not in self._busy:
+            # Another project has taken the place of the one that asked.
+            return
         self._busy.discard(model_id)
         if model_id not in self._projects.records:
             return

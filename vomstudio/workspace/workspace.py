@@ -18,7 +18,7 @@ from vomstudio.workspace.layers import GisLayers
 from vomstudio.workspace.model_loading import ModelLoader
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.notices import Notices
-from vomstudio.workspace.owner import Later, Post
+from vomstudio.workspace.owner import Call, Later, Post
 from vomstudio.workspace.photos import PhotoLinks
 from vomstudio.workspace.preferences import Preferences
 from vomstudio.workspace.projects import Projects
@@ -41,15 +41,21 @@ class Workspace:
         self.recovery_found: Signal[list[Path]] = Signal()
         self.settings = settings
         self.notices = Notices()
-        self.preferences = Preferences(settings, self.notices, post)
-        self.jobs = Jobs(post)
+        self._closed = False
+
+        def hand_over(call: Call) -> None:
+            # Who would be told by the time that it comes may be gone.
+            post(lambda: None if self._closed else call())
+
+        self.preferences = Preferences(settings, self.notices, hand_over)
+        self.jobs = Jobs(hand_over)
         self.selection = Selection()
         self.projects = Projects(self.preferences, self.notices)
         self.editing = Editing(self.projects, self.notices)
         self.derived = Derived(self.projects, lambda: settings.thresholds)
         self.visibility = Visibility(self.projects)
         self.display = Display(lambda values: self.projects.keep_view("display", values), later)
-        self.loader = ModelLoader(self.jobs, post, lambda: settings.point_budget)
+        self.loader = ModelLoader(self.jobs, hand_over, lambda: settings.point_budget)
         self.models = Models(
             self.projects, self.editing, self.loader, self.jobs, self.preferences, self.notices
         )
@@ -61,7 +67,7 @@ class Workspace:
             self.preferences,
             self.notices,
         )
-        self.photos = PhotoLinks(self.projects, self.models, post)
+        self.photos = PhotoLinks(self.projects, self.models, hand_over)
         self.layers = GisLayers(self.projects, self.jobs, self.notices, later)
         self._join()
 
@@ -130,6 +136,7 @@ class Workspace:
         self.projects.leave()
         self.layers.finish()
         self.jobs.close()
+        self._closed = True
 
     # --- edits -------------------------------------------------------------------------------
     def _edited(self, edit: Edit) -> None:
