@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import shiboken6
 from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMessageBox, QPushButton, QWidget
@@ -62,7 +63,9 @@ def focus(window: MainWindow) -> None:
 
 
 def dismiss(window: MainWindow) -> None:
-    """Close for good, whatever is open, keeping nothing."""
+    """Close for good, whatever is open, keeping nothing; a test may have done so itself."""
+    if not shiboken6.isValid(window):
+        return
     studio = window.studio
     if studio.project.session.dirty:
         studio.project.session.discard_unsaved()
