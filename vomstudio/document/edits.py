@@ -171,8 +171,10 @@ def set_line(
     """Give a lineation or a dimension other vertices; only a lineation has a resolution."""
     feature = _get(records, feature_id, Picked)
     if kind_of(feature).plane is not None:
-        # Other vertices must define its plane anew: `set_vertices` insists on that.
-        raise DocumentError(f"there is no feature {feature_id!r} without a plane")
+        raise DocumentError(
+            f"{feature.name} has a plane, which other vertices must define anew; "
+            "change it as a trace"
+        )
     after = replace(feature, vertices=tuple(vertices))
     if hasattr(after, "resolution"):
         after = replace(after, resolution=resolution)
