@@ -18,6 +18,7 @@ from vomstudio.io.control.control_files import read_control, read_marks
 from vomstudio.io.photos.cameras_file import Cameras, write_cameras
 from vomstudio.io.photos.reading import read_photos
 from vomstudio.io.project.sample import read_true_cameras
+from vomstudio.jobs.reconstruction_tasks import ReconstructionOrder
 from vomstudio.paths import resource
 
 TRUE = read_true_cameras()
@@ -357,14 +358,14 @@ def test_control_points_are_imported_and_what_is_missing_is_said(looked_at, phot
     wait(lambda: survey.settings.control == photos / "control.csv", "the tables in the settings")
     wait(lambda: not survey.foreseeing and survey.control_facts, "what they can do")
     assert survey.settings.found
-    asked: list[dict] = []
+    asked: list[ReconstructionOrder] = []
     monkeypatch.setattr(
-        window.studio.jobs, "submit", lambda lane, task, args, **more: asked.append(args)
+        window.studio.jobs, "submit", lambda job, order, **more: asked.append(order)
     )
     monkeypatch.setattr(type(window.survey), "why_not_make", lambda self: None)
     window.survey.make()
-    assert asked[0]["control"] == str(photos / "control.csv")
-    assert asked[0]["marks"] == str(photos / "marks.csv")
+    assert asked[0].control == photos / "control.csv"
+    assert asked[0].marks == photos / "marks.csv"
     window.survey._making = None
     photo.close()
 
