@@ -161,3 +161,5 @@ Event = (
     | FieldReady
 )
 Emit = Callable[[Event], None]
+Submit = Callable[[Callable[[], None]], object]
+"""Has a job run later, one after the other."""

@@ -17,7 +17,14 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
 from vomstudio.jobs.priority import give_way
-from vomstudio.rendering.prepare.events import Emit, Event, Problem, Registered, Stopped
+from vomstudio.rendering.prepare.events import (
+    Emit,
+    Event,
+    Problem,
+    Registered,
+    Stopped,
+    Submit,
+)
 from vomstudio.rendering.view.scalars import FieldStyle
 
 Array = npt.NDArray[np.float64]
@@ -95,7 +102,7 @@ class ModelWork:
         if self._streams is None:
             # Of its own: what takes long does not keep it waiting.
             self._streams = ThreadPoolExecutor(1, thread_name_prefix="clouds", initializer=give_way)
-        submit = self._streams.submit
+        submit = _submitter(self._streams, stop)
 
         def shape() -> None:
             with self._telling(emit, "A model could not be prepared for drawing"):
@@ -109,7 +116,7 @@ class ModelWork:
                 emit(Registered(data, bounds, origin))
                 if isinstance(data, Mesh):
                     # Only now: what comes before the model is registered would be lost.
-                    pool.submit(pictures)
+                    _submitter(pool, stop)(pictures)
                     preparation.prepare_mesh(data, origin, stop, emit)
                 else:
                     # A thread that starts waits for its turn, and who has it started waits as well.
@@ -173,3 +180,17 @@ class ModelWork:
                 DESK.report(error, what)
             with contextlib.suppress(Stopped):
                 emit(Problem(f"{what}: {error}"))
+
+
+def _submitter(pool: ThreadPoolExecutor, stop: threading.Event) -> Submit:
+    """Has work run later in a pool. A pool that is being closed refuses what its own threads still
+    hand it: that is no failure where the model is no longer wanted."""
+
+    def submit(work: Callable[[], None]) -> None:
+        try:
+            pool.submit(work)
+        except RuntimeError:
+            if not stop.is_set():
+                raise
+
+    return submit

@@ -35,10 +35,11 @@ from vomstudio.rendering.prepare.events import (
     Problem,
     ProxyReady,
     Stopped,
+    Submit,
     TextureReady,
     TexturesDone,
 )
-from vomstudio.rendering.prepare.streaming import Streamer, Submit
+from vomstudio.rendering.prepare.streaming import Streamer
 from vomstudio.rendering.prepare.textures import Texture, TextureProblem, load_texture, overview
 from vomstudio.rendering.view import blocks
 from vomstudio.rendering.view.blocks import FaceChunk

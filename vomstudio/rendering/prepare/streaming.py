@@ -8,7 +8,6 @@ more points are there than the budget allows. Once a view has everything, nothin
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
@@ -28,6 +27,7 @@ from vomstudio.rendering.prepare.events import (
     Problem,
     Stopped,
     StreamStarted,
+    Submit,
     TexturesDone,
     ViewDone,
 )
@@ -36,9 +36,6 @@ from vomstudio.rendering.view.blocks import PointChunk
 from vomstudio.rendering.view.camera import Camera, Eye
 
 Array = npt.NDArray[np.float64]
-Submit = Callable[[Callable[[], None]], object]
-"""Has a job run later, one after the other."""
-
 SHOWN_SHARE = 0.5
 """Of the points that may be there, so many are shown at most: the rest is what was seen before."""
 MOST_SHOWN = 3_000_000
