@@ -1,0 +1,119 @@
+"""Two versions of the program at the same work, in turn: what each figure of the later one is over
+that of the earlier one.
+
+    python -m tests.benchmarks.pairs --program FOLDER [--pairs 15] COMMAND [ARGUMENT ...]
+
+COMMAND is what follows `python -m`, such as `tests.benchmarks.bench_fit` or `vomstudio demo`, and
+is run in FOLDER (a checkout of the earlier version) and in the checkout of this file, one after the
+other and every second pair the other way round, so that a machine that grows slower meets both. One
+run of each before the first is not counted. Compared are the seconds and the memory of the whole
+process and of its children, and every number of seconds that the command prints. Each ratio is a
+geometric mean with its 95 % interval by Student's t over the pairs' logarithms; SLOWER stands where
+the whole interval lies above 1.05. Nothing else should run meanwhile. `{out}` in an argument is a
+new empty folder for each run.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+from scipy import stats
+
+ROOT = Path(__file__).resolve().parents[2]
+BOUND = 1.05
+NUMBER = r"[-+]?\d[\d,]*\.?\d*(?:e[-+]?\d+)?"
+Figures = dict[str, float]
+
+
+def printed_seconds(text: str) -> Figures:
+    """Numbers followed by s or ms, in seconds, named by their line without its numbers. Lines that
+    are the same otherwise are told apart by their order."""
+    found: Figures = {}
+    for line in text.splitlines():
+        label = " ".join(re.sub(NUMBER, "#", line).split())
+        for place, match in enumerate(re.finditer(rf"({NUMBER}) (ms|s)\b", line)):
+            name, again = f"{label} [{place + 1}]", 2
+            while name in found:
+                name = f"{label} [{place + 1}], {again}"
+                again += 1
+            value = float(match[1].replace(",", ""))
+            found[name] = value / 1e3 if match[2] == "ms" else value
+    return found
+
+
+def run(folder: Path, command: list[str]) -> Figures:
+    """Figures of one run in a checkout."""
+    environment = os.environ | {"PYTHONPATH": str(folder)}
+    with tempfile.TemporaryDirectory() as out:
+        asked = [word.replace("{out}", out) for word in command]
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        started = time.perf_counter()
+        # /usr/bin/time would be one program more to have: a child of its own gives the peak.
+        done = subprocess.run(
+            [sys.executable, __file__, "--child", *asked],
+            cwd=folder, env=environment, text=True, capture_output=True, check=False,
+        )  # fmt: skip
+        wall = time.perf_counter() - started
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    if done.returncode:
+        raise SystemExit(f"{done.stderr[-3000:]}\n{' '.join(asked)} failed in {folder}")
+    *lines, peak = done.stdout.splitlines()
+    spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    whole = {"processor seconds": spent, "wall seconds": wall, "peak memory, MB": int(peak) / 1024}
+    return whole | printed_seconds("\n".join(lines))
+
+
+def child(command: list[str]) -> int:
+    code = subprocess.run([sys.executable, "-m", *command], check=False).returncode
+    print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
+    return code
+
+
+def ratio(old: list[float], new: list[float]) -> tuple[float, float, float]:
+    """Geometric mean of new / old over pairs, and its 95 % interval."""
+    logs = np.log(np.asarray(new) / np.asarray(old))
+    low, high = stats.ttest_1samp(logs, 0.0).confidence_interval(0.95)
+    return float(np.exp(logs.mean())), float(np.exp(low)), float(np.exp(high))
+
+
+def main() -> int:
+    if sys.argv[1:2] == ["--child"]:
+        return child(sys.argv[2:])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
+    parser.add_argument("--program", type=Path, required=True, help="the earlier checkout")
+    parser.add_argument("--pairs", type=int, default=15)
+    parser.add_argument("command", nargs=argparse.REMAINDER)
+    asked = parser.parse_args()
+    folders = (asked.program.resolve(), ROOT)
+    runs: list[list[Figures]] = [[], []]
+    for number in range(-1, asked.pairs):
+        for which in (0, 1) if number % 2 else (1, 0):
+            figures = run(folders[which], asked.command)
+            if number >= 0:
+                runs[which].append(figures)
+    print(f"{' '.join(asked.command)}: {asked.pairs} pairs")
+    print(f"{'before':>10s} {'after':>10s}   ratio (95 %)")
+    slower = 0
+    for name in runs[0][0]:
+        if not all(figures.get(name, 0.0) > 0.0 for figures in (*runs[0], *runs[1])):
+            continue
+        old, new = ([figures[name] for figures in side] for side in runs)
+        middle, low, high = ratio(old, new)
+        said = "  SLOWER" if low > BOUND else ""
+        slower += bool(said)
+        print(f"{np.median(old):10.4f} {np.median(new):10.4f}   "
+              f"{middle:.3f} ({low:.3f}..{high:.3f})  {name}{said}", flush=True)  # fmt: skip
+    return min(slower, 1)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
