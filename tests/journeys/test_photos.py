@@ -58,6 +58,19 @@ def test_dropped_photos_are_judged_and_shown(window, photos) -> None:
     driver.keep_picture(window, "photos")
 
 
+def test_points_and_masks_that_come_with_the_photos_are_nobody_elses(window, tmp_path) -> None:
+    """The first thing that is said of them was that another program had changed them."""
+    folder = tmp_path / "photos"
+    shutil.copytree(Path(__file__).parents[1] / "specimens" / "photos", folder)
+    drop(window, folder)
+    looked_at(window)
+    driver.wait(lambda: window.survey.document.taken_in, "the points and masks", 60.0)
+    driver.pause(500)
+    assert len(window.survey.document.marking().control) > 2
+    said = [window.messages.item(row).text() for row in range(window.messages.count())]
+    assert not any("Another program" in text for text in said), said
+
+
 def test_a_folder_without_photos_says_so_and_the_window_lives(window, tmp_path) -> None:
     (tmp_path / "empty").mkdir()
     drop(window, tmp_path / "empty")

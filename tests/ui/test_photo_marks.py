@@ -190,6 +190,52 @@ def test_a_table_that_another_program_has_changed_is_put_aside(opened, folder) -
     assert "X" in (folder / "marks.csv.bak").read_text()
 
 
+TABLES = {
+    "control.csv": "# EPSG:32633\nlabel,x,y,z\nA,1,2,3\nB,4,5,6\n",
+    "marks.csv": "label,photo,x,y\nA,a.jpg,1.5,2\nT,b.jpg,3,4\n",
+}
+
+
+def looked_at_again(opened: Opened, folder: Path, changed: dict[str, str]) -> list[str]:
+    """Which files are told to be another program's, once these are there."""
+    for name, text in changed.items():
+        (folder / name).write_text(text)
+    exports = PhotoExports(opened.document)
+    exports.begin(list(opened.exports._rows.values()), given=False)
+    return exports.foreign
+
+
+def test_only_tables_that_say_something_else_are_another_programs(studio, folder) -> None:
+    for name, text in TABLES.items():
+        (folder / name).write_text(text)
+    opened = Opened(studio, folder)
+    assert not opened.exports.foreign, "they were taken in just now"
+    written_anew = {
+        "control.csv": "# EPSG:32633\nlabel,x,y,z,sigma\nB,4.0,5.0,6.0,\nA,1.0,2.0,3.0,\n",
+        "marks.csv": "label,photo,x,y\nT,sub/b.jpg,3.0,4.0\nA,a.jpg,1.50,2.0\n",
+    }
+    assert looked_at_again(opened, folder, written_anew) == []
+    for name, old, new in (
+        ("control.csv", "1,2,3", "1,2,3.5"),
+        ("control.csv", "B,4,5,6\n", ""),
+        ("control.csv", "EPSG:32633", "EPSG:32632"),
+        ("control.csv", "A,1,2,3", "A,1,2,hammer"),
+        ("marks.csv", "T,b.jpg,3,4", "T,b.jpg,3,5"),
+        ("marks.csv", "T,b.jpg", "T,a.jpg"),
+    ):
+        changed = TABLES | {name: TABLES[name].replace(old, new)}
+        assert looked_at_again(opened, folder, changed) == [name], new
+
+
+def test_tables_that_were_taken_in_without_a_note_of_their_sum_are_our_own(studio, folder) -> None:
+    """As by a project of an earlier version, whose first opening takes them in."""
+    for name, text in TABLES.items():
+        (folder / name).write_text(text)
+    opened = Opened(studio, folder)
+    opened.document.set_written({})
+    assert looked_at_again(opened, folder, {}) == []
+
+
 def test_marks_in_photos_that_are_not_there_are_kept(studio, folder) -> None:
     write_marks(folder / "marks.csv", [Mark("A", "gone.jpg", 1, 2), Mark("A", "b.jpg", 3, 4)])
     opened = Opened(studio, folder)

@@ -155,7 +155,8 @@ class FeatureLayer:
             # The selected ones are drawn once more over all the others, so that a change of the
             # selection leaves the large arrays alone.
             self._chosen_stale = False
-            chosen = [self.drawings[i] for i in self.selected if i in self.drawings]
+            # In the order of the others: which of two that cross is on top is no matter of chance.
+            chosen = [d for key, d in self.drawings.items() if key in self.selected]
             lines = self._lines([d for d in chosen if d.visible])
             self._dress("+", lines, SELECTED_WIDTH, SELECTED_HALO_EXTRA)
         points = self._actors["line"].GetMapper().GetInput().GetNumberOfPoints()

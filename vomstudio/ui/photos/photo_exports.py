@@ -17,7 +17,7 @@ from vomstudio.files.backup import set_aside
 from vomstudio.io.control.points import CONTROL, MARKS
 from vomstudio.io.control.writing import write_control, write_marks
 from vomstudio.io.photos.drawn_masks import keep_mask, load_mask, mask_place
-from vomstudio.io.project.taking_in import spare_folder
+from vomstudio.io.project.taking_in import read_beside, spare_folder
 from vomstudio.photogrammetry.place.mark_prediction import Marking
 from vomstudio.ui.common.background import Background
 from vomstudio.ui.photos.photo_document import PhotoDocument
@@ -79,11 +79,7 @@ class PhotoExports(QObject):
         """Names of files beside the photos that are neither what was taken in nor what was written
         here: another program, or a person, has changed them since."""
         files = self._document.masks()
-        names = []
-        for name in (CONTROL, MARKS):
-            path = self.table(name)
-            if path is not None and _sum(path) != self._known.get(name):
-                names.append(path.name)
+        names = self._foreign_tables()
         for row in self._rows.values():
             file = files.get(row.name)
             own = {
@@ -93,6 +89,31 @@ class PhotoExports(QObject):
             if row.found_mask and row.found_sha256 not in own:
                 names.append(Path(row.found_mask).name)
         return names
+
+    def _foreign_tables(self) -> list[str]:
+        """A table that says what the project has is nobody else's, whoever wrote it: a project of
+        an earlier version has taken it in without a note of its sum."""
+        tables = {name: self.table(name) for name in (CONTROL, MARKS)}
+        others = [
+            name
+            for name, path in tables.items()
+            if path is not None and _sum(path) != self._known.get(name)
+        ]
+        if not others:
+            return []
+        home, photos = self._document.project_folder, list(self._rows)
+        there = read_beside(home, tables[CONTROL], tables[MARKS], {}, photos)
+        points, marks = self._document.states()
+        own = self._document.photo_set
+        same = {
+            CONTROL: set(there.points) == {p for p in points if p.position is not None}
+            and there.crs == ("" if own is None else own.crs),
+            MARKS: there.pixels == marks,
+        }
+        for name in [each for each in others if same[each] and each not in there.unread]:
+            self._known[name] = _sum(tables[name])
+            others.remove(name)
+        return others
 
     def seen(self, unread: Sequence[str] = ()) -> None:
         """What lies beside the photos now was taken in, but for tables that cannot be read."""

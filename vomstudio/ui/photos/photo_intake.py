@@ -67,8 +67,7 @@ class PhotoIntake:
             if self._studio.project is project and self._document.folder == folder:
                 self._keep(folder, beside, rows, has_tables=(control, marks) != (None, None))
                 self.given_from = named
-                self._taken_in(rows)
-                self._exports.seen(beside.unread)
+                self._taken_in(rows, just_read=beside)
                 then(None)
 
         return self._studio.jobs.submit(
@@ -95,10 +94,12 @@ class PhotoIntake:
             points, marks = self._document.states()
         self._studio.attempt(take_in, known.id, points, marks, beside.masks, beside.crs or None)
 
-    def _taken_in(self, rows: Sequence[PhotoRow]) -> None:
+    def _taken_in(self, rows: Sequence[PhotoRow], *, just_read: Beside | None = None) -> None:
         """The records are what is shown."""
         self._document.look_at(self._document.folder)
         self._exports.begin(rows, given=self.given_from is not None)
+        if just_read is not None:
+            self._exports.seen(just_read.unread)
         names = self._exports.foreign
         if self._document.taken_in and names:
             more = f" and {len(names) - 3} more" if len(names) > 3 else ""

@@ -1,0 +1,28 @@
+"""Lines of features, as they are handed to VTK."""
+
+from __future__ import annotations
+
+import numpy as np
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkRenderingCore import vtkRenderer
+
+from vomstudio.rendering.scene.feature_layer import FeatureLayer
+from vomstudio.rendering.view.drawing import FeatureDrawing
+
+
+def _line(name: str, x: float) -> FeatureDrawing:
+    line = np.array([[x, 0.0, 0.0], [x, 1.0, 0.0]])
+    return FeatureDrawing(name, line, None, (1.0, 0.0, 0.0), name, line[0])
+
+
+def test_selected_lines_lie_over_each_other_as_they_do_otherwise() -> None:
+    """Pictures of one selection are the same on every day: ids are random."""
+    layer = FeatureLayer()
+    layer.attach(vtkRenderer())
+    layer.change({f"f{i:03d}": _line(f"f{i:03d}", float(i)) for i in range(50)})
+    layer.select(frozenset(f"f{i:03d}" for i in range(0, 50, 2)))
+    layer.refresh()
+    for name, step in (("line", 1), ("line+", 2)):
+        data = layer._actors[name].GetMapper().GetInput()
+        x = vtk_to_numpy(data.GetPoints().GetData())[:, 0]
+        assert x.tolist() == np.repeat(np.arange(0.0, 50.0, step), 2).tolist()
