@@ -40,6 +40,9 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.surfaces import surface_of
 from vomstudio.io.control.points import ControlPoint
 from vomstudio.io.project.assets import asset_path, keep_asset
+from vomstudio.tools.line import LineTool
+from vomstudio.tools.measure import MeasureTool
+from vomstudio.tools.trace import TraceTool
 from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent
 
 Event = tuple[str, Callable[[], object]]
@@ -134,7 +137,7 @@ def bed(shift: float) -> list[tuple[float, float, float]]:
 def studio_events(studio: Any, outcrop: Path) -> list[Event]:
     frame = Frame("local")
     model = Model("m1", "cliff", str(outcrop), "mesh", "0" * 64, placement=Frame())
-    tool = studio.trace_tool
+    tool = studio.tool_of(TraceTool)
     # The only model that a studio without workers has.
     studio.models["m1"] = SimpleNamespace(surface=surface_of(sheet()))
 
@@ -215,14 +218,14 @@ def studio_events(studio: Any, outcrop: Path) -> list[Event]:
         ("save beside a draft", save),
         ("cancel", tool.cancel),
         ("line tool", lambda: studio.activate("line")),
-        ("on a plane", lambda: studio.line_tool.choose(plane_id=trace(), slip="normal")),
+        ("on a plane", lambda: studio.tool_of(LineTool).choose(plane_id=trace(), slip="normal")),
         *(click(p) for p in bed(3.0)[:3]),
         ("take back", studio.undo),
-        ("slip", lambda: studio.line_tool.choose(slip="dextral")),
+        ("slip", lambda: studio.tool_of(LineTool).choose(slip="dextral")),
         ("finish", studio.finish_tool),
         ("measure tool", lambda: studio.activate("measure")),
         *(click(p) for p in bed(3.0)[:2]),
-        ("area", lambda: studio.measure_tool.choose(kind="area")),
+        ("area", lambda: studio.tool_of(MeasureTool).choose(kind="area")),
         *(click(p) for p in bed(3.0)[:3]),
         ("finish", studio.finish_tool),
         ("undo", studio.undo),

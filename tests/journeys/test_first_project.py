@@ -17,6 +17,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QMessageBox
 from tests import driver
 from tests.driver import click, drag, focus, key, look_at, pick, pixel, traces, wait
 from vomstudio.document.kinds.trace import Trace
+from vomstudio.tools.trace import TraceTool
 
 BEDS = ("B01", "B04", "B07")
 
@@ -81,7 +82,7 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
         assert reading(window)[0].startswith("2 points")
         pick(window, points[2:])
         driver.move(viewport, pixel(window, points[3]) + QPoint(20, 20))
-        assert len(studio.trace_tool.vertices) == len(points)
+        assert len(studio.tool_of(TraceTool).vertices) == len(points)
         assert reading(window)[1].startswith("95 %: ")
         assert "EPSG" in window.status_line._badge.text()
         assert window.status_line._position.text().startswith("E 372")
@@ -89,7 +90,7 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
             driver.keep_picture(window, "journey-3-picking")
         key(window, Qt.Key.Key_Return)
         assert len(traces(window)) == count
-        assert not studio.trace_tool.open
+        assert not studio.tool_of(TraceTool).open
     assert [t.name for t in traces(window)] == ["B01", "B02", "B03"]
     measured = studio.measured(t.id for t in traces(window))
     for trace, name in zip(traces(window), BEDS, strict=True):
@@ -104,7 +105,7 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
     look_at(window, points, 0.0, 10.0)
     window.actions_table.all["continue_trace"].trigger()
     focus(window)
-    tool = studio.trace_tool
+    tool = studio.tool_of(TraceTool)
     assert tool.open
     assert tool.continued
     start = pixel(window, points[2])

@@ -19,6 +19,7 @@ from vomstudio.geometry.patches import ids_of
 from vomstudio.io.photos.cameras_file import write_cameras
 from vomstudio.io.project.sample import read_picks, read_true_cameras
 from vomstudio.paths import resource
+from vomstudio.tools.trace import TraceTool
 
 TRUE = read_true_cameras()
 
@@ -113,14 +114,14 @@ def test_a_bed_is_seen_in_its_photos_and_another_is_picked_there(traced):
     for place in on:
         click(canvas, place)
         QTest.qWait(450)
-    assert len(studio.trace_tool.vertices) == len(on)
+    assert len(studio.tool_of(TraceTool).vertices) == len(on)
     gsd = 0.014
-    for place, vertex in zip(on, studio.trace_tool.vertices, strict=True):
+    for place, vertex in zip(on, studio.tool_of(TraceTool).vertices, strict=True):
         seen = views.pick(panel.shown.view, canvas.pixel_at(place))
         assert np.abs(seen.position - vertex).max() < 1e-9
         there = canvas.screen_of(views.pixels(panel.shown.view, np.array(vertex)[None]))[0]
         assert np.hypot(there[0] - place.x(), there[1] - place.y()) < 1e-3
-    assert np.linalg.norm(chosen[:, None] - studio.trace_tool.vertices, axis=2).min(
+    assert np.linalg.norm(chosen[:, None] - studio.tool_of(TraceTool).vertices, axis=2).min(
         axis=0
     ).max() < (3 * gsd / canvas._scale + 0.05)
     move(canvas, on[0] + QPoint(9, 14))
@@ -128,9 +129,9 @@ def test_a_bed_is_seen_in_its_photos_and_another_is_picked_there(traced):
     driver.keep_picture(window, "in-photos-3-picking")
 
     # A vertex is taken by its handle.
-    vertices = studio.trace_tool.vertices
+    vertices = studio.tool_of(TraceTool).vertices
     drag(canvas, on[1], on[1] + QPoint(0, 8))
-    changed = [a != b for a, b in zip(vertices, studio.trace_tool.vertices, strict=True)]
+    changed = [a != b for a, b in zip(vertices, studio.tool_of(TraceTool).vertices, strict=True)]
     assert changed == [i == 1 for i in range(len(on))]
     canvas.setFocus()
     key(window, Qt.Key.Key_Return)

@@ -15,6 +15,9 @@ from vomstudio.document.kinds.lineation import Lineation
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.geology.orientation import lines_to_vectors
 from vomstudio.geometry import transform
+from vomstudio.tools.line import LineTool
+from vomstudio.ui.interpret.tool_panels.line import LinePanel
+from vomstudio.ui.interpret.tool_panels.measure import MeasurePanel
 from vomstudio.ui.scene.first_view import first_view
 
 OTHER = "B07"
@@ -57,7 +60,7 @@ def test_a_line_is_picked_moved_kept_and_taken_back(picked, picks):
     at = spots(window, picks["B01"])
     key(window, Qt.Key.Key_L)
     assert studio.tool_name == "line"
-    assert not window.line_panel.visibleRegion().isEmpty(), "its panel came forward"
+    assert not window.tool_panel(LinePanel).visibleRegion().isEmpty(), "its panel came forward"
     click(viewport, at[0])
     move(viewport, at[1])
     assert "/" in reading(window)[0], "the direction to the cursor"
@@ -65,14 +68,14 @@ def test_a_line_is_picked_moved_kept_and_taken_back(picked, picks):
     assert "95 %: undefined" in reading(window)[1]
     for spot in at[2:]:
         click(viewport, spot)
-    assert len(studio.line_tool.vertices) == 5
+    assert len(studio.tool_of(LineTool).vertices) == 5
     key(window, Qt.Key.Key_Backspace)
-    assert len(studio.line_tool.vertices) == 4
+    assert len(studio.tool_of(LineTool).vertices) == 4
     key(window, Qt.Key.Key_Z, driver.CTRL)
-    assert len(studio.line_tool.vertices) == 3
-    before = studio.line_tool.vertices
+    assert len(studio.tool_of(LineTool).vertices) == 3
+    before = studio.tool_of(LineTool).vertices
     drag(viewport, at[1], at[1] + QPoint(0, 9))
-    assert [a == b for a, b in zip(before, studio.line_tool.vertices, strict=True)] == [
+    assert [a == b for a, b in zip(before, studio.tool_of(LineTool).vertices, strict=True)] == [
         True, False, True,
     ]  # fmt: skip
     driver.keep_picture(window, "lines-1-picking")
@@ -88,7 +91,7 @@ def test_a_line_is_picked_moved_kept_and_taken_back(picked, picks):
     assert studio.session.of(Lineation) == [made]
     click(viewport, at[3])
     key(window, Qt.Key.Key_Escape)
-    assert not studio.line_tool.open
+    assert not studio.tool_of(LineTool).open
     assert len(studio.session.of(Lineation)) == 1
 
 
@@ -103,10 +106,10 @@ def test_a_double_click_ends_a_line_and_a_drag_orbits_while_it_is_picked(picked,
     camera = viewport.moves.camera_state()
     drag(viewport, at[4], at[4] + QPoint(40, 30))
     assert viewport.moves.camera_state() != camera
-    assert len(studio.line_tool.vertices) == 2
+    assert len(studio.tool_of(LineTool).vertices) == 2
     QTest.qWait(20)
     QTest.mouseDClick(viewport, driver.LEFT, driver.NONE, at[3])
-    assert not studio.line_tool.open
+    assert not studio.tool_of(LineTool).open
     (made,) = studio.session.of(Lineation)
     assert len(made.vertices) >= 2
 
@@ -124,8 +127,12 @@ def test_distances_and_areas_are_measured_with_the_mouse(picked, picks):
     assert studio.measured([first.id])[first.id].dimension["distance_m"] == pytest.approx(
         np.linalg.norm(ends[1] - ends[0]), abs=1e-9
     )
-    window.measure_panel.kind_box.setCurrentIndex(window.measure_panel.kind_box.findData("area"))
-    window.measure_panel.kind_box.activated.emit(window.measure_panel.kind_box.currentIndex())
+    window.tool_panel(MeasurePanel).kind_box.setCurrentIndex(
+        window.tool_panel(MeasurePanel).kind_box.findData("area")
+    )
+    window.tool_panel(MeasurePanel).kind_box.activated.emit(
+        window.tool_panel(MeasurePanel).kind_box.currentIndex()
+    )
     driver.focus(window)
     for spot in (at[0], at[3], at[3] + QPoint(0, 40), at[0] + QPoint(0, 40)):
         click(viewport, spot)

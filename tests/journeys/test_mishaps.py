@@ -25,6 +25,7 @@ from vomstudio.document.records import Frame, Model
 from vomstudio.io.models.opening import file_hash, read_model
 from vomstudio.io.project.folder import Project
 from vomstudio.io.project.journal import read_replay
+from vomstudio.tools.trace import TraceTool
 
 
 def bed_on_model(window, shift: float = 0.0, name: str = "") -> Trace:
@@ -436,7 +437,7 @@ def test_recovered_work_is_brought_back_by_the_button_that_offers_it(own_folders
     (button,) = [b for b in window.message_bar.findChildren(QPushButton) if "back" in b.text()]
     button.click()
     assert [t.name for t in driver.traces(window)] == ["B01"]
-    assert len(window.studio.trace_tool.vertices) == 2
+    assert len(window.studio.tool_of(TraceTool).vertices) == 2
     assert window.studio.tool_name == "trace"
     driver.keep_picture(window, "mishap-recovered")
     driver.dismiss(window)

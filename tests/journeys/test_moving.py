@@ -13,6 +13,7 @@ from tests import driver
 from tests.driver import click, drag, key, look_at, pick, pixel, traces, wait
 from tests.journeys.recorded import on_screen
 from vomstudio.paths import resource
+from vomstudio.tools.trace import TraceTool
 
 
 @pytest.fixture
@@ -24,7 +25,7 @@ def picking(window, outcrop, picks):
     pick(window, picks["B04"][2:22:3])
     key(window, Qt.Key.Key_Return)
     pick(window, picks["B03"][2:22:4])
-    assert len(window.studio.trace_tool.vertices) == 5
+    assert len(window.studio.tool_of(TraceTool).vertices) == 5
     return window
 
 
@@ -93,7 +94,7 @@ def test_the_open_trace_waits_while_another_tool_is_used(picking, picks):
     assert on_screen(picking.studio) == before
     key(picking, Qt.Key.Key_T)
     pick(picking, picks["B03"][23:])
-    assert len(picking.studio.trace_tool.vertices) == 6
+    assert len(picking.studio.tool_of(TraceTool).vertices) == 6
 
 
 def test_a_plane_is_selected_by_a_click_on_its_line_and_let_go_beside_it(picking, picks):

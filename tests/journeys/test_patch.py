@@ -12,6 +12,8 @@ from tests import driver
 from tests.driver import CTRL, click, drag, key, look_at, move, open_outcrop, pixel, wait
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.geometry.patches import ids_of
+from vomstudio.tools.patch import PatchTool
+from vomstudio.ui.interpret.tool_panels.patch import PatchPanel
 
 RIGHT, MIDDLE = Qt.MouseButton.RightButton, Qt.MouseButton.MiddleButton
 NORTH = QPoint(0, -40)
@@ -56,12 +58,12 @@ def still(window) -> None:
 
 def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcrop, picks, tmp_path):
     window = driver.make_window()
-    studio, viewport, tool = window.studio, window.viewport, window.studio.patch_tool
+    studio, viewport, tool = window.studio, window.viewport, window.studio.tool_of(PatchTool)
     at = ready(window, outcrop, picks)
     assert window.docks["patch"].isVisible()
     move(viewport, at)
     assert viewport.preview.brush is not None
-    window.patch_panel.radius.setValue(0.25)
+    window.tool_panel(PatchPanel).radius.setValue(0.25)
     assert tool.radius == 0.25
 
     # The view stands still while the left button paints.
@@ -70,7 +72,7 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     assert tool.open
     assert viewport.preview.area is not None
     assert viewport.preview.reading[1].startswith("95 %: ")
-    assert window.patch_panel.fit_view.isVisible()
+    assert window.tool_panel(PatchPanel).fit_view.isVisible()
     driver.keep_picture(window, "patch-1-painting")
     drag(viewport, at, at + QPoint(60, 20))
     QTest.mouseRelease(viewport, driver.LEFT, driver.NONE, at + QPoint(60, 20))
@@ -105,7 +107,7 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     # The keys of the brush; one click is one place.
     key(window, Qt.Key.Key_BracketLeft)
     assert tool.radius == pytest.approx(0.2)
-    assert window.patch_panel.radius.value() == pytest.approx(0.2)
+    assert window.tool_panel(PatchPanel).radius.value() == pytest.approx(0.2)
     key(window, Qt.Key.Key_BracketRight)
     assert tool.radius == pytest.approx(0.25)
     click(viewport, at + NORTH)
@@ -127,7 +129,9 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     # Another one, of another type, in an orthographic view.
     key(window, Qt.Key.Key_Return)
     assert tool.current is None
-    window.patch_panel.type_box.setCurrentIndex(window.patch_panel.type_box.findData("joint"))
+    window.tool_panel(PatchPanel).type_box.setCurrentIndex(
+        window.tool_panel(PatchPanel).type_box.findData("joint")
+    )
     window.actions_table.run("orthographic")
     still(window)
     place = pixel(window, np.median(picks["B04"], axis=0)) - 2 * NORTH
@@ -149,7 +153,7 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     window.actions_table.run("continue_patch")
     assert studio.tool_name == "patch"
     assert tool.continued
-    assert not window.patch_panel.type_box.isEnabled()
+    assert not window.tool_panel(PatchPanel).type_box.isEnabled()
     QTest.qWait(QApplication.doubleClickInterval() + 50)
     click(viewport, place + QPoint(30, 0))
     assert [p.name for p in patches(window)] == ["B01", "J01"]
@@ -180,7 +184,7 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
 def test_a_quick_drag_leaves_no_gaps(window, outcrop, picks):
     """One jump of the cursor across the view paints all that lies between."""
     at = ready(window, outcrop, picks)
-    tool = window.studio.patch_tool
+    tool = window.studio.tool_of(PatchTool)
     move(window.viewport, at)
     tool.set_radius(0.12)
     from PySide6.QtCore import QEvent, QPointF

@@ -17,6 +17,9 @@ class Context:
         self.made: list[str] = []
         self.rows_when_shown: list[int] = []
 
+    def set_next(self, type_id, set_name):
+        self.next_type_id, self.next_set = type_id, set_name
+
     def surface(self, model_id):
         return None
 

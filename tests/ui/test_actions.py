@@ -12,7 +12,8 @@ from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Frame
 from vomstudio.geology.orientation import Plane
-from vomstudio.ui.shell.menus import MENUS
+from vomstudio.tools.trace import TraceTool
+from vomstudio.ui.interpret.tool_panels.trace import TracePanel
 from vomstudio.ui.shell.palette import CommandPalette
 
 
@@ -37,7 +38,8 @@ def test_what_cannot_be_done_in_the_empty_window_says_why(window):
 
 
 def test_every_command_is_in_a_menu_or_says_its_key(window):
-    in_menus = {name for _, names in MENUS for name in names}
+    menus = [action.menu() for action in window.menuBar().actions()]
+    in_menus = {action.objectName() for menu in menus for action in menu.actions()}
     for command in window.actions_table.commands():
         in_submenu = command.name.partition("_")[0] in ("notation", "display", "planes", "open")
         assert command.name in in_menus or command.shortcut or in_submenu, command.name
@@ -74,11 +76,11 @@ def test_undo_and_redo_say_what_they_would_take_back(window, studio):
 def test_a_click_of_an_open_trace_is_undone_before_older_edits(window, studio):
     beds(studio)
     studio.activate("trace")
-    studio.trace_tool.continue_trace("t1")
+    studio.tool_of(TraceTool).continue_trace("t1")
     before = studio.records["t1"]
-    studio.trace_tool.delete_vertex(0)
+    studio.tool_of(TraceTool).delete_vertex(0)
     window.actions_table.run("undo")
-    assert studio.trace_tool.vertices == before.vertices
+    assert studio.tool_of(TraceTool).vertices == before.vertices
     assert len(studio.session.of(Trace)) == 3
 
 
@@ -88,7 +90,11 @@ def test_letters_typed_into_a_field_stay_letters(window, studio):
     beds(studio)
     studio.selection.set(["t0"])
     before = dict(studio.records)
-    for field in (window.table._filter, window.view_panel.typed, window.trace_panel.set_edit):
+    for field in (
+        window.table._filter,
+        window.view_panel.typed,
+        window.tool_panel(TracePanel).set_edit,
+    ):
         field.setFocus()
         field.clear()
         QTest.keyClicks(field, "tnfopb178")

@@ -13,6 +13,9 @@ from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
 from vomstudio.document.records import DEFAULT_TYPES, FeatureType
 from vomstudio.ui.common import theme
+from vomstudio.ui.interpret.tool_panels.line import LinePanel
+from vomstudio.ui.interpret.tool_panels.patch import PatchPanel
+from vomstudio.ui.interpret.tool_panels.trace import TracePanel
 from vomstudio.ui.interpret.types_dialog import TypesDialog
 
 LEFT = Qt.MouseButton.LeftButton
@@ -49,9 +52,9 @@ def combos(window) -> list[list[str]]:
     return [
         [box.itemText(i) for i in range(box.count())]
         for box in (
-            window.trace_panel.type_box,
-            window.patch_panel.type_box,
-            window.line_panel.type_box,
+            window.tool_panel(TracePanel).type_box,
+            window.tool_panel(PatchPanel).type_box,
+            window.tool_panel(LinePanel).type_box,
             window.properties.fields["type_id"],
         )
     ]
@@ -151,7 +154,7 @@ def test_names_and_colours_of_types_change_everywhere_at_once(window, studio):
 
     assert studio.attempt(edits.change_type, replace(kind, name="Strata", color="#123456"))
     assert all("Strata" in names and "Bedding" not in names for names in combos(window))
-    assert window.trace_panel.type_box.currentData() == "fault"
+    assert window.tool_panel(TracePanel).type_box.currentData() == "fault"
     assert window.properties.fields["type_id"].currentData() == "bedding"
     assert window.tree._items["bedding"].text(0) == "Strata (1)"
     model = window.table.model
@@ -207,7 +210,7 @@ def test_empty_types_are_shown_on_demand_and_one_is_chosen_for_what_is_next(wind
     menu = tree.menu_for("vein")
     next(a for a in menu.actions() if a.text().startswith("&Next")).trigger()
     assert studio.next_type_id == "vein"
-    assert window.trace_panel.type_box.currentData() == "vein"
+    assert window.tool_panel(TracePanel).type_box.currentData() == "vein"
     assert tree._items["vein"].font(0).bold()
     assert not tree._items["bedding"].font(0).bold()
 

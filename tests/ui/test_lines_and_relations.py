@@ -12,9 +12,13 @@ from vomstudio.document import edits
 from vomstudio.document.kinds.dimension import Dimension
 from vomstudio.document.kinds.intersection import Intersection
 from vomstudio.document.kinds.lineation import Lineation
+from vomstudio.tools.line import LineTool
+from vomstudio.tools.measure import MeasureTool
 from vomstudio.ui.common.plane_box import SELECTED
 from vomstudio.ui.interpret.relations import IntersectionDialog
 from vomstudio.ui.interpret.table_panel import COLUMNS
+from vomstudio.ui.interpret.tool_panels.line import LinePanel
+from vomstudio.ui.interpret.tool_panels.measure import MeasurePanel
 
 FACE = ((0.0, 0.0, 0.0), (1.0, 2.0, 0.2), (0.4, 4.0, 0.1), (2.0, 5.0, 1.0), (3.0, 1.0, 2.0))
 
@@ -44,7 +48,7 @@ def planes(window, studio):
 
 # --- line ----------------------------------------------------------------------------------------
 def test_types_that_are_lines_stand_first(window, planes):
-    box = window.line_panel.type_box
+    box = window.tool_panel(LinePanel).type_box
     names = [box.itemText(i) for i in range(box.count())]
     assert names[:2] == ["Fold axis", "Lineation"]
     assert set(names[2:]) >= {"Bedding", "Fault"}
@@ -54,7 +58,7 @@ def test_types_that_are_lines_stand_first(window, planes):
 
 
 def test_slip_waits_for_a_plane_and_says_so(window, planes):
-    panel = window.line_panel
+    panel = window.tool_panel(LinePanel)
     assert not panel.slip_box.isEnabled()
     assert "choose the plane" in panel.slip_box.toolTip()
     choose(panel.plane_box, "f1")
@@ -76,30 +80,34 @@ def test_slip_waits_for_a_plane_and_says_so(window, planes):
     assert rows["B01"] == "–"
     choose(panel.plane_box, "")
     assert not panel.slip_box.isEnabled()
-    assert planes.line_tool.next.slip == ""
+    assert planes.tool_of(LineTool).next.slip == ""
 
 
 def test_the_selected_plane_is_followed_and_stays_when_a_line_is_made(window, planes):
-    panel = window.line_panel
+    panel = window.tool_panel(LinePanel)
     planes.selection.set(["f1"])
-    assert planes.line_tool.next.plane_id == "", "not before it is asked for"
+    assert planes.tool_of(LineTool).next.plane_id == "", "not before it is asked for"
     choose(panel.plane_box, SELECTED)
-    assert planes.line_tool.next.plane_id == "f1"
+    assert planes.tool_of(LineTool).next.plane_id == "f1"
     planes.selection.set(["b2"])
-    assert planes.line_tool.next.plane_id == "b2"
+    assert planes.tool_of(LineTool).next.plane_id == "b2"
     assert "B02" in panel.plane_box.currentText()
     planes.activate("line")
     click(planes, (0, 0, 0), (1, 0.5, 1.0))
     planes.finish_tool()
-    assert planes.line_tool.next.plane_id == "b2", "the made line is selected, the plane stays"
+    assert planes.tool_of(LineTool).next.plane_id == "b2", (
+        "the made line is selected, the plane stays"
+    )
     choose(panel.plane_box, "f1")
     planes.selection.set(["b1"])
-    assert planes.line_tool.next.plane_id == "f1", "chosen by name: the selection does not matter"
+    assert planes.tool_of(LineTool).next.plane_id == "f1", (
+        "chosen by name: the selection does not matter"
+    )
     choose(panel.plane_box, SELECTED)
-    assert planes.line_tool.next.plane_id == "b1"
+    assert planes.tool_of(LineTool).next.plane_id == "b1"
     planes.selection.set(["b1"])
     planes.attempt(edits.delete, ["b1"])
-    assert planes.line_tool.next.plane_id == ""
+    assert planes.tool_of(LineTool).next.plane_id == ""
 
 
 def test_a_line_is_laid_onto_another_plane_in_its_properties(window, planes):
@@ -141,7 +149,7 @@ def test_measurements_stand_in_the_tree_with_their_value(window, planes):
 
 
 def test_a_thickness_is_measured_across_the_selected_plane(window, planes):
-    panel = window.measure_panel
+    panel = window.tool_panel(MeasurePanel)
     assert not panel._form.isRowVisible(panel.plane_box)
     choose(panel.kind_box, "thickness")
     assert panel._form.isRowVisible(panel.plane_box)
@@ -157,12 +165,12 @@ def test_a_thickness_is_measured_across_the_selected_plane(window, planes):
 
 def test_what_is_typed_into_the_vertices_moves_them(window, planes):
     planes.activate("measure")
-    choose(window.measure_panel.kind_box, "polyline")
+    choose(window.tool_panel(MeasurePanel).kind_box, "polyline")
     click(planes, (0, 0, 0), (0, 3, 4))
-    table = window.measure_panel.table
+    table = window.tool_panel(MeasurePanel).table
     table.item(1, 2).setText("0,5")
-    assert planes.measure_tool.vertices[1] == (0.0, 3.0, 0.5)
-    assert "3.04 m" in window.measure_panel.figures.text()
+    assert planes.tool_of(MeasureTool).vertices[1] == (0.0, 3.0, 0.5)
+    assert "3.04 m" in window.tool_panel(MeasurePanel).figures.text()
     planes.cancel_tool()
     assert not table.isVisible()
 

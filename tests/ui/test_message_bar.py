@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QApplication
 
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.interpret.tool_panels.trace import TracePanel
 
 
 def test_a_message_leaves_the_view_its_place(window, studio):
@@ -39,7 +40,9 @@ def test_the_wheel_over_a_choice_changes_nothing(window, studio, box):
     add_cliff(studio)
     add_bed(studio)
     studio.selection.set(["t1"])
-    choice = window.trace_panel.type_box if box == "trace" else window.properties.fields[box]
+    choice = (
+        window.tool_panel(TracePanel).type_box if box == "trace" else window.properties.fields[box]
+    )
     assert isinstance(choice, ComboBox)
     before = choice.currentIndex(), studio.records["t1"]
     at = QPointF(choice.rect().center())

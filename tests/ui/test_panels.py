@@ -11,8 +11,10 @@ from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.errors import DocumentError
+from vomstudio.tools.trace import TraceTool
+from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.interpret.table_panel import COLUMNS
-from vomstudio.ui.interpret.trace_panel import parse_number
+from vomstudio.ui.interpret.tool_panels.trace import TracePanel
 
 ASCENDING, DESCENDING = Qt.SortOrder.AscendingOrder, Qt.SortOrder.DescendingOrder
 
@@ -301,18 +303,18 @@ def test_a_vertex_shown_in_any_locale_is_read_back_as_the_same_number(window, st
     QLocale.setDefault(QLocale(language))
     try:
         studio.activate("trace")
-        studio.trace_tool.continue_trace("t1")
-        table = window.trace_panel.table
+        studio.tool_of(TraceTool).continue_trace("t1")
+        table = window.tool_panel(TracePanel).table
         for row in range(4):
             for col in range(3):
                 assert parse_number(table.item(row, col).text()) == pytest.approx(
                     trace.vertices[row][col], abs=5e-4
                 )
         table.item(1, 0).setText(table.item(1, 0).text()[:-1] + "9")
-        assert studio.trace_tool.vertices[1][0] == pytest.approx(372411.119, abs=1e-6)
+        assert studio.tool_of(TraceTool).vertices[1][0] == pytest.approx(372411.119, abs=1e-6)
         table.item(1, 0).setText("here")
         assert "not a number" in studio.notices[-1].text
-        assert studio.trace_tool.vertices[1][0] == pytest.approx(372411.119, abs=1e-6)
+        assert studio.tool_of(TraceTool).vertices[1][0] == pytest.approx(372411.119, abs=1e-6)
     finally:
         QLocale.setDefault(before)
 
@@ -371,15 +373,15 @@ def test_the_row_is_written_before_any_view_hears_of_it(window, studio):
 def test_the_trace_panel_shows_the_type_and_set_of_the_open_trace(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1", "main", type_id="fault", set_name="F")
-    panel = window.trace_panel
+    panel = window.tool_panel(TracePanel)
     assert panel.type_box.currentData() == "bedding"
     studio.activate("trace")
-    studio.trace_tool.continue_trace("t1")
+    studio.tool_of(TraceTool).continue_trace("t1")
     assert panel.type_box.currentData() == "fault"
     assert panel.set_edit.text() == "F"
     assert not panel.type_box.isEnabled()
     assert "Not now" in panel.type_box.toolTip()
-    studio.trace_tool.cancel()
+    studio.tool_of(TraceTool).cancel()
     assert panel.type_box.currentData() == "bedding"
     assert panel.set_edit.text() == ""
     assert panel.type_box.isEnabled()
@@ -399,10 +401,13 @@ def test_typing_a_set_for_a_restored_trace_keeps_its_type(window, studio, tmp_pa
     studio.new_project()
     studio.set_next("bedding", "")
     studio.open_project(tmp_path / "p.vom")
-    assert studio.trace_tool.trace.type_id == "fault"
-    assert window.trace_panel.type_box.currentData() == "fault"
-    type_into(window.trace_panel.set_edit, "G")
-    assert (studio.trace_tool.trace.type_id, studio.trace_tool.trace.set_name) == ("fault", "G")
+    assert studio.tool_of(TraceTool).trace.type_id == "fault"
+    assert window.tool_panel(TracePanel).type_box.currentData() == "fault"
+    type_into(window.tool_panel(TracePanel).set_edit, "G")
+    assert (studio.tool_of(TraceTool).trace.type_id, studio.tool_of(TraceTool).trace.set_name) == (
+        "fault",
+        "G",
+    )
 
 
 def test_a_draft_that_cannot_be_read_is_said(window, studio, tmp_path):
@@ -412,7 +417,7 @@ def test_a_draft_that_cannot_be_read_is_said(window, studio, tmp_path):
     studio.new_project()
     studio.open_project(tmp_path / "p.vom")
     assert any("unfinished feature could not be read" in n.text for n in studio.notices)
-    assert not studio.trace_tool.open
+    assert not studio.tool_of(TraceTool).open
 
 
 def test_long_words_in_the_status_line_do_not_widen_the_window(window) -> None:

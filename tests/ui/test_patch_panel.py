@@ -12,7 +12,11 @@ from tests.geometry.test_brush import centre_of, grid
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.geometry.streaming.surfaces import surface_of
+from vomstudio.tools.patch import PatchTool
+from vomstudio.tools.trace import TraceTool
 from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent
+from vomstudio.ui.interpret.tool_panels.patch import PatchPanel
+from vomstudio.ui.interpret.tool_panels.trace import TracePanel
 
 MESH = grid(41, 4.0, rough=0.01)
 
@@ -24,7 +28,7 @@ def painting(window, studio):
     studio.models["m1"] = SimpleNamespace(surface=surface_of(MESH), data=MESH)
     studio.models["m1"].surface.build()
     studio.activate("patch")
-    studio.patch_tool.set_radius(0.3)
+    studio.tool_of(PatchTool).set_radius(0.3)
     return studio
 
 
@@ -49,7 +53,7 @@ def test_the_dock_comes_forward_with_its_tool_and_the_left_button_paints(window,
 
 
 def test_the_radius_is_typed_shown_and_changed_by_its_commands(window, painting):
-    panel, tool = window.patch_panel, painting.patch_tool
+    panel, tool = window.tool_panel(PatchPanel), painting.tool_of(PatchTool)
     panel.radius.setValue(0.8)
     assert tool.radius == pytest.approx(0.8)
     window.actions_table.run("brush_larger")
@@ -65,7 +69,7 @@ def test_the_radius_is_typed_shown_and_changed_by_its_commands(window, painting)
 
 
 def test_the_panel_shows_the_fit_while_the_stroke_is_made(window, painting):
-    panel = window.patch_panel
+    panel = window.tool_panel(PatchPanel)
     assert not panel.fit_view.isVisibleTo(panel)
     painting.pointer(event(Pointer.DRAG_START, 900))
     QTest.qWait(50)
@@ -80,14 +84,14 @@ def test_the_panel_shows_the_fit_while_the_stroke_is_made(window, painting):
 
 
 def test_type_and_set_of_what_is_made_next(window, painting):
-    panel = window.patch_panel
+    panel = window.tool_panel(PatchPanel)
     panel.type_box.setCurrentIndex(panel.type_box.findData("joint"))
     panel.set_edit.setText("J1")
     panel.set_edit.editingFinished.emit()
     dab(painting, 900)
     (patch,) = patches(painting)
     assert (patch.name, patch.type_id, patch.set_name) == ("J01", "joint", "J1")
-    assert window.trace_panel.type_box.currentData() == "joint"
+    assert window.tool_panel(TracePanel).type_box.currentData() == "joint"
 
 
 def test_finish_cancel_and_continue_are_offered_when_they_can_be_done(window, painting):
@@ -99,14 +103,14 @@ def test_finish_cancel_and_continue_are_offered_when_they_can_be_done(window, pa
     assert actions["finish"].isEnabled()
     assert actions["cancel"].isEnabled()
     window.actions_table.run("finish")
-    assert painting.patch_tool.current is None
+    assert painting.tool_of(PatchTool).current is None
     assert painting.selection.ids == (patches(painting)[0].id,)
     window.actions_table.run("continue_patch")
-    assert painting.patch_tool.continued
+    assert painting.tool_of(PatchTool).continued
     dab(painting, 910)
     window.actions_table.run("cancel")
     assert len(patches(painting)) == 1
-    assert painting.patch_tool.current is None
+    assert painting.tool_of(PatchTool).current is None
 
 
 def test_undo_and_redo_take_strokes(window, painting):
@@ -118,18 +122,18 @@ def test_undo_and_redo_take_strokes(window, painting):
     assert patches(painting) == one
     window.actions_table.run("undo")
     assert patches(painting) == []
-    assert not window.patch_panel._name.isVisibleTo(window.patch_panel)
+    assert not window.tool_panel(PatchPanel)._name.isVisibleTo(window.tool_panel(PatchPanel))
     window.actions_table.run("redo")
     window.actions_table.run("redo")
     assert patches(painting) == two
-    assert painting.patch_tool.current == two[0]
+    assert painting.tool_of(PatchTool).current == two[0]
 
 
 def test_another_tool_can_be_chosen_between_strokes(window, painting):
     dab(painting, 900)
     painting.activate("trace")
     assert painting.tool_name == "trace"
-    assert painting.patch_tool.current is None
+    assert painting.tool_of(PatchTool).current is None
     painting.activate("patch")
     dab(painting, 930)
     assert len(patches(painting)) == 2
@@ -140,7 +144,7 @@ def test_the_brush_waits_while_a_trace_is_open(window, painting):
     painting.pointer(event(Pointer.CLICK, 900))
     painting.activate("patch")
     assert painting.tool_name == "trace"
-    painting.trace_tool.cancel()
+    painting.tool_of(TraceTool).cancel()
 
 
 def test_only_a_patch_is_continued_by_the_brush(window, painting):

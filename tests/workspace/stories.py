@@ -20,6 +20,7 @@ from vomstudio.io.project.sample import read_picks, read_truth, sample_model
 from vomstudio.io.settings import Settings
 from vomstudio.jobs.job import Nothing
 from vomstudio.jobs.model_tasks import LOAD_MODEL, WARM, ModelFile
+from vomstudio.tools.trace import TraceTool
 from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent
 from vomstudio.workspace.notices import Notice
 from vomstudio.workspace.owner import Loop
@@ -142,12 +143,12 @@ def draft(folder: Path) -> None:
     assert found == [[target]]
     again.work.projects.open(target)
     assert again.work.tools.active_name == "trace"
-    assert len(again.work.tools.trace.vertices) == count
+    assert len(again.work.tools.of(TraceTool).vertices) == count
     assert any(f"with {count} points is back" in notice.text for notice in again.said)
     assert again.work.worth_asking
     again.wait(lambda: again.work.models.open, "the model")
     again.work.undo()
-    assert len(again.work.tools.trace.vertices) == count - 1
+    assert len(again.work.tools.of(TraceTool).vertices) == count - 1
     again.work.tools.finish()
     assert [len(t.vertices) for t in again.work.projects.of(Trace)] == [count - 1]
     again.work.discard()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 from vomstudio.document.measurements import Measurement
 from vomstudio.document.records import Feature
@@ -14,7 +14,15 @@ from vomstudio.tools.types import PointerEvent, Preview
 
 class Tool(Protocol):
     """A state machine for gestures in the viewport. One tool at most is open at a time: it has
-    something unfinished, which `finish` or `cancel` ends, and which its draft brings back."""
+    something unfinished, which `finish` or `cancel` ends, and which its draft brings back.
+
+    name : in drafts, and of its command and panel; what : what it makes, in a sentence; paints : it
+    draws with the left button, so that the right one turns the outcrop
+    """
+
+    name: ClassVar[str]
+    what: ClassVar[str]
+    paints: ClassVar[bool]
 
     @property
     def open(self) -> bool: ...
@@ -29,6 +37,9 @@ class Tool(Protocol):
     def why_not_finish(self) -> str | None:
         """None where `finish` can be called now, else the reason."""
 
+    def why_not_cancel(self) -> str | None:
+        """None where `cancel` can be called now, else the reason."""
+
     def pointer(self, event: PointerEvent) -> None: ...
 
     def undo(self) -> bool:
@@ -38,6 +49,12 @@ class Tool(Protocol):
         """Keep it; the id of what was made, or None with the reason said."""
 
     def cancel(self) -> None: ...
+
+    def leave(self) -> None:
+        """Another tool is taken up."""
+
+    def look_again(self) -> None:
+        """The document has changed."""
 
     def forget(self) -> None:
         """Leave it to its draft: the project is being closed."""
@@ -62,6 +79,9 @@ class ToolContext(Protocol):
     @property
     def next_set(self) -> str:
         """The set for what is made next."""
+
+    def set_next(self, type_id: str, set_name: str) -> None:
+        """Another type and set for what is made next."""
 
     def surface(self, model_id: str) -> PaintSurface | None:
         """The surface of an open model; None while it is not loaded."""

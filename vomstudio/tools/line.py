@@ -17,6 +17,7 @@ from vomstudio.document.records import Model, Point
 from vomstudio.errors import GeometryError
 from vomstudio.geology.notation import format_line
 from vomstudio.geometry.discs import disc
+from vomstudio.tools.entry import ToolEntry
 from vomstudio.tools.polyline import PolylineTool, plane_of, points_text
 
 
@@ -189,3 +190,13 @@ class LineTool(PolylineTool[Lineation]):
 
 def _sound(line: NextLine) -> NextLine:
     return line if line.plane_id else replace(line, slip="")
+
+
+TOOL = ToolEntry(
+    LineTool,
+    label="&Line",
+    icon="arrow-top-right",
+    key="L",
+    tip="Click along a striation, hinge or other lineation: trend, plunge, rake on a plane",
+    order=30,
+)

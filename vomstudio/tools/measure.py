@@ -17,6 +17,7 @@ from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Model, Point
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.discs import disc
+from vomstudio.tools.entry import ToolEntry
 from vomstudio.tools.polyline import PolylineTool, plane_of, points_text
 
 KINDS: tuple[DimensionKind, ...] = tuple(kind for kind, _ in DIMENSION_KINDS)
@@ -188,3 +189,13 @@ class MeasureTool(PolylineTool[Dimension]):
         if measured is None or not measured.dimension:
             return (points_text(len(self.vertices)),)
         return tuple(words(measured))
+
+
+TOOL = ToolEntry(
+    MeasureTool,
+    label="&Measure",
+    icon="ruler",
+    key="M",
+    tip="Distance, length, area, thickness across a plane",
+    order=40,
+)

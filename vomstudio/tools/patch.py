@@ -25,12 +25,11 @@ from vomstudio.geometry import transform
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.geometry.units import area_text
 from vomstudio.tools.context import ToolContext
+from vomstudio.tools.entry import ToolEntry
 from vomstudio.tools.fit_words import WIDTH, error_text, first_reason, indices_text
 from vomstudio.tools.polyline import rgb
 from vomstudio.tools.stroke import Stroke
 from vomstudio.tools.types import BrushRing, Button, Hit, Pointer, PointerEvent, Preview
-
-NAME = "patch"
 
 SMALLEST_RADIUS, LARGEST_RADIUS = 1e-3, 1e4
 STEP = 1.25
@@ -41,6 +40,10 @@ _NOTHING_PAINTED = "no patch is being painted"
 
 
 class PatchTool:
+    name = "patch"
+    what = "patch"
+    paints = True
+
     def __init__(self, context: ToolContext) -> None:
         self._context = context
         self._radius: float | None = None
@@ -315,7 +318,7 @@ class PatchTool:
         self._reset()
 
     def leave(self) -> None:
-        """Another tool is chosen."""
+        """Another tool is taken up. A stroke that is being made is kept: there is no way back."""
         if self._down:
             self._release()
         self._reset()
@@ -441,3 +444,13 @@ def _round(length: float) -> float:
 
 def _two_digits(length: float) -> float:
     return float(f"{length:.2g}")
+
+
+TOOL = ToolEntry(
+    PatchTool,
+    label="&Patch",
+    icon="brush",
+    key="P",
+    tip="Paint over one surface; its plane is fitted as you go",
+    order=20,
+)

@@ -33,6 +33,7 @@ class PolylineTool(Generic[F]):
 
     name: ClassVar[str]
     what: ClassVar[str]
+    paints: ClassVar[bool] = False
     record: ClassVar[type[Any]]
 
     def __init__(self, context: ToolContext) -> None:
@@ -92,6 +93,15 @@ class PolylineTool(Generic[F]):
 
     def set_type(self, type_id: str, set_name: str) -> None:
         """Feature type and set of what is made next have been chosen anew."""
+
+    def leave(self) -> None:
+        """Another tool is taken up: what is open waits, with its draft."""
+
+    def look_again(self) -> None:
+        """The document has changed: what is open is none of it yet."""
+
+    def why_not_cancel(self) -> str | None:
+        return None if self.open else "nothing is being picked"
 
     # --- state -------------------------------------------------------------------------------
     @property

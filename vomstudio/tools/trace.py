@@ -13,17 +13,16 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Model, Point
 from vomstudio.geometry.discs import disc
+from vomstudio.tools.entry import ToolEntry
 from vomstudio.tools.fit_words import error_text, first_reason, indices_text
 from vomstudio.tools.polyline import PolylineTool, points_text
 from vomstudio.tools.surroundings import around
-
-NAME = "trace"
 
 
 class TraceTool(PolylineTool[Trace]):
     """Three points or more, of which a plane is fitted as they come."""
 
-    name = NAME
+    name = "trace"
     what = "trace"
     record = Trace
 
@@ -94,6 +93,13 @@ class TraceTool(PolylineTool[Trace]):
             set_name=str(state["set_name"]),
         )
 
+    def restore(self, state: Mapping[str, Any]) -> bool:
+        if not super().restore(state):
+            return False
+        if self._feature is not None:
+            self._context.set_next(self._feature.type_id, self._feature.set_name)
+        return True
+
     def set_type(self, type_id: str, set_name: str) -> None:
         """The feature type and set of the open trace."""
         if self._feature is not None and not self._continued:
@@ -131,3 +137,13 @@ class TraceTool(PolylineTool[Trace]):
             indices_text(fit, f"n {count}"),
             *first_reason(measurement.verdict),
         )
+
+
+TOOL = ToolEntry(
+    TraceTool,
+    label="&Trace",
+    icon="vector-polyline",
+    key="T",
+    tip="Click along a bed, fault or fracture; its plane is fitted as you go",
+    order=10,
+)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 from vomstudio.document.measurements import Measurement
 from vomstudio.document.records import Feature, FeatureType
@@ -12,10 +12,7 @@ from vomstudio.document.session import Session
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.signals import Signal
 from vomstudio.tools.context import Tool
-from vomstudio.tools.line import LineTool
-from vomstudio.tools.measure import MeasureTool
-from vomstudio.tools.patch import PatchTool
-from vomstudio.tools.trace import TraceTool
+from vomstudio.tools.found import TOOLS
 from vomstudio.tools.types import PointerEvent, Preview
 from vomstudio.workspace.derived import Derived
 from vomstudio.workspace.models import Models
@@ -23,6 +20,8 @@ from vomstudio.workspace.notices import Notices
 from vomstudio.workspace.preferences import Preferences
 from vomstudio.workspace.projects import Projects
 from vomstudio.workspace.wording import plane_text
+
+T = TypeVar("T")
 
 NAVIGATE = "navigate"
 """Stands for no tool where a tool is named."""
@@ -55,24 +54,18 @@ class ToolHost:
         self.active_name = NAVIGATE
         self.next_type_id = "bedding"
         self.next_set = ""
-        self.trace = TraceTool(self)
-        self.patch = PatchTool(self)
-        self.line = LineTool(self)
-        self.measuring = MeasureTool(self)
-        self.tools: dict[str, Tool] = {
-            "trace": self.trace,
-            "patch": self.patch,
-            "line": self.line,
-            "measure": self.measuring,
-        }
+        self.tools: dict[str, Tool] = {entry.name: entry.tool(self) for entry in TOOLS}
+
+    def of(self, kind: type[T]) -> T:
+        """The tool of this class."""
+        return next(tool for tool in self.tools.values() if isinstance(tool, kind))
 
     # --- which one ---------------------------------------------------------------------------
     def activate(self, name: str) -> None:
         if name == self.active_name:
             return
-        if self.active_name == "patch":
-            # A stroke that is being made is kept: there is no way back to it.
-            self.patch.leave()
+        if (left := self.active) is not None:
+            left.leave()
         open_tool = self.open_tool
         if open_tool is not None and self.tools.get(name) is not open_tool:
             waits = "finish it with Enter or cancel it with Esc"
@@ -123,6 +116,11 @@ class ToolHost:
         if self.next_type_id not in self._projects.records:
             self.next_type_id = self._projects.of(FeatureType)[0].id
 
+    def look_again(self) -> None:
+        """The document has changed."""
+        for tool in self.tools.values():
+            tool.look_again()
+
     # --- coming and going with a project -----------------------------------------------------
     def forget(self) -> None:
         """What is unfinished is left to its draft."""
@@ -138,13 +136,10 @@ class ToolHost:
         if tool is None or not tool.restore(state):
             self._notices.warn("An unfinished feature could not be read and was left out.")
             return
-        if trace := self.trace.trace:
-            self.next_type_id, self.next_set = trace.type_id, trace.set_name
         self.tool_changed()
         count = len(state.get("vertices", ()))
         points = f"{count} point{'s' if count != 1 else ''}"
-        what = "measurement" if name == "measure" else name
-        self._notices.info(f"An unfinished {what} with {points} is back: go on picking.")
+        self._notices.info(f"An unfinished {tool.what} with {points} is back: go on picking.")
 
     # --- ToolContext -------------------------------------------------------------------------
     @property

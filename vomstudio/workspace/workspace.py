@@ -148,7 +148,7 @@ class Workspace:
         self.selection.keep(self.projects.records)
         self.edited.emit(edit)
         self.photos.edited(edit)
-        self.tools.patch.look_again()
+        self.tools.look_again()
         self.layers.write_soon()
 
     def undo(self) -> None:

@@ -55,8 +55,7 @@ class Studio(QObject):
         self.jobs, self.loader, self.selection = w.jobs, w.loader, w.selection
         self.display, self.photo_links = w.display, w.photos
         self.models, self.tools = w.models.open, w.tools.tools
-        self.trace_tool, self.patch_tool = w.tools.trace, w.tools.patch
-        self.line_tool, self.measure_tool = w.tools.line, w.tools.measuring
+        self.tool_of = w.tools.of
 
         self.new_project, self.open_project = w.projects.new, w.projects.open
         self.save, self.save_as, self.discard = w.projects.save, w.projects.save_as, w.discard

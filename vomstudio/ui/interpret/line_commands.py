@@ -1,11 +1,10 @@
-"""Commands of lines, dimensions and intersections."""
+"""Commands of lines and intersections."""
 
 from __future__ import annotations
 
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.ui.common.actions import Command
-from vomstudio.ui.common.chosen import why_no_model
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.interpret import relations
 from vomstudio.ui.scene.view_panel import ViewPanel
@@ -13,9 +12,6 @@ from vomstudio.ui.scene.view_panel import ViewPanel
 
 def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Command]:
     """parent : of the dialogs."""
-
-    def not_loaded() -> str | None:
-        return why_no_model(studio)
 
     def too_few_groups() -> str | None:
         if len(relations.groups_of(studio)) > 1:
@@ -26,12 +22,6 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
         relations.IntersectionDialog(studio, parent).open()
 
     return [
-        Command("line", "&Line", lambda: studio.activate("line"), "arrow-top-right", "L",
-                "Click along a striation, hinge or other lineation: trend, plunge, rake on a plane",
-                not_loaded, in_viewport=True, checked=lambda: studio.tool_name == "line"),
-        Command("measure", "&Measure", lambda: studio.activate("measure"), "ruler", "M",
-                "Distance, length, area, thickness across a plane",
-                not_loaded, in_viewport=True, checked=lambda: studio.tool_name == "measure"),
         Command("keep_intersection", "&Keep intersection", lambda: relations.keep(studio),
                 "vector-intersection", (),
                 "The line where the two selected planes meet, as a feature with its error",

@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from vomstudio.errors import VomError
+from vomstudio.tools.entry import ToolEntry
+from vomstudio.tools.found import TOOLS
 from vomstudio.tools.polyline import PolylineTool
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.chosen import why_no_model, why_none_chosen
@@ -35,7 +37,8 @@ class _Picking:
         return NOTHING_OPEN if unfinished is None else unfinished.why_not_finish()
 
     def why_not_cancel(self) -> str | None:
-        return None if self._studio.patch_tool.current is not None else self.why_nothing()
+        unfinished = self._studio.open_tool or self._studio.tool
+        return NOTHING_OPEN if unfinished is None else unfinished.why_not_cancel()
 
     def why_no_vertex(self) -> str | None:
         if (tool := self.tool) is None:
@@ -91,19 +94,22 @@ class _Picking:
             unfinished.undo()
 
 
+def _taking_up(studio: Studio, entry: ToolEntry) -> Command:
+    name = entry.name
+    return Command(
+        name, entry.label, lambda: studio.activate(name), entry.icon, entry.key, entry.tip,
+        lambda: why_no_model(studio), in_viewport=True, checked=lambda: studio.tool_name == name,
+    )  # fmt: skip
+
+
 def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Command]:
     picking = _Picking(studio)
-
-    def not_loaded() -> str | None:
-        return why_no_model(studio)
 
     return [
         Command("navigate", "&Navigate", lambda: studio.activate("navigate"), "cursor-move", "N",
                 "Turn, move and zoom; click a plane to select it", in_viewport=True,
                 checked=lambda: studio.tool_name == "navigate"),
-        Command("trace", "&Trace", lambda: studio.activate("trace"), "vector-polyline", "T",
-                "Click along a bed, fault or fracture; its plane is fitted as you go",
-                not_loaded, in_viewport=True, checked=lambda: studio.tool_name == "trace"),
+        *(_taking_up(studio, entry) for entry in TOOLS),
         Command("finish", "Finish", studio.finish_tool, "check", ("Return", "Enter"),
                 "Keep what is being picked", picking.why_not_finish, in_viewport=True),
         Command("cancel", "Cancel", studio.cancel_tool, "close", "Esc",

@@ -102,12 +102,12 @@ class OutcropView(QObject):
     def take_up(self, tool: str) -> None:
         """Cursor and buttons of a tool."""
         if self.viewport is not None:
-            picking = tool in self._studio.tools
-            cursor = Qt.CursorShape.CrossCursor if picking else Qt.CursorShape.ArrowCursor
-            self.viewport.setCursor(cursor)
-            # A brush paints with the left button.
+            found = self._studio.tools.get(tool)
+            arrow, cross = Qt.CursorShape.ArrowCursor, Qt.CursorShape.CrossCursor
+            self.viewport.setCursor(arrow if found is None else cross)
+            paints = found is not None and found.paints
             self.viewport.gestures.orbit_button = (
-                Qt.MouseButton.RightButton if tool == "patch" else Qt.MouseButton.LeftButton
+                Qt.MouseButton.RightButton if paints else Qt.MouseButton.LeftButton
             )
 
     # --- the camera --------------------------------------------------------------------------

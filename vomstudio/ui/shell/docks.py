@@ -17,9 +17,6 @@ _TABBED = (
     ("photos", "in_photos"),
     ("in_photos", "jobs"),
     ("jobs", "messages"),
-    ("trace", "patch"),
-    ("trace", "line"),
-    ("trace", "measure"),
 )
 _IN_FRONT = ("trace", "stereonet", "table")
 
@@ -30,6 +27,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
     def __init__(self, window: QMainWindow) -> None:
         self._window = window
         self._docks: dict[str, QDockWidget] = {}
+        self._behind: dict[str, str] = {}
         self._put_away: QByteArray | None = None
         left, right = Qt.DockWidgetArea.LeftDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea
         window.setCorner(Qt.Corner.BottomLeftCorner, left)
@@ -44,12 +42,22 @@ class WindowDocks(Mapping[str, QDockWidget]):
     def __len__(self) -> int:
         return len(self._docks)
 
-    def add(self, area: Qt.DockWidgetArea, name: str, title: str, widget: QWidget) -> None:
+    def add(
+        self,
+        area: Qt.DockWidgetArea,
+        name: str,
+        title: str,
+        widget: QWidget,
+        behind: str | None = None,
+    ) -> None:
+        """behind : the dock that is in front of this one, in the same place, at first"""
         dock = QDockWidget(title, self._window)
         dock.setObjectName(name)
         dock.setWidget(widget)
         self._window.addDockWidget(area, dock)
         self._docks[name] = dock
+        if behind is not None:
+            self._behind[name] = behind
 
     def fill_menu(self, menu: QMenu) -> None:
         """Each panel with a tick where it is shown."""
@@ -71,7 +79,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
         return self._window.restoreState(state, _LAYOUT_VERSION)
 
     def _arrange(self) -> None:
-        for left, right in _TABBED:
+        for left, right in (*_TABBED, *((front, name) for name, front in self._behind.items())):
             self._window.tabifyDockWidget(self[left], self[right])
         for name in _IN_FRONT:
             self[name].raise_()

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import (
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 
 # A viewport that cannot draw must not keep the net away.
 _LONGEST_WAIT_MS = 5000
+Panel = TypeVar("Panel", bound=QWidget)
 
 
 class MainWindow(QMainWindow):
@@ -89,6 +90,10 @@ class MainWindow(QMainWindow):
     def filled(self) -> bool:
         """Whether the studio and the panels are there."""
         return self._filled
+
+    def tool_panel(self, kind: type[Panel]) -> Panel:
+        """The panel of this class."""
+        return next(panel for panel in self._tool_panels.values() if isinstance(panel, kind))
 
     # --- parts -------------------------------------------------------------------------------
     def _make_models(self) -> None:
@@ -155,15 +160,16 @@ class MainWindow(QMainWindow):
 
     def _rest_commands(self) -> list[Command]:
         from vomstudio.ui.analyse import net_commands, ortho_commands
-        from vomstudio.ui.interpret import feature_commands, line_commands, patch_commands
+        from vomstudio.ui.interpret import feature_commands, line_commands, tool_panels
         from vomstudio.ui.shell import compact_commands, help_commands
 
         studio, view = self.studio, self.view
+        self._of_tools = tool_panels.commands(studio)
         self._open_types = partial(feature_commands.open_types, self, studio, self._dialogs)
         return [
             *ortho_commands.commands(studio, view, self.view_panel, self),
             *line_commands.commands(studio, self.view_panel, self),
-            *patch_commands.commands(studio),
+            *(command for some in self._of_tools for command in some),
             *net_commands.commands(studio, lambda: getattr(self, "net", None), self),
             *feature_commands.commands(studio, self._open_types),
             *display_commands.commands(studio, view, self.cameras, self.docks),
@@ -187,13 +193,10 @@ class MainWindow(QMainWindow):
     def _make_panels(self) -> None:
         from vomstudio.ui.common.chosen import current_model
         from vomstudio.ui.common.messages_panel import MessagesPanel
-        from vomstudio.ui.interpret.line_panel import LinePanel
-        from vomstudio.ui.interpret.measure_panel import MeasurePanel
-        from vomstudio.ui.interpret.patch_panel import PatchPanel
+        from vomstudio.ui.interpret import tool_panels
         from vomstudio.ui.interpret.project_tree import ProjectTree
         from vomstudio.ui.interpret.properties_panel import PropertiesPanel
         from vomstudio.ui.interpret.table_panel import TablePanel
-        from vomstudio.ui.interpret.trace_panel import TracePanel
         from vomstudio.ui.photos.photos_panel import PhotosPanel
         from vomstudio.ui.scene.display_panel import DisplayPanel
         from vomstudio.ui.shell.record_actions import record_actions
@@ -203,10 +206,7 @@ class MainWindow(QMainWindow):
         self.tree = ProjectTree(
             studio, partial(record_actions, self.actions_table), self._open_types
         )
-        self.trace_panel = TracePanel(studio, actions)
-        self.patch_panel = PatchPanel(studio, actions)
-        self.line_panel = LinePanel(studio, actions)
-        self.measure_panel = MeasurePanel(studio, actions)
+        self._tool_panels = tool_panels.make_panels(studio, actions)
         self.display_panel = DisplayPanel(studio, actions, partial(current_model, studio))
         self.display_panel.on_clip_toggled(actions["clipping_box"].trigger)
         self.properties = PropertiesPanel(
@@ -225,6 +225,7 @@ class MainWindow(QMainWindow):
             key.activated.connect(actions["delete"].trigger)
 
     def _fill_docks(self) -> None:
+        from vomstudio.tools.found import TOOLS
         from vomstudio.ui.shell.jobs_panel import JobsPanel
 
         # The net needs matplotlib: its place is kept until the window is on the screen.
@@ -234,10 +235,12 @@ class MainWindow(QMainWindow):
         right = partial(self.docks.add, area.RightDockWidgetArea)
         bottom = partial(self.docks.add, area.BottomDockWidgetArea)
         left("project", self.tr("Project"), self.tree)
-        left("trace", self.tr("Trace"), self.trace_panel)
-        left("patch", self.tr("Patch"), self.patch_panel)
-        left("line", self.tr("Line"), self.line_panel)
-        left("measure", self.tr("Measure"), self.measure_panel)
+        front = None
+        for entry in TOOLS:
+            if entry.name in self._tool_panels:
+                panel = self._tool_panels[entry.name]
+                left(entry.name, self.tr(entry.title), panel, behind=front)
+                front = front or entry.name
         right("stereonet", self.tr("Stereonet"), self._net_place)
         right("view", self.tr("View direction"), self.view_panel)
         right("display", self.tr("Display"), self.display_panel)
@@ -249,11 +252,16 @@ class MainWindow(QMainWindow):
         bottom("messages", self.tr("Messages"), self.messages)
 
     def _make_bars(self) -> None:
+        from vomstudio.tools.found import TOOLS
         from vomstudio.ui.shell.menus import fill_menu_bar, make_toolbar
         from vomstudio.ui.shell.notices import Notices
         from vomstudio.ui.shell.status_line import StatusLine
 
         actions = self.actions_table.all
+        groups = {
+            "tools": [entry.name for entry in TOOLS],
+            "of_tools": [n for some in self._of_tools for n in (*(c.name for c in some), "|")],
+        }
         fill_menu_bar(
             self,
             actions,
@@ -262,8 +270,9 @@ class MainWindow(QMainWindow):
                 "display": lambda menu: display_commands.fill_menu(menu, actions, self.studio),
                 "docks": self.docks.fill_menu,
             },
+            groups=groups,
         )
-        self.addToolBar(make_toolbar(self, actions))
+        self.addToolBar(make_toolbar(self, actions, groups))
         self.status_line = StatusLine(self.studio, actions["declare_frame"])
         self.setStatusBar(self.status_line)
         self._notices = Notices(self.messages, self.message_bar, self.status_line, actions)

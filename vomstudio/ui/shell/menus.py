@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
@@ -10,7 +10,8 @@ from PySide6.QtWidgets import QMainWindow, QMenu, QSizePolicy, QToolBar, QToolBu
 
 from vomstudio.ui.common import theme
 
-# "|" is a line between commands, and "*" stands before the name of a menu inside the menu.
+# "|" is a line between commands, "*" stands before the name of a menu inside the menu, and "+"
+# before that of a group of commands that the tools bring.
 MENUS = (
     ("&File", ("new", "open", "choose_photos", "open_project", "*recent", "*discarded", "|",
                "save", "save_as", "compact_project", "take_back_compaction", "|",
@@ -28,15 +29,14 @@ MENUS = (
                  "open_report")),
     ("&Model", ("declare_frame", "locate", "open_cameras", "find_photos", "|", "copy_model",
                 "export_model", "remove_model")),
-    ("&Interpret", ("navigate", "trace", "patch", "line", "measure", "|", "finish", "cancel",
-                    "continue_trace", "delete_vertex", "|", "continue_patch", "brush_removes",
-                    "brush_smaller", "brush_larger", "|", "feature_types")),
+    ("&Interpret", ("navigate", "+tools", "|", "finish", "cancel", "continue_trace",
+                    "delete_vertex", "|", "+of_tools", "feature_types")),
     ("&Analyse", ("along_beta", "along_line", "face_plane", "|", "keep_intersection",
                   "intersection_of_sets", "|", "orthophoto", "|", "show_stereonet")),
     ("&Help", ("shortcuts", "save_report", "|", "about")),
 )  # fmt: skip
 
-_TOOLBAR = ("open", "save", "|", "navigate", "trace", "patch", "line", "measure", "|",
+_TOOLBAR = ("open", "save", "|", "navigate", "+tools", "|",
             "undo", "redo", "|", "home", "frame_selection", "orthographic", "*views")  # fmt: skip
 _VIEWS = ("top", "north", "east", "south", "west", "bottom")
 # What everybody knows by its icon: so the bar has room at 1400 pixels.
@@ -46,6 +46,8 @@ _PLANES = ("planes_discs", "planes_symbols", "planes_neither")
 _NOTATIONS = ("notation_dipdir", "notation_strike", "notation_quadrant")
 
 FillMenu = Callable[[QMenu], None]
+Groups = Mapping[str, Sequence[str]]
+"""Names of commands, and lines between them, by the name of the group."""
 
 
 def fill_menu_bar(
@@ -54,18 +56,24 @@ def fill_menu_bar(
     *,
     fresh: Mapping[str, FillMenu],
     once: Mapping[str, FillMenu],
+    groups: Groups,
 ) -> None:
     """fresh : what fills a menu inside a menu whenever it is opened; once : what fills it now"""
     for title, names in MENUS:
         menu = window.menuBar().addMenu(window.tr(title))
         menu.setToolTipsVisible(True)
-        for name in names:
+        for name in _with_groups(names, groups):
             if name == "|":
                 menu.addSeparator()
             elif name.startswith("*"):
                 _add_menu(menu, name[1:], actions, fresh, once)
             else:
                 menu.addAction(actions[name])
+
+
+def _with_groups(names: Sequence[str], groups: Groups) -> Iterator[str]:
+    for name in names:
+        yield from groups[name[1:]] if name.startswith("+") else (name,)
 
 
 def _add_menu(
@@ -96,11 +104,11 @@ def _add_menu(
         inner.addActions([actions[each] for each in _NOTATIONS])
 
 
-def make_toolbar(window: QMainWindow, actions: Mapping[str, QAction]) -> QToolBar:
+def make_toolbar(window: QMainWindow, actions: Mapping[str, QAction], groups: Groups) -> QToolBar:
     bar = QToolBar(window.tr("Tools"))
     bar.setObjectName("toolbar")
     bar.setMovable(False)
-    for name in _TOOLBAR:
+    for name in _with_groups(_TOOLBAR, groups):
         if name == "|":
             bar.addSeparator()
         elif name == "*views":

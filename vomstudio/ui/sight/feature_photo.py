@@ -189,10 +189,10 @@ class FeaturePhoto(QObject):
 
     # --- gestures ----------------------------------------------------------------------------
     def _tool_changed(self, name: str) -> None:
-        self.canvas.left_paints = name == "patch"
-        picking = name in self._studio.tools
-        cursor = Qt.CursorShape.CrossCursor if picking else Qt.CursorShape.ArrowCursor
-        self.canvas.setCursor(cursor)
+        tool = self._studio.tools.get(name)
+        self.canvas.left_paints = tool is not None and tool.paints
+        arrow, cross = Qt.CursorShape.ArrowCursor, Qt.CursorShape.CrossCursor
+        self.canvas.setCursor(arrow if tool is None else cross)
 
     def _pointed(self, at: PhotoPointer) -> None:
         photos = self.photos

@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QFormLayout, QLabel, QLineEdit, QVBoxLayout, QWidg
 
 from vomstudio.document.edit import Edit
 from vomstudio.document.records import FeatureType
+from vomstudio.tools.line import LineTool
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.fit_view import FitView
 from vomstudio.ui.common.plane_box import PlaneBox
@@ -21,7 +22,7 @@ class LinePanel(QWidget):
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
         self._studio = studio
-        self._tool = studio.line_tool
+        self._tool = studio.tool_of(LineTool)
         self.type_box = ComboBox()
         self.type_box.setObjectName("line_type")
         self.type_box.activated.connect(self._chosen)
@@ -121,3 +122,6 @@ class LinePanel(QWidget):
         self.slip_box.setEnabled(not why)
         self.slip_box.setToolTip(why or self.tr("How the hanging wall moved along the line"))
         self.table.refresh()
+
+
+PANEL = LinePanel

@@ -1,23 +1,20 @@
-"""The commands of the patch tool."""
+"""What is done to a patch that is being painted."""
 
 from __future__ import annotations
 
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.records import get
 from vomstudio.errors import VomError
+from vomstudio.tools.patch import PatchTool
 from vomstudio.ui.common.actions import Command
-from vomstudio.ui.common.chosen import why_no_model
 from vomstudio.ui.common.studio import Studio
 
 
 def commands(studio: Studio) -> list[Command]:
-    tool = studio.patch_tool
-
-    def not_loaded() -> str | None:
-        return why_no_model(studio)
+    tool = studio.tool_of(PatchTool)
 
     def not_painting() -> str | None:
-        return None if studio.tool_name == "patch" else "choose Patch first"
+        return None if studio.tool_name == tool.name else "choose Patch first"
 
     def chosen() -> Patch | None:
         found = [
@@ -37,16 +34,13 @@ def commands(studio: Studio) -> list[Command]:
         patch = chosen()
         if patch is None:
             return
-        studio.activate("patch")
+        studio.activate(tool.name)
         try:
             tool.take_up(patch.id)
         except VomError as error:
             studio.fail(error)
 
     return [
-        Command("patch", "&Patch", lambda: studio.activate("patch"), "brush", "P",
-                "Paint over one surface; its plane is fitted as you go", not_loaded,
-                in_viewport=True, checked=lambda: studio.tool_name == "patch"),
         Command("continue_patch", "Continue the patch", take_up, "brush-variant", (),
                 "Take the selected patch up again: paint on, or take away", cannot_continue),
         Command("brush_removes", "Brush takes away",

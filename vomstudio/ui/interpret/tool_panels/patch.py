@@ -20,18 +20,19 @@ from PySide6.QtWidgets import (
 from vomstudio.document.edit import Edit
 from vomstudio.document.measurements import Measurement
 from vomstudio.document.records import FeatureType
-from vomstudio.tools.patch import LARGEST_RADIUS, SMALLEST_RADIUS
+from vomstudio.tools.patch import LARGEST_RADIUS, SMALLEST_RADIUS, PatchTool
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.fit_view import FitView
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.interpret.tool_panels import patch_commands
 
 
 class PatchPanel(QWidget):
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
         self._studio = studio
-        self._tool = studio.patch_tool
+        self._tool = studio.tool_of(PatchTool)
         self._shown: Measurement | None = None
         self.radius = QDoubleSpinBox()
         self.radius.setObjectName("brush_radius")
@@ -146,3 +147,7 @@ def _button(action: QAction, text: str) -> QToolButton:
     button.setDefaultAction(action)
     button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
     return button
+
+
+PANEL = PatchPanel
+COMMANDS = patch_commands.commands

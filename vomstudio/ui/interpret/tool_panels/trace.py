@@ -5,20 +5,19 @@ from __future__ import annotations
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QFormLayout, QLabel, QLineEdit, QVBoxLayout, QWidget
 
+from vomstudio.tools.trace import TraceTool
 from vomstudio.ui.common.fit_view import FitView
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
-from vomstudio.ui.common.vertex_table import VertexTable, parse_number
+from vomstudio.ui.common.vertex_table import VertexTable
 from vomstudio.ui.common.widgets import action_buttons
-
-__all__ = ["TracePanel", "parse_number"]
 
 
 class TracePanel(QWidget):
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
         self._studio = studio
-        self._tool = studio.trace_tool
+        self._tool = studio.tool_of(TraceTool)
         self.type_box = TypeBox(studio)
         self.type_box.setObjectName("trace_type")
         self.type_box.currentIndexChanged.connect(self._next_changed)
@@ -91,3 +90,6 @@ class TracePanel(QWidget):
                 if self._tool.continued
                 else ""
             )
+
+
+PANEL = TracePanel

@@ -9,6 +9,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QFormLayout, QLabel, QVBoxLayout, QWidget
 
 from vomstudio.document.kinds.dimension import KINDS, words
+from vomstudio.tools.measure import MeasureTool
 from vomstudio.ui.common.plane_box import PlaneBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import VertexTable
@@ -27,7 +28,7 @@ class MeasurePanel(QWidget):
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
         self._studio = studio
-        self._tool = studio.measure_tool
+        self._tool = studio.tool_of(MeasureTool)
         self.kind_box = ComboBox()
         self.kind_box.setObjectName("measure_kind")
         for kind, name in KINDS:
@@ -92,3 +93,6 @@ class MeasurePanel(QWidget):
         self._hint.setText(self.tr(_HINTS[tool.kind]))
         self._hint.setVisible(not tool.open)
         self.table.refresh()
+
+
+PANEL = MeasurePanel

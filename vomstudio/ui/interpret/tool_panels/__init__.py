@@ -1,0 +1,34 @@
+"""The panels of the tools. A module of this package that has the name of a tool holds its `PANEL`,
+a widget made with the studio and the actions. `COMMANDS`, where there are any, takes the studio and
+gives what else the tool can do; they stand in the menu behind what all tools can do. Nothing has to
+be entered anywhere.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from importlib.util import find_spec
+
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QWidget
+
+from vomstudio.tools.found import TOOLS
+from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.studio import Studio
+
+_MODULES = {
+    entry.name: import_module(f"{__name__}.{entry.name}")
+    for entry in TOOLS
+    if find_spec(f"{__name__}.{entry.name}") is not None
+}
+
+
+def make_panels(studio: Studio, actions: dict[str, QAction]) -> dict[str, QWidget]:
+    """By the names of their tools."""
+    return {name: module.PANEL(studio, actions) for name, module in _MODULES.items()}
+
+
+def commands(studio: Studio) -> list[list[Command]]:
+    """Those of each tool that has any."""
+    found = [getattr(module, "COMMANDS", None) for module in _MODULES.values()]
+    return [make(studio) for make in found if make is not None]
