@@ -161,7 +161,8 @@ def test_one_layer_is_the_main_one_and_only_that_of_dimensions_leaves_columns_ou
 
 
 def test_dimensions_are_listed_and_hidden_together():
-    assert GROUPS == (OwnGroup("dimensions", "Measurements", "ruler"),)
+    (group,) = GROUPS
+    assert group == OwnGroup(id="dimensions", title="Measurements", icon="ruler")
     assert group_of(ONE_OF_EACH["dimension"]) == GROUPS[0].id
 
 
@@ -370,7 +371,7 @@ def test_planes_that_meet_far_away_have_their_line_drawn_midway():
     # As far as their size and distance reach, the line is where they meet: 20 m from the middle.
     apart = 20.0 * 2 * math.tan(math.radians(25.0))
     reach = 0.5 * 30.0 * math.sqrt(2.0) + apart
-    assert 20.0 < reach
+    assert reach > 20.0
     a = wall("a", Plane(90.0, 25.0), (0.0, 0.0, 0.0), size=30.0)
     b = wall("b", Plane(270.0, 25.0), (0.0, 0.0, -apart), size=30.0)
     assert meeting(a, b).measured.points.mean(axis=0)[0] == pytest.approx(20.0)
@@ -445,8 +446,8 @@ def test_lengths_are_those_of_the_right_triangle():
         back = seen(dimension("distance", *ends[::-1]), model=model).measured
         assert back.dimension == {**found.dimension, "vertical_m": -12.0 * scale}
     walk = dimension("polyline", ends[0], (1.0, 5.0, 1.0), (4.0, 5.0, 1.0), ends[1])
-    assert seen(walk).measured.dimension == {**seen(dimension("distance", *ends)).measured.dimension,
-                                             "length_m": 19.0}  # fmt: skip
+    straight = seen(dimension("distance", *ends)).measured.dimension
+    assert seen(walk).measured.dimension == {**straight, "length_m": 19.0}
 
 
 def test_an_area_is_that_of_its_ring():
