@@ -272,7 +272,9 @@ def test_a_patch_is_drawn_by_its_outline_or_as_a_place():
 
 
 def test_a_reading_and_an_intersection_stand_where_they_are():
-    read = drawn(seen(replace(ONE_OF_EACH["reading"], position=(4.0, 5.0, 6.0))))
+    subject = seen(replace(ONE_OF_EACH["reading"], position=(4.0, 5.0, 6.0)))
+    assert subject.measured.metric
+    read = drawn(subject)
     assert read.line.tolist() == [[4.0, 5.0, 6.0]]
     assert read.anchor.tolist() == read.sign.tolist() == [4.0, 5.0, 6.0]
     meets = drawn(seen(ONE_OF_EACH["intersection"], ONE_OF_EACH["trace"], ONE_OF_EACH["patch"]))
@@ -283,28 +285,32 @@ def test_a_reading_and_an_intersection_stand_where_they_are():
 FAULT = Plane(90.0, 60.0)
 
 
-def striation(rake: float, slip: str, n: int = 3) -> Lineation:
+START = np.array([100.0, 200.0, 30.0])
+
+
+def striation(rake: float, slip: str, n: int = 3, size: float = 4.0) -> Lineation:
     radians = math.radians(rake)
     way = math.cos(radians) * FAULT.strike_vector() + math.sin(radians) * FAULT.dip_vector()
-    points = np.linspace(0.0, 4.0, n)[:, None] * way
+    points = START + np.linspace(0.0, size, n)[:, None] * way
     return Lineation("l1", "L01", "fault", "m1", HASH, tuple(map(tuple, points.tolist())),
                      plane_id="r1", slip=slip)  # fmt: skip
 
 
 @pytest.mark.parametrize("slip", ["normal", "reverse", "sinistral", "dextral"])
-@pytest.mark.parametrize("rake", [20.0, 130.0])
-def test_an_arrow_points_where_the_hanging_wall_moved(rake: float, slip: str):
+@pytest.mark.parametrize(("rake", "n", "size"), [(20.0, 2, 0.5), (130.0, 4, 4.0)])
+def test_an_arrow_points_where_the_hanging_wall_moved(rake: float, n: int, size: float, slip: str):
     reading = Reading("r1", "R", "fault", "plane", 90.0, 60.0)
-    subject = seen(striation(rake, slip), reading)
+    subject = seen(striation(rake, slip, n, size), reading)
     way = slip_from_rake(FAULT, subject.measured.slip_rake_deg).vector()
     sketch = drawn(subject)
+    assert len(sketch.line) == n + 3
     start, *_, end, left, head, right = sketch.line
-    assert (end - start) @ way == pytest.approx(4.0)
+    assert (end - start) @ way == pytest.approx(size)
     assert head.tolist() == end.tolist()
     # The wings lie in the plane, to either side, behind the head; it is seen and hides no line.
     for wing in (left, right):
         assert (wing - head) @ FAULT.normal() == pytest.approx(0.0, abs=1e-9)
-        assert 0.4 < (head - wing) @ way < 1.2
+        assert 0.1 < ((head - wing) @ way) / size < 0.3
     across = np.cross(FAULT.normal(), way)
     sides = [(wing - head) @ across for wing in (left, right)]
     assert sides[0] == pytest.approx(-sides[1])
@@ -363,10 +369,10 @@ def test_the_line_of_two_planes_is_drawn_where_they_meet():
 
 
 def test_planes_that_meet_far_away_have_their_line_drawn_midway():
-    a = wall("a", Plane(90.0, 10.0), (0.0, 0.0, 0.0))
-    b = wall("b", Plane(90.0, 12.0), (0.0, 0.0, 10.0))
+    a = wall("a", Plane(90.0, 10.0), (1000.0, 2000.0, 0.0))
+    b = wall("b", Plane(90.0, 12.0), (1000.0, 2000.0, 10.0))
     points = meeting(a, b).measured.points
-    assert points.mean(axis=0) == pytest.approx([0.0, 0.0, 5.0], abs=1e-6)
+    assert points.mean(axis=0) == pytest.approx([1000.0, 2000.0, 5.0], abs=1e-6)
     assert length(points) == pytest.approx(max(seen(f).measured.fit.extent for f in (a, b)))
     # As far as their size and distance reach, the line is where they meet: 20 m from the middle.
     apart = 20.0 * 2 * math.tan(math.radians(25.0))
@@ -379,7 +385,12 @@ def test_planes_that_meet_far_away_have_their_line_drawn_midway():
 
 def test_readings_have_no_size_and_picks_lend_theirs():
     read = Reading("b", "b", "bedding", "plane", 0.0, 45.0)
-    assert len(meeting(read, replace(read, id="a", azimuth_deg=90.0)).measured.points) == 0
+    for place in (None, (7.0, 8.0, 9.0)):
+        own = replace(read, position=place)
+        found = meeting(own, replace(own, id="a", azimuth_deg=90.0)).measured
+        assert found.points.shape == (0, 3)
+        assert found.line is not None
+        assert found.metric
     a = wall("a", Plane(90.0, 60.0), (7.0, 8.0, 9.0))
     points = meeting(a, read).measured.points
     assert points.mean(axis=0) == pytest.approx([7.0, 8.0, 9.0])
@@ -424,7 +435,7 @@ def test_parallel_planes_meet_nowhere():
     found = meeting(a, wall("b", Plane(90.0, 30.0), (0.0, 0.0, 5.0))).measured
     assert "parallel" in found.problem
     assert found.line is found.verdict is None
-    assert len(found.points) == 0
+    assert found.points.shape == (0, 3)
     assert found.kind == "intersection"
     assert words(meeting(a, wall("b", Plane(90.0, 30.0), (0.0, 0.0, 5.0)))) == []
     steep = meeting(a, wall("b", Plane(90.0, 50.0), (0.0, 0.0, 5.0)))

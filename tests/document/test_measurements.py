@@ -12,6 +12,8 @@ from tests.document.test_kinds import HASH, MODEL, ONE_OF_EACH, RECORDS_OF_ALL
 from tests.samples import ZIGZAG, bed, placed
 from vomstudio.document import edits
 from vomstudio.document.kind import kind_of
+from vomstudio.document.kinds import trace
+from vomstudio.document.kinds.intersection import Intersection
 from vomstudio.document.kinds.lineation import Lineation
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.measurement import (
@@ -31,12 +33,12 @@ from vomstudio.document.measurements import (
     rests_on,
     sources_of,
 )
-from vomstudio.document.records import DEFAULT_TYPES, Frame
+from vomstudio.document.records import DEFAULT_TYPES, Frame, Group
 from vomstudio.errors import GeometryError
 from vomstudio.geology.intersections import stray95
 from vomstudio.geology.orientation import Plane, line_from_rake
 from vomstudio.geology.quality import Thresholds
-from vomstudio.geometry.planes import fit_plane
+from vomstudio.geometry.planes import fit_plane, fit_planes
 
 COLLINEAR = tuple((float(i), 2.0 * i, 3.0 * i) for i in range(5))
 ROUGH = tuple(
@@ -100,6 +102,27 @@ def test_what_is_measured_already_is_not_measured_again():
     line = ONE_OF_EACH["lineation"]
     assert measure_all(RECORDS_OF_ALL, [line])[0].rake_deg is not None
     assert measure_all(RECORDS_OF_ALL, [line], known=known)[0].rake_deg is None
+
+
+def test_of_a_set_only_the_plane_that_changed_is_fitted_again(monkeypatch):
+    """An intersection of sets may rest on thousands of planes: dragging one must stay quick."""
+    fitted = []
+
+    def counted(points, starts, **more):
+        fitted.append(len(starts) - 1)
+        return fit_planes(points, starts, **more)
+
+    monkeypatch.setattr(trace, "fit_planes", counted)
+    beds = {f"b{i}": bed(f"b{i}", shift=float(i)) for i in range(5)}
+    steep = Reading("r1", "R", "fault", "plane", 90.0, 80.0)
+    crossing = Intersection("i1", "I", "lineation", Group("", "bedding"), Group("r1"))
+    records = {"m1": MODEL, **beds, "r1": steep, "i1": crossing}
+    keep = Measurements()
+    keep.of(records, ["i1"])
+    keep.of(records, beds)
+    assert sum(fitted) == 5
+    keep.of({**records, "b2": bed("b2", shift=9.0)}, ["i1"])
+    assert sum(fitted) == 6
 
 
 @pytest.mark.parametrize("name", ["trace", "patch", "lineation", "intersection"])
@@ -172,9 +195,9 @@ def test_changed_vertices_are_tried_where_the_model_has_them():
 
 # --- from the file to World ------------------------------------------------------------------
 def test_points_and_lengths_come_to_world_with_the_model():
-    trace = bed("t1")
-    assert world_points(trace, None).tolist() == [list(p) for p in ZIGZAG]
-    found = world_points(trace, TURNED)
+    feature = bed("t1")
+    assert world_points(feature, None).tolist() == [list(p) for p in ZIGZAG]
+    found = world_points(feature, TURNED)
     assert found[1] == pytest.approx([100.0 - 0.4, 200.0 + 2.0, 300.0 + 1.02])
     assert rows_of(None).tolist() == np.eye(4).tolist()
     assert rows_of(TURNED)[:3, 3].tolist() == [100.0, 200.0, 300.0]
@@ -197,15 +220,19 @@ def test_the_resolution_of_a_feature_is_in_metres(name):
 def test_what_cannot_be_measured_keeps_its_place_and_says_why(name):
     feature = ONE_OF_EACH[name]
     if name == "patch":
-        flat = replace(feature, n=2, resolution=0.25)
+        flat = replace(feature, n=2)
     else:
         flat = replace(feature, vertices=((1.0, 2.0, 3.0),))
+    if name != "dimension":
+        flat = replace(flat, resolution=0.25)
     for model, metric in ((TURNED, True), (replace(MODEL, placement=Frame()), False)):
         found = measure_all({**RECORDS_OF_ALL, "m1": model}, [flat])[0]
         assert found.problem
         assert (found.kind, found.metric) == (name, metric)
         assert found.fit is found.line is found.plane is found.verdict is None
+        assert found.outcrop_normal is None
         assert len(found.points) == 1
+    assert found.resolution_m == (None if name == "dimension" else 0.25)
     assert found.points[0].tolist() == [1.0, 2.0, 3.0]
 
 

@@ -261,6 +261,19 @@ def test_types_that_were_lost_are_restored_and_stay(session, journal):
     assert len(Session(journal).of(FeatureType)) == len(DEFAULT_TYPES)
 
 
+def test_a_damaged_project_in_which_nothing_is_left_is_no_new_one(session, journal):
+    """What was done and taken out again can still be brought back."""
+    session.apply(edits.remove_model(session.records, "m1"))
+    journal.kept[0] = dataclasses.replace(journal.kept[0], problem="its checksum is wrong")
+    again = Session(journal)
+    assert again.undo_label == "Restore the feature types"
+    assert again.dirty
+    again.undo()
+    again.undo()
+    assert again.records["m1"] == MODEL
+    assert "New project" not in [row.label for row in journal.kept[1:]]
+
+
 def test_types_of_a_sound_project_are_work_like_any_other(session):
     session.save()
     session.apply(edits.add_type(session.records, FeatureType("dyke", "Dyke", "#123456")))
@@ -457,6 +470,15 @@ def test_a_finished_draft_is_named_by_the_edit_that_it_became(session, journal):
     assert (journal.kept[-1].of_seq, session.draft) == (seq, None)
     session.apply(edits.add_trace(session.records, bed("t3")), finishes_draft=True)
     assert journal.kept[-1].of_seq is None
+
+
+def test_a_draft_outlives_what_is_done_besides(session, journal):
+    session.set_draft({"tool": "trace"})
+    session.take_in(edits.add_trace(session.records, bed("t1")))
+    session.apply(edits.add_trace(session.records, bed("t2")))
+    session.undo()
+    session.discard_unsaved()
+    assert session.draft.state == Session(journal).draft.state == {"tool": "trace"}
 
 
 def test_giving_up_what_was_not_begun_writes_nothing(session, journal):
