@@ -374,10 +374,8 @@ def test_planes_that_meet_far_away_have_their_line_drawn_midway():
     points = meeting(a, b).measured.points
     assert points.mean(axis=0) == pytest.approx([1000.0, 2000.0, 5.0], abs=1e-6)
     assert length(points) == pytest.approx(max(seen(f).measured.fit.extent for f in (a, b)))
-    # As far as their size and distance reach, the line is where they meet: 20 m from the middle.
-    apart = 20.0 * 2 * math.tan(math.radians(25.0))
-    reach = 0.5 * 30.0 * math.sqrt(2.0) + apart
-    assert reach > 20.0
+    # As far as their size and distance reach together, it is where they meet: 20 m aside.
+    apart = 2 * 20.0 * math.tan(math.radians(25.0))
     a = wall("a", Plane(90.0, 25.0), (0.0, 0.0, 0.0), size=30.0)
     b = wall("b", Plane(270.0, 25.0), (0.0, 0.0, -apart), size=30.0)
     assert meeting(a, b).measured.points.mean(axis=0)[0] == pytest.approx(20.0)

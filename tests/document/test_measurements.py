@@ -130,7 +130,6 @@ def test_the_users_thresholds_judge_every_kind(name):
     strict, lax = Thresholds(0.0, 0.0, 1e9, -1e9, 1e9), Thresholds(90.0, 90.0, -1e9, 1e9, 0.0, 0.0)
     rough = {**RECORDS_OF_ALL, "t1": bed("t1", vertices=ROUGH)}
     rough["l1"] = replace(rough["l1"], vertices=ZIGZAG)
-    rough["r1"] = replace(rough["r1"], id="r1")
     feature = rough[ONE_OF_EACH[name].id]
     found = {}
     for words, thresholds in (("strict", strict), ("lax", lax)):
