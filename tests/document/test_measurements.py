@@ -384,3 +384,18 @@ def test_a_line_of_two_clicks_on_a_plane_has_no_error():
     free = measure_all(records, [replace(line, plane_id="", vertices=ZIGZAG)])[0]
     assert free.max_confidence95_deg == free.min_confidence95_deg is not None
     assert free.confidence_axis is None
+
+
+def test_a_line_is_told_of_its_plane_only_where_it_was_given_one():
+    line = ONE_OF_EACH["lineation"]
+    without = {"m1": MODEL}
+    for records, plane_id, gone in (
+        (RECORDS_OF_ALL, "t1", False),
+        (without, "t1", True),
+        (RECORDS_OF_ALL, "", False),
+        (RECORDS_OF_ALL, "m1", True),
+    ):
+        found = measure_all(records, [replace(line, plane_id=plane_id)])[0]
+        assert any("gone" in reason for reason in found.verdict.reasons) == gone
+        # On a plane of known error, or on none, nothing is missing for its own.
+        assert not any("plane it lies on is unknown" in r for r in found.verdict.reasons)
