@@ -213,6 +213,26 @@ def test_an_amended_step_is_one_with_the_one_before_it() -> None:
     assert found.records["t1"] == replace(TRACE, notes="2")
 
 
+def test_a_nudge_of_a_step_that_is_lost_stands_for_itself() -> None:
+    played = Played()
+    moved = played.do({"t1": TRACE})
+    played.do({"t1": replace(TRACE, notes="1")}, "amend", of=moved)
+    before, after = encode_edit(change({}, "Nudge", {"t1": replace(TRACE, notes="1")}))
+    played.rows[0] = replace(played.rows[0], problem="its checksum is wrong")
+    played.rows[1] = replace(played.rows[1], before=by_json(before), after=by_json(after))
+    found = replay(played.rows)
+    assert [seq for seq, _ in found.done] == [2]
+    assert found.records == {"t1": replace(TRACE, notes="1")}
+    assert len(found.problems) == 1
+
+
+def test_a_project_that_was_never_saved_has_no_save_to_go_back_to() -> None:
+    played = Played()
+    played.do({"t1": TRACE})
+    found = replay(played.rows)
+    assert (found.saved, found.saved_top, found.top) == ({}, 0, 1)
+
+
 def test_drafts_are_kept_until_they_are_finished_or_given_up() -> None:
     played = Played()
     draft = played.row("draft", after={"clicks": 3})

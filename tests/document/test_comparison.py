@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vomstudio.document import edits
-from vomstudio.document.comparison import nearest_picks, summary
+from vomstudio.document.comparison import NearestPick, nearest_picks, summary
 from vomstudio.document.kinds.lineation import Lineation
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.kinds.reading import Reading
@@ -147,3 +147,74 @@ def test_a_suggested_type_has_a_colour_of_its_own():
         kind = edits.suggest_type(own, name)
         assert kind.color not in {k.color for k in own.values() if isinstance(k, FeatureType)}
         edits.add_type(own, kind).swap(own)
+
+
+# --- which pick ------------------------------------------------------------------------------
+def test_each_reading_finds_the_pick_that_it_stands_on():
+    """Among picks of many points and few, whichever came first."""
+    picks = [trace(f"t{k}", 40.0 * k, 30.0, at=(100.0 * k, 0.0, 0.0)) for k in range(4)]
+    picks[2] = replace(picks[2], vertices=(*picks[2].vertices, *picks[2].vertices[:3]))
+    own = records(*picks)
+    for k in range(4):
+        id_ = f"r{k}"
+        own[id_] = replace(reading(40.0 * k, 35.0, (100.0 * k, 0.0, 2.0)), id=id_)
+    found = nearest_picks(own, Measurements())
+    assert {id_: pick.pick_id for id_, pick in found.items()} == {
+        f"r{k}": f"t{k}" for k in range(4)
+    }
+    for id_, pick in found.items():
+        assert pick.name == pick.pick_id
+        assert pick.angle_deg == pytest.approx(5.0)
+        away = np.array(own[pick.pick_id].vertices) - own[id_].position
+        assert pick.distance_m == pytest.approx(np.linalg.norm(away, axis=1).min())
+
+
+def test_without_a_place_the_most_alike_is_taken_whichever_way_its_normal_points():
+    own = (trace("a", 90, 30), trace("b", 270, 85), trace("c", 0, 60))
+    assert compared(*own, reading(90, 85)).pick_id == "b"
+    assert compared(*own, reading(90, 30)).pick_id == "a"
+    assert compared(*own, reading(10, 50)).pick_id == "c"
+
+
+def test_readings_of_several_types_are_each_compared_with_their_own():
+    own = records(trace("a", 90, 30), trace("f", 90, 80, type_id="fault"))
+    own |= {
+        "r1": replace(reading(90, 33), id="r1"),
+        "r2": replace(reading(90, 73, type_id="fault"), id="r2"),
+        "r3": replace(reading(90, 73, type_id="joint"), id="r3"),
+    }
+    found = nearest_picks(own, Measurements())
+    assert {id_: (p.pick_id, round(p.angle_deg, 6)) for id_, p in found.items()} == {
+        "r1": ("a", 3.0), "r2": ("f", 7.0),
+    }  # fmt: skip
+
+
+def test_what_is_no_sound_pick_is_no_counterpart():
+    line = tuple((float(i), 2.0 * i, 3.0 * i) for i in range(5))
+    straight = replace(trace("a", 90, 30), vertices=line)
+    assert compared(straight, reading(90, 30)) is None
+    assert compared(straight, trace("b", 90, 40), reading(90, 30)).pick_id == "b"
+    lost = replace(trace("a", 90, 30), model_id="gone")
+    assert compared(lost, reading(90, 30)) is None
+    # Another reading is no pick, nor is a lineation of a plane's type.
+    assert compared(replace(reading(90, 30), id="r9"), reading(90, 30)) is None
+    streak = Lineation("l", "L", "bedding", "m", "0" * 64, ((0, 0, 0), (10.0, 0, 0)))
+    assert compared(streak, reading(90, 30)) is None
+    assert compared(streak, reading(90, 30, geometry="line")).angle_deg == pytest.approx(30.0)
+    assert nearest_picks(records(trace("a", 90, 30)), Measurements()) == {}
+
+
+def test_the_summary_counts_in_words():
+    def pick(angle: float) -> NearestPick:
+        return NearestPick("a", "B01", angle, None)
+
+    picks = {"r1": pick(4.0), "r2": pick(7.4), "r3": pick(20.0)}
+    assert summary(["r1"], picks) == "1 reading, difference to the nearest pick 4°."
+    assert summary(["r1", "r2", "r3"], picks) == (
+        "3 readings, median difference to the nearest pick 7°."
+    )
+    assert summary(["r1", "x"], picks) == (
+        "2 readings, difference to the nearest pick (1 of them have one of their type) 4°."
+    )
+    assert summary([], {}).startswith("0 readings; no pick")
+    assert summary(["x"], picks).startswith("1 reading; no pick")

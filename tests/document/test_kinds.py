@@ -13,7 +13,16 @@ import pytest
 from tests.samples import ZIGZAG, bed
 from vomstudio.document import catalogue, edits
 from vomstudio.document.figures import Subject
-from vomstudio.document.kinds import ATTRIBUTES, FIGURES, KINDS, RECORDS, group_of, kind_of
+from vomstudio.document.kind import Attribute
+from vomstudio.document.kinds import (
+    ATTRIBUTES,
+    FIGURES,
+    KINDS,
+    RECORDS,
+    _merged,
+    group_of,
+    kind_of,
+)
 from vomstudio.document.kinds.dimension import Dimension
 from vomstudio.document.kinds.intersection import Intersection
 from vomstudio.document.kinds.lineation import Lineation
@@ -192,3 +201,20 @@ def test_a_subject_without_a_document_has_its_fits_figures():
     assert isinstance(feature, Picked)
     assert catalogue.DIP.value(subject) == measured.plane.dip_deg
     assert catalogue.N_POINTS.value(subject) == len(feature.vertices)
+
+
+def test_fields_of_a_kind_to_come_find_their_place_among_those_that_are_there():
+    """The window shows the fields of all selected features in one form, each kind in its order."""
+
+    def merged(*lists: str) -> str:
+        kinds = [tuple(Attribute(field, field) for field in own) for own in lists]
+        return "".join(attribute.field for attribute in _merged(kinds))
+
+    assert merged("abz", "acz") == "abcz"
+    assert merged("axz", "ayxz") == "ayxz"
+    assert merged("axz", "az", "axyz") == "axyz"
+    assert merged("abz", "cdbez", "z") == "acdbez"
+    assert merged("az", "abcz", "bdz", "azq") == "abcdzq"
+    assert merged("bz", "abz") == "abz"
+    assert merged("a", "ab", "abcd") == "abcd"
+    assert merged("az", "adefz") == "adefz"

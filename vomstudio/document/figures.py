@@ -109,5 +109,7 @@ def number(value: float | None, digits: int = 3) -> str:
         return "∞"
     if value == 0 or abs(value) >= 1e6:
         return f"{value:.{digits}g}"
-    decimals = max(0, digits - 1 - floor(log10(abs(value))))
+    # 0.0999 has its first digit one place higher once it is rounded.
+    first = floor(log10(abs(float(f"{value:.{digits - 1}e}"))))
+    decimals = max(0, digits - 1 - first)
     return f"{value:.{decimals}f}"

@@ -48,7 +48,6 @@ class Session:
         self._write(first, "do")
         self._journal.append("save")
         self._saved, self._saved_top = dict(self._records), self.top
-        self.recovered = False
 
     @property
     def records(self) -> Mapping[str, Record]:

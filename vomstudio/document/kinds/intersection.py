@@ -15,7 +15,6 @@ from vomstudio.document.kind import (
     Lookup,
     NetLook,
     Sketch,
-    centre,
     half_way,
     is_picked_plane,
     planes_among,
@@ -155,7 +154,7 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
     points = subject.measured.points
     if not len(points):
         return None
-    middle = half_way(points) if len(points) > 1 else centre(subject.measured)
+    middle = half_way(points)
     return Sketch(points, middle, sign=middle)
 
 
