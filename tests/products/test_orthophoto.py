@@ -585,3 +585,26 @@ def test_the_picture_of_a_sheet_is_the_mean_of_what_is_seen(
         if cover.sum() > 0:
             colour = (cell[..., :3] * cover[..., None]).sum(axis=(0, 1)) / cover.sum()
             assert np.abs(found[i, j, :3] - colour).max() <= 0.6
+
+
+@pytest.mark.parametrize("side", [40, 64, 90])
+def test_holes_of_a_cloud_are_closed_across_the_edges_of_tiles(
+    tmp_path: Path, monkeypatch: Any, side: int
+) -> None:
+    """A tile that knew nothing of the points beside it would leave its edge open, a seam of holes
+    every thousand pixels."""
+    rng = np.random.default_rng(3)
+    points = np.column_stack([rng.uniform(0.0, 4.0, (2500, 2)), np.zeros(2500)])
+    colors = rng.integers(0, 256, (2500, 3), np.uint8)
+    cloud = PointCloud(points, colors)
+    view = view_along_line(0, 90)
+    _, whole, depth, facts = make(cloud, view, tmp_path, 0.02)
+    assert facts["holes_filled_px"] > 100
+    for module in (tiles, orthophoto, *_sources()):
+        if hasattr(module, "TILE"):
+            monkeypatch.setattr(module, "TILE", side)
+    _, pieces, depth2, facts2 = make(cloud, view, tmp_path, 0.02)
+    assert np.array_equal(whole[..., 3], pieces[..., 3])
+    assert facts2["holes_filled_px"] == facts["holes_filled_px"]
+    assert np.abs(whole.astype(int) - pieces.astype(int)).max() <= 1
+    assert depth == pytest.approx(depth2, abs=1e-5, nan_ok=True)
