@@ -231,23 +231,29 @@ def predicted(points: np.ndarray, target: np.ndarray, at: np.ndarray) -> np.ndar
     return np.eye(3) + new @ spread @ new.T
 
 
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize("way", [(0.6, 0.0, 0.8), (0.0, 1.0, 0.0), (0.48, -0.64, -0.6)])
 @pytest.mark.parametrize("n", [7, 10])
-def test_the_last_point_joins_up_to_the_limit_of_the_f_test(n: int) -> None:
+def test_the_last_point_joins_up_to_the_limit_of_the_f_test(
+    n: int, way: tuple[float, float, float], size: float
+) -> None:
     """The others are the share of the points that misses least: their scatter, that of a normal
     law cut off there, is less than the whole one by what the chi-square laws say."""
     from scipy.stats import chi2, f
 
     points, truth = some(n, 3)
-    target = truth(points) + np.random.default_rng(5).normal(0, 0.05, (n, 3))
+    # A hand specimen, an outcrop, a valley: what is wrong does not depend on the unit.
+    target = size * (truth(points) + np.random.default_rng(5).normal(0, 0.05, (n, 3)))
     others = np.arange(n) != 2
     fit = fit_similarity(points[others], target[others])
     freedom = 3 * (n - 1) - 7
     variance = ((fit(points[others]) - target[others]) ** 2).sum() / freedom
     share = (n - 1) / n
     variance /= chi2.cdf(chi2.ppf(share, 3), 5) / share
-    way = np.array([0.6, 0.0, 0.8])
-    weight = way @ np.linalg.inv(predicted(points[others], target[others], points[2])) @ way
+    toward = np.array(way)
+    spread = predicted(points[others], target[others], points[2])
+    weight = toward @ np.linalg.inv(spread) @ toward
     limit = np.sqrt(3 * variance * f.ppf(0.9999, 3, freedom) / weight)
     for part, joins in ((0.98, True), (1.02, False)):
-        target[2] = fit(points[2])[0] + part * limit * way
+        target[2] = fit(points[2])[0] + part * limit * toward
         assert fit_robustly(points, target)[1][2] == joins
