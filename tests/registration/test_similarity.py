@@ -147,11 +147,15 @@ def test_a_line_in_either_frame_is_refused_and_a_slender_set_is_not() -> None:
         slender = along + width * rng.normal(size=(8, 3))
         for source, target in ((slender, along + rng.normal(size=(8, 3))), (slender, slender)):
             for a, b in ((source, target), (target, source)):
-                if refused:
-                    with pytest.raises(GeometryError, match="one line"):
-                        fit_similarity(a, b)
-                else:
-                    assert np.linalg.det(fit_similarity(a, b).rotation) == pytest.approx(1)
+                for shift in ([0.0, 0, 0], [40.0, -50, 6]):
+                    if refused:
+                        with pytest.raises(GeometryError, match="one line"):
+                            fit_similarity(a, b + shift)
+                        with pytest.raises(GeometryError, match="one line"):
+                            fit_similarity(a + shift, b)
+                    else:
+                        turn = fit_similarity(a, b + shift).rotation
+                        assert np.linalg.det(turn) == pytest.approx(1)
 
 
 @pytest.mark.parametrize(("width", "near"), [(0.015, True), (0.025, False)])
