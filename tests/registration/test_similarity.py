@@ -261,3 +261,17 @@ def test_the_last_point_joins_up_to_the_limit_of_the_f_test(
     for part, joins in ((0.98, True), (1.02, False)):
         target[2] = fit(points[2])[0] + part * limit * toward
         assert fit_robustly(points, target)[1][2] == joins
+
+
+def test_where_the_points_that_agree_lie_on_a_line_all_are_taken() -> None:
+    """A road with control points along it and three bad ones beside it: the road alone would let
+    the model turn about it."""
+    road = np.column_stack([np.linspace(-20, 20, 5), np.zeros(5), np.zeros(5)])
+    around = np.radians([0.0, 120.0, 240.0])
+    beside = np.column_stack([[-6.0, 1.0, 8.0], 5 * np.cos(around), 5 * np.sin(around)])
+    points = np.vstack([road, beside])
+    target = points.copy()
+    target[5:, 1:] *= np.array([[1.1], [1.25], [0.8]])
+    found, used = fit_robustly(points, target)
+    assert used.all()
+    assert found(points) == pytest.approx(fit_similarity(points, target)(points))
