@@ -283,6 +283,12 @@ def test_the_streamed_cloud_speaks_for_the_whole() -> None:
     overview = file.cloud.overview()
     assert type(overview) is PointCloud
     assert len(overview.points) == file.counts[list(file.store.first)].sum()
+    first = [file.starts[k] + np.arange(file.counts[k]) for k in file.store.first]
+    rows = np.concatenate(first)
+    for name in ("points", "colors", "normals"):
+        assert np.array_equal(getattr(overview, name), getattr(file.whole, name)[rows])
+    intensity = file.whole.fields["intensity"][rows]
+    assert np.array_equal(overview.fields["intensity"], intensity)
     half = file.store.total / 2
     finer = file.counts[file.store.spacing < file.store.usual_spacing].sum()
     coarser = file.counts[file.store.spacing > file.store.usual_spacing].sum()

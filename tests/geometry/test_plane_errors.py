@@ -391,3 +391,18 @@ def test_the_region_of_a_regression_is_that_of_its_slopes(axis: str, n: int) -> 
     tilt = normals[off.argmax()] * np.sign(normals[off.argmax()] @ fit.normal) - fit.normal
     rake = np.degrees(np.arctan2((down @ tilt)[0], (strike @ tilt)[0])) % 180.0
     assert (rake - fit.error_rake_deg + 90.0) % 180.0 - 90.0 == pytest.approx(0.0, abs=0.5)
+
+
+@pytest.mark.parametrize("hair", [0.0, 1e-20, 1e-17, 1e-16, 2e-16])
+def test_a_rake_a_hair_before_the_strike_is_0_and_never_180(hair: float) -> None:
+    """The window and the tables take rakes from 0 to below 180."""
+    dd, d = np.array([40.0, 40.0]), np.array([30.0, 30.0])
+    strike, down = strike_and_dip_lines(dd, d)
+    signs = np.array([[1.0], [-1.0]])
+    lean = signs * (strike - hair * down)
+    flat = np.zeros(2, bool)
+    small = np.array([0.01, 0.01])
+    _, _, rake = split_rad(np.cross(lean, [0, 0, 1.0]), lean, dd, d, flat, small, small)
+    assert ((rake >= 0.0) & (rake < np.pi)).all()
+    assert np.minimum(rake, np.pi - rake) == pytest.approx(np.zeros(2), abs=1e-15)
+    assert rake[0] == rake[1]
