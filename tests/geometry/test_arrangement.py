@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from vomstudio.geometry.arrangement import POINTS_PER_NODE, Arrangement, arrange
+from vomstudio.geometry.arrangement import (
+    DEEPEST,
+    POINTS_PER_NODE,
+    Arrangement,
+    _depth,
+    arrange,
+)
 
 UTM = np.array([576_704.0, 5_188_102.0, 184.0])
 
@@ -120,3 +126,10 @@ def test_an_order_of_other_points_is_not_sound(found: Arrangement) -> None:
     assert not replace(found, parents=found.parents[::-1]).is_sound(n)
     assert not replace(found, rows=found.rows - 1).is_sound(n)
     assert not replace(found, bounds=found.bounds * np.nan).is_sound(n)
+
+
+def test_rows_of_clouds_of_billions_of_points_have_room_beside_their_places() -> None:
+    for row_bits in range(1, 41):
+        depth = _depth(row_bits)
+        assert 3 * depth + row_bits <= 64
+        assert depth == DEEPEST or 3 * (depth + 1) + row_bits > 64
