@@ -45,6 +45,8 @@ def test_every_point_is_in_one_node(found: Arrangement, points: np.ndarray) -> N
     assert np.array_equal(np.sort(found.rows), np.arange(len(points)))
     assert found.is_sound(len(points))
     assert np.diff(found.starts).max() <= POINTS_PER_NODE
+    # The coarsest is one, so that a picture of the whole is there at once.
+    assert np.flatnonzero(found.parents < 0).tolist() == [0]
 
 
 def test_nodes_lie_in_their_boxes_and_below_their_parents(

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from vomstudio.geometry.cameras import Intrinsics, View
-from vomstudio.geometry.frusta import frusta, frustum, frustum_at, good_size
+from vomstudio.geometry.frusta import edge, frusta, frustum, frustum_at, good_size
 
 
 def view(seed: int, k1: float = -0.05) -> View:
@@ -153,3 +153,14 @@ def test_of_photos_one_behind_the_other_the_smallest_is_found() -> None:
     tips[2] = 300.0
     assert frustum_at(tips, corners, 303.0, 304.0, 5.0) == 2
     assert frustum_at(tips, corners, 303.0, 304.0, 4.9) is None
+
+
+@pytest.mark.parametrize("steps", [1, 2, 6])
+def test_pixels_around_a_photo_are_even_steps_clockwise_from_its_top_left_corner(
+    steps: int,
+) -> None:
+    found = edge(60, 30, steps)
+    assert found.shape == (4 * steps, 2)
+    assert found[::steps].tolist() == [[0, 0], [60, 0], [60, 30], [0, 30]]
+    sides = np.linalg.norm(np.roll(found, -1, axis=0) - found, axis=1)
+    assert sides == pytest.approx(np.repeat([60, 30, 60, 30], steps) / steps)

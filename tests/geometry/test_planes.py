@@ -446,3 +446,15 @@ def test_points_picked_twice_are_looked_for_in_short_traces(count: int) -> None:
         near = repeated.copy()
         near[-1, 0] += k * 1e-9
         assert (fit_plane(near, ordered=False).n_effective == count - 1) == (same and count == 16)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_thickness_of_a_long_straight_trace_is_known_to_its_last_digits(seed: int) -> None:
+    """A kilometre long, millimetres wide and far thinner: squares alone would lose it."""
+    rng = np.random.default_rng(seed)
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    points = rng.normal(size=(30, 3)) * [300.0, 1e-3, 1e-8] @ turn.T
+    fit = fit_plane(points, ordered=False)
+    _, singular, axes = np.linalg.svd(points - points.mean(axis=0))
+    assert fit.rms == pytest.approx(singular[2] / np.sqrt(30), rel=1e-3)
+    assert np.linalg.norm(np.cross(fit.normal, axes[2])) < 1e-6
