@@ -268,3 +268,51 @@ def test_the_error_of_a_common_axis_of_two_sets_has_a_closed_form(between: float
     assert axis.confidence_axis is not None
     major = np.append(np.linalg.eigh(covariance)[1][:, 1], 0.0)
     assert angle_between_lines(axis.confidence_axis, Line.from_vector(major)) < 1e-5
+
+
+def test_a_common_axis_names_its_sets_with_their_numbers_and_distances() -> None:
+    sets = {
+        "bedding": ([100.0, 104.0, 98.0], [30.0, 33.0, 28.0]),
+        "fault": ([200.0, 203.0], [60.0, 61.0]),
+        "dyke": ([320.0, 322.0, 318.0, 321.0], [80.0, 79.0, 82.0, 80.0]),
+    }
+    axis = common_axis(sets)
+    first, second, third, *_, last = axis.reasons
+    assert first == "means of bedding (n = 3), fault (n = 2), dyke (n = 4)"
+    off = [angle_line_plane(axial_mean(_poles(*planes)), axis.pi_plane) for planes in sets.values()]
+    words = ", ".join(f"{name} {angle:.1f}" for name, angle in zip(sets, off, strict=True))
+    assert second == f"distance of the means from one plane: {words} degrees"
+    assert axis.max_confidence95_deg is not None
+    assert axis.min_confidence95_deg is not None
+    numbers = f"{axis.max_confidence95_deg:.1f} by {axis.min_confidence95_deg:.1f} degrees"
+    assert third.startswith(f"beta is known to {numbers} (joint 95 %)")
+    assert last.startswith("whether the sets share one axis")
+    two = common_axis({name: sets[name] for name in ("bedding", "fault")})
+    assert not any("distance of the means" in reason for reason in two.reasons)
+    assert two.n == 2
+    assert axis.n == 3
+    single = common_axis({"bedding": sets["bedding"], "one": ([200.0], [60.0])})
+    assert "a set has only one plane: the error of the axis is unknown" in single.reasons
+    assert single.max_confidence95_deg is single.confidence_axis is None
+
+
+def _poles(dip_direction: list[float], dip: list[float]) -> np.ndarray:
+    return np.array([Plane(a, d).pole().vector() for a, d in zip(dip_direction, dip, strict=True)])
+
+
+@pytest.mark.parametrize(("n", "few"), [(3, True), (9, True), (10, False)])
+def test_few_planes_and_short_arcs_are_said(n: int, few: bool) -> None:
+    rng = np.random.default_rng(3)
+    for arc, short in ((29.0, True), (31.0, False)):
+        fold = fold_axis(*cylinder(Line(125, 26), np.linspace(-arc / 2, arc / 2, n), 0.01, rng))
+        words = "; ".join(fold.reasons)
+        assert f"n = {n}, poles {fold.rms_deg:.1f} degrees RMS" in words
+        assert f"along {fold.arc_deg:.0f} degrees of it" in words
+        assert fold.arc_deg == pytest.approx(arc, abs=0.2)
+        assert ("the shape of the scatter cannot be told" in words) == few
+        assert ("the poles cover less than 30 degrees: nearly one dip" in words) == short
+        major = fold.max_confidence95_deg
+        assert major is not None
+        cost, shift = 100 * (1 - math.cos(math.radians(major))), 100 * math.sin(math.radians(major))
+        assert f"wrong by {major:.1f} shortens lengths by {cost:.1f} %" in words
+        assert f"displaces by {shift:.0f} % of the depth" in words

@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from vomstudio.geometry.arrangement import POINTS_PER_NODE, Arrangement, arrange
+from vomstudio.geometry.arrangement import (
+    DEEPEST,
+    POINTS_PER_NODE,
+    Arrangement,
+    _depth,
+    arrange,
+)
 
 UTM = np.array([576_704.0, 5_188_102.0, 184.0])
 
@@ -39,6 +45,8 @@ def test_every_point_is_in_one_node(found: Arrangement, points: np.ndarray) -> N
     assert np.array_equal(np.sort(found.rows), np.arange(len(points)))
     assert found.is_sound(len(points))
     assert np.diff(found.starts).max() <= POINTS_PER_NODE
+    # The coarsest is one, so that a picture of the whole is there at once.
+    assert np.flatnonzero(found.parents < 0).tolist() == [0]
 
 
 def test_nodes_lie_in_their_boxes_and_below_their_parents(
@@ -120,3 +128,10 @@ def test_an_order_of_other_points_is_not_sound(found: Arrangement) -> None:
     assert not replace(found, parents=found.parents[::-1]).is_sound(n)
     assert not replace(found, rows=found.rows - 1).is_sound(n)
     assert not replace(found, bounds=found.bounds * np.nan).is_sound(n)
+
+
+def test_rows_of_clouds_of_billions_of_points_have_room_beside_their_places() -> None:
+    for row_bits in range(1, 41):
+        depth = _depth(row_bits)
+        assert 3 * depth + row_bits <= 64
+        assert depth == DEEPEST or 3 * (depth + 1) + row_bits > 64

@@ -204,3 +204,132 @@ def test_a_step_on_a_large_model_takes_some_milliseconds():
         best = min(best, time.perf_counter() - started)
     assert len(got) > 5000
     assert best < 0.02
+
+
+@pytest.fixture(params=[None, 100], ids=["at once", "in pieces"])
+def pieces(request, monkeypatch):
+    """Large models are searched a piece at a time while nothing has been built."""
+    if request.param:
+        monkeypatch.setattr("vomstudio.geometry.brush._STEP", request.param)
+        monkeypatch.setattr("vomstudio.geometry.surface._STEP", request.param)
+
+
+@pytest.mark.parametrize(
+    "shift", [(0.0, 0.0, 0.0), (-1e3, 5e2, 3e3), (7e5, -4e2, -90.0), (-5.0, -6.0, -7.0)]
+)
+def test_the_brush_takes_the_same_wherever_the_model_stands(pieces, shift):
+    """A seam would stop it where the corners at one place were not found again."""
+    whole = moved(grid(16, 4.0, rough=0.03), np.eye(3), np.array(shift))
+    seamed = split(whole)
+    for face in (3, 200, 440):
+        centre = centre_of(whole, face)
+        for radius in (0.3, 1.1):
+            expected = plainly(whole, face, centre, radius)
+            for surface in (*brushes(whole), *brushes(seamed)):
+                assert surface.within(face, centre, radius).tolist() == expected
+
+
+def test_faces_longer_than_the_one_that_was_hit_are_reached_over_their_corners(pieces):
+    """Small faces around a fan of large ones, whose other ends the ball does not hold."""
+    fan = np.linspace(0.0, 2.0 * np.pi, 9)[:-1]
+    inner, outer = (r * np.column_stack([np.cos(fan), np.sin(fan), 0 * fan]) for r in (0.3, 1.6))
+    points = np.concatenate([[[0.0, 0, 0]], inner, outer])
+    faces = []
+    for k in range(8):
+        a, b = 1 + k, 1 + (k + 1) % 8
+        faces += [[0, a, b], [a, b, a + 8], [b, b + 8, a + 8]]
+    mesh = Mesh(points, np.array(faces, np.int32))
+    for radius in (0.1, 0.6, 0.8, 0.95, 1.3):
+        expected = plainly(mesh, 0, centre_of(mesh, 0), radius)
+        for surface in (*brushes(mesh), *brushes(split(mesh))):
+            assert surface.within(0, centre_of(mesh, 0), radius).tolist() == expected
+
+
+def points_plainly(points: np.ndarray, index: int, centre: np.ndarray, radius: float) -> list[int]:
+    """The points of the ball that hang together within 1.8 mean spacings: so many points as lie
+    around the one that was hit share the disc that they fill."""
+    ids = np.flatnonzero(np.linalg.norm(points - centre, axis=1) <= radius)
+    ids = np.union1d(ids, [index])
+    near = np.sort(np.linalg.norm(points[ids] - points[index], axis=1))[:17]
+    reach = 1.8 * near[-1] * np.sqrt(np.pi / max(len(near) - 1, 1))
+    found, waiting = {index}, [index]
+    while waiting:
+        off = np.linalg.norm(points[ids] - points[waiting.pop()], axis=1)
+        for other in ids[off <= reach].tolist():
+            if other not in found:
+                found.add(other)
+                waiting.append(other)
+    return sorted(found)
+
+
+@pytest.mark.parametrize("radius", [0.02, 0.15, 0.4, 3.0])
+def test_of_a_cloud_the_brush_takes_what_hangs_together(pieces, radius):
+    rng = np.random.default_rng(2)
+    flat = rng.uniform(0.0, 1.0, (900, 2))
+    flat = flat[np.abs(flat[:, 0] - 0.6) > 0.08]  # a gap
+    points = np.column_stack([flat, 0.002 * rng.standard_normal(len(flat))]) + UTM
+    plain, built = CloudSurface(PointCloud(points)), CloudSurface(PointCloud(points))
+    built.build()
+    for index in (0, 100, 333, 600):
+        for off in (0.0, 0.1):
+            centre = points[index] + [off, 0.0, 0.0]
+            expected = points_plainly(points, index, centre, radius)
+            assert plain.within(index, centre, radius).tolist() == expected
+            assert built.within(index, centre, radius).tolist() == expected
+
+
+def test_points_that_all_stand_at_one_place_hang_together():
+    points = np.concatenate([np.zeros((40, 3)), [[5.0, 0, 0]]])
+    surface = CloudSurface(PointCloud(points))
+    assert surface.within(3, points[3], 0.1).tolist() == list(range(40))
+
+
+def test_what_a_brush_says_of_points():
+    points = np.random.default_rng(1).normal(size=(30, 3))
+    surface = surface_of(PointCloud(points))
+    assert (surface.element, surface.count) == ("point", 30)
+    ids = np.array([3, 7, 8])
+    assert np.array_equal(surface.corners(ids), points[ids])
+    found, weights = surface.weighted(ids)
+    assert np.array_equal(found, points[ids])
+    assert weights is None
+    assert surface.area_of(ids) is None
+    assert surface.border(ids).shape == (0, 2, 3)
+
+
+@pytest.mark.parametrize("built", [False, True])
+def test_the_normal_under_the_brush_is_that_of_its_ball_or_of_the_face(built):
+    """Before the tree is there, and where a ball holds too little, a face has a normal itself."""
+    mesh = moved(grid(30, 3.0, rough=0.05), np.eye(3), UTM)
+    surface = MeshSurface(mesh)
+    if built:
+        surface.build()
+    face = 700
+    a, b, c = mesh.vertices[mesh.faces[face]]
+    own = np.cross(b - a, c - a) / np.linalg.norm(np.cross(b - a, c - a))
+    assert abs(surface.normal_near(face, centre_of(mesh, face), 1e-3) @ own) == pytest.approx(1.0)
+    wide = surface.normal_near(face, centre_of(mesh, face), 0.8)
+    if built:
+        assert abs(wide[2]) > 0.99 > abs(own[2])
+    else:
+        assert abs(wide @ own) == pytest.approx(1.0)
+    flat = Mesh(np.zeros((3, 3)), np.array([[0, 1, 2]], np.int32))
+    assert MeshSurface(flat).normal_near(0, np.zeros(3), 1.0) is None
+
+
+def test_the_border_of_some_faces_is_what_only_one_of_them_has():
+    """Against counting every edge by its ends."""
+    mesh = grid(12, 3.0, rough=0.1)
+    rng = np.random.default_rng(4)
+    for ids in (np.array([5]), np.sort(rng.choice(len(mesh.faces), 60, replace=False))):
+        count: dict[frozenset[tuple[float, ...]], int] = {}
+        for corners in mesh.vertices[mesh.faces[ids]].tolist():
+            for k in range(3):
+                edge = frozenset((tuple(corners[k]), tuple(corners[(k + 1) % 3])))
+                count[edge] = count.get(edge, 0) + 1
+        wanted = {edge for edge, times in count.items() if times == 1}
+        for surface in (MeshSurface(mesh), MeshSurface(split(mesh))):
+            found = surface.border(ids).tolist()
+            assert {frozenset(map(tuple, edge)) for edge in found} == wanted
+            assert len(found) == len(wanted)
+    assert len(MeshSurface(mesh).border(np.zeros(0, np.int64))) == 0

@@ -148,3 +148,55 @@ def test_rays_beyond_the_edge_of_a_lens_are_not_made_up():
     rays = lens.rays([[800 + 855, 600], [800 + 870, 600], [800, 600 + 2000]])
     assert np.isfinite(rays[0]).all()
     assert np.isnan(rays[1:, :2]).all()
+
+
+@pytest.mark.parametrize("k1", [-0.02, -0.2, -0.5, -1.5])
+@pytest.mark.parametrize("model", ["SIMPLE_RADIAL", "RADIAL", "OPENCV"])
+def test_a_lens_shows_as_far_as_its_polynomial_grows(model, k1):
+    """r (1 + k1 r^2) turns back where 1 + 3 k1 r^2 = 0, and rays end at the same place."""
+    named = dict.fromkeys(MODELS[model], 0.0) | {"f": 1000.0, "fx": 1000.0, "fy": 1000.0, "k1": k1}
+    lens = Intrinsics(model, 1600, 1200, tuple(named[name] for name in MODELS[model]))
+    edge = np.sqrt(-1.0 / (3.0 * k1))
+    for angle in (0.0, 1.0, 2.5, 4.0):
+        way = np.array([np.cos(angle), np.sin(angle)])
+        inside, beyond = (np.append(r * edge * way, 1.0) for r in (0.995, 1.005))
+        pixel = lens.project(inside)[0]
+        assert np.isfinite(pixel).all() == (0.995 * edge < 1e9)
+        assert np.isnan(lens.project(beyond)).all()
+        real = edge * (1.0 + k1 * edge**2)
+        np.testing.assert_allclose(lens.rays(0.98 * 1000 * real * way)[0][2], 1.0)
+        if edge < 5.0:
+            back = lens.rays(pixel)[0]
+            np.testing.assert_allclose(back, inside, atol=1e-6)
+            assert np.isnan(lens.rays(1.01 * 1000 * real * way)[0, :2]).all()
+
+
+@pytest.mark.parametrize("degrees", [0.0, 1e-9, 20.0, 60.0, 79.0])
+def test_a_fisheye_lens_without_terms_measures_the_angle(degrees):
+    lens = Intrinsics("OPENCV_FISHEYE", 1600, 1200, (900.0, 1100.0, 10.0, 20.0, 0, 0, 0, 0))
+    a = np.radians(degrees)
+    for turn in (0.3, 2.0, 5.5):
+        ray = np.array([np.cos(turn) * np.tan(a), np.sin(turn) * np.tan(a), 1.0])
+        pixel = [10.0 + 900.0 * a * np.cos(turn), 20.0 + 1100.0 * a * np.sin(turn)]
+        np.testing.assert_allclose(lens.project(ray)[0], pixel, atol=1e-9)
+        np.testing.assert_allclose(lens.rays(pixel)[0], ray, atol=1e-6)
+
+
+def test_a_lens_that_always_grows_shows_everything_before_it():
+    wide = np.array([[40.0, 3.0, 1.0], [-900.0, 0.0, 1.0], [0.0, 5.6, 1.0]])
+    for params in ((1000.0, 0.0, 0.0, 0.0), (1000.0, 0.0, 0.0, 0.2)):
+        lens = Intrinsics("SIMPLE_RADIAL", 1600, 1200, params)
+        assert np.isfinite(lens.project(wide)).all()
+    lens = Intrinsics("SIMPLE_RADIAL", 1600, 1200, (1000.0, 0.0, 0.0, 0.2))
+    np.testing.assert_allclose(lens.rays(lens.project(wide[2]))[0], wide[2], atol=1e-6)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_pixels_outside_the_photo_have_rays_too_and_one_that_is_lost_harms_no_other(model):
+    lens = Intrinsics(model, 1600, 1200, LENSES[model])
+    pixels = np.array([[-100.0, 300.0], [800.0, 600.0], [np.nan, 5.0], [1700.0, 1250.0]])
+    rays = lens.rays(pixels)
+    known = [0, 1, 3]
+    np.testing.assert_allclose(lens.project(rays)[known], pixels[known], atol=1e-6)
+    assert np.isnan(rays[2, :2]).any()
+    np.testing.assert_allclose(lens.rays(pixels[1])[0], rays[1], atol=1e-12)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from vomstudio.geometry.cameras import Intrinsics, View
-from vomstudio.geometry.frusta import frusta, frustum, frustum_at, good_size
+from vomstudio.geometry.frusta import edge, frusta, frustum, frustum_at, good_size
 
 
 def view(seed: int, k1: float = -0.05) -> View:
@@ -103,3 +103,64 @@ def test_photos_of_one_spot_say_nothing_of_the_spacing_in_a_scene_of_any_size() 
     spots = 1000.0 * np.column_stack([np.arange(6.0), np.zeros(6), np.zeros(6)])
     pairs = np.vstack([spots, spots + [0, 1e-4, 0]])
     assert good_size(pairs, 1e4) == pytest.approx(good_size(spots[:1], 1e4))
+
+
+@pytest.mark.parametrize(
+    ("step", "distance", "wanted"),
+    [
+        (1.0, 30.0, 0.35),  # a share of the spacing
+        (100.0, 30.0, 6.0),  # a share of the distance, where that is less
+        (1e-3, 30.0, 0.3),  # a twentieth of this share at least
+        (1.0, 0.0, 0.35),  # the distance is not known
+        (0.0, 30.0, 6.0),  # one spot
+        (0.0, 0.0, 1.0),  # nothing is known
+    ],
+)
+def test_the_size_of_pyramids_in_numbers(step: float, distance: float, wanted: float) -> None:
+    row = step * np.column_stack([np.arange(6.0), np.zeros(6), np.zeros(6)])
+    assert good_size(row, distance) == pytest.approx(wanted)
+
+
+def test_pyramids_of_a_round_of_photos_have_one_size_and_their_own_places() -> None:
+    """Eight photos on a circle of 10 m look at its middle."""
+    lens = Intrinsics("PINHOLE", 400, 300, (350.0, 350.0, 200.0, 150.0))
+    views = []
+    for k in range(8):
+        turn = Rotation.from_euler("y", 45.0 * k, degrees=True).as_matrix()
+        views.append(View(f"p{k}", lens, turn, np.array([0.0, 0.0, 10.0])))
+    middle = np.array([3.0, -4.0, 5.0])
+    views = [v.moved(1.0, np.eye(3), middle) for v in views]
+    found = frusta(views, middle)
+    apart = 2.0 * 10.0 * np.sin(np.pi / 8)
+    for taken, one in zip(views, found, strict=True):
+        assert one.name == taken.name
+        assert one.tip == pytest.approx(taken.centre)
+        assert taken.depths(one.corners) == pytest.approx(np.full(4, min(0.35 * apart, 2.0)))
+        assert len(one.outline) == 5
+
+
+def test_of_photos_one_behind_the_other_the_smallest_is_found() -> None:
+    tips = np.full((3, 2), -500.0)
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    corners = np.stack([100.0 + 90.0 * square, 120.0 + 20.0 * square, 110.0 + 50.0 * square])
+    for order in ([0, 1, 2], [2, 0, 1], [1, 2, 0]):
+        for x, smallest in ((130.0, 1), (155.0, 2), (185.0, 0)):
+            found = frustum_at(tips, corners[order], x, x, 9.0)
+            assert order[found] == smallest  # type: ignore[index]
+    assert frustum_at(tips, corners, 191.0, 130.0, 9.0) is None
+    # Its own edge is part of a photo, and a tip is met up to its reach.
+    assert frustum_at(tips, corners, 190.0, 130.0, 9.0) == 0
+    tips[2] = 300.0
+    assert frustum_at(tips, corners, 303.0, 304.0, 5.0) == 2
+    assert frustum_at(tips, corners, 303.0, 304.0, 4.9) is None
+
+
+@pytest.mark.parametrize("steps", [1, 2, 6])
+def test_pixels_around_a_photo_are_even_steps_clockwise_from_its_top_left_corner(
+    steps: int,
+) -> None:
+    found = edge(60, 30, steps)
+    assert found.shape == (4 * steps, 2)
+    assert found[::steps].tolist() == [[0, 0], [60, 0], [60, 30], [0, 30]]
+    sides = np.linalg.norm(np.roll(found, -1, axis=0) - found, axis=1)
+    assert sides == pytest.approx(np.repeat([60, 30, 60, 30], steps) / steps)

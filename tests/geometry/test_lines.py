@@ -92,3 +92,46 @@ def test_the_area_of_a_ring_is_the_same_however_it_is_turned_and_walked():
 def test_the_area_of_a_ring_on_a_slope_is_that_of_the_slope():
     ring = np.array([[0, 0, 0], [2, 0, 2], [2, 5, 2], [0, 5, 0]], float)
     assert ring_area(ring) == pytest.approx(5 * np.hypot(2, 2))
+
+
+@pytest.mark.parametrize(
+    ("points", "reason"),
+    [
+        (np.zeros((0, 3)), "at least 2 points"),
+        ([[1.0, 2.0, 3.0]], "at least 2 points"),
+        ([[4e5, 5e6, 8e2]] * 4, "same place"),
+        ([[0, 0, 0], [np.inf, 0, 0]], "finite"),
+        ([[0, 0, 0], [1.1e150, 0, 0]], "finite"),
+    ],
+)
+def test_a_line_is_refused_with_the_reason(points, reason):
+    with pytest.raises(GeometryError, match=reason):
+        fit_line(points)
+
+
+@pytest.mark.parametrize("shift", [0.0, 1.0, 5e6])
+def test_points_apart_by_more_than_rounding_are_a_line(shift):
+    """Four roundings of the largest coordinate are the limit."""
+    apart = 64.0 * np.finfo(float).eps * max(shift, 1e-6)
+    points = np.array([[0.0, 0, 0], [apart, 0, 0]]) + shift
+    assert abs(fit_line(points).direction[0]) == pytest.approx(1.0)
+
+
+def test_figures_of_a_line_are_those_of_fishers_law_and_of_plain_projections():
+    from scipy.stats import f
+
+    chance = np.random.default_rng(8)
+    for n in (3, 4, 9, 30):
+        points = np.outer(chance.uniform(-4, 4, n), [0.6, 0.48, -0.64]) + 3.0
+        points += chance.normal(0.0, 0.3, (n, 3))
+        fit = fit_line(points)
+        assert fit.n == n
+        local = points - points.mean(axis=0)
+        values, vectors = np.linalg.eigh(local.T @ local)
+        assert axial_deg(fit.direction, vectors[:, 2]) < 1e-6
+        assert fit.centroid == pytest.approx(points.mean(axis=0))
+        assert fit.length == pytest.approx(np.ptp(points @ vectors[:, 2]))
+        assert fit.rms == pytest.approx(np.sqrt((values[0] + values[1]) / n))
+        free = 2 * n - 4
+        square = 2.0 * f.ppf(0.95, 2, free) * (values[0] + values[1]) / free / values[2]
+        assert fit.confidence95_deg == pytest.approx(np.degrees(np.arctan(np.sqrt(square))))

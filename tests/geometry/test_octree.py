@@ -283,6 +283,12 @@ def test_the_streamed_cloud_speaks_for_the_whole() -> None:
     overview = file.cloud.overview()
     assert type(overview) is PointCloud
     assert len(overview.points) == file.counts[list(file.store.first)].sum()
+    first = [file.starts[k] + np.arange(file.counts[k]) for k in file.store.first]
+    rows = np.concatenate(first)
+    for name in ("points", "colors", "normals"):
+        assert np.array_equal(getattr(overview, name), getattr(file.whole, name)[rows])
+    intensity = file.whole.fields["intensity"][rows]
+    assert np.array_equal(overview.fields["intensity"], intensity)
     half = file.store.total / 2
     finer = file.counts[file.store.spacing < file.store.usual_spacing].sum()
     coarser = file.counts[file.store.spacing > file.store.usual_spacing].sum()
@@ -323,3 +329,49 @@ def test_where_nothing_is_loaded_there_is_no_surface() -> None:
     away = UTM + [500.0, 500.0, 500.0]
     assert surface.normal_near(0, away, 0.3) is None
     assert surface.outcrop_normal(away + np.eye(3)) is None
+
+
+def chosen_plainly(nodes: CloudNodes, seen: View) -> set[int]:
+    """A node at a time: the ball around its box against the planes that bound the picture."""
+    position, axes = np.array(seen.position), np.array(seen.axes)
+    wide = seen.half_height * seen.aspect
+    found = set()
+    for row, (low, high) in enumerate(nodes.bounds):
+        x, y, z = axes @ ((low + high) / 2 - position)
+        radius = np.linalg.norm(high - low) / 2
+        if seen.orthographic:
+            beyond = max(abs(x) - wide, abs(y) - seen.half_height)
+        else:
+            ahead = max(z, 0.0)
+            beside = (abs(x) - wide * ahead) / np.hypot(1.0, wide)
+            above = (abs(y) - seen.half_height * ahead) / np.hypot(1.0, seen.half_height)
+            beyond = max(beside, above)
+        nearest = np.clip(position, low, high)
+        reach = max(float(np.linalg.norm(nearest - position)), seen.near)
+        height = 2.0 * seen.half_height * (1.0 if seen.orthographic else reach)
+        apart = 2.0 * nodes.spacing[row] / height * seen.pixels
+        if beyond <= radius and -z < radius and (apart > 1.5 or nodes.parents[row] < 0):
+            found.add(row)
+    return found
+
+
+def test_a_node_is_asked_for_where_its_ball_is_in_the_picture_and_coarse_there() -> None:
+    """Fewer would leave holes at the edges of a picture, more would be read for nothing."""
+    nodes, rng = tree(), np.random.default_rng(5)
+    some = 0
+    for k in range(60):
+        turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        seen = view(
+            rng.uniform(-6.0, 16.0, 3),
+            axes=tuple(map(tuple, turn.tolist())),
+            orthographic=k % 3 == 0,
+            half_height=float(rng.uniform(0.1, 1.5)),
+            aspect=float(rng.uniform(0.4, 2.5)),
+            near=float(rng.uniform(0.05, 2.0)),
+            pixels=int(rng.integers(50, 1500)),
+        )
+        chosen = nodes.choose(seen, 10**9).tolist()
+        assert len(set(chosen)) == len(chosen)
+        assert set(chosen) == chosen_plainly(nodes, seen)
+        some += 0 < len(chosen) < len(nodes)
+    assert some > 30

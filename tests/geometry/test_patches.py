@@ -316,3 +316,49 @@ def test_lengths_of_a_patch_scale_and_its_angles_do_not(power: int) -> None:
     assert b.trace == pytest.approx(100.0**power * a.trace)  # type: ignore[operator]
     for name in ("dip_deg", "dip_direction_deg", "M", "K", "coplanarity", *ERRORS):
         assert getattr(b, name) == pytest.approx(getattr(a, name), rel=1e-9), name
+
+
+def cells(side: int, smooth: float, seed: int) -> np.ndarray:
+    """Heights (side, side) of cells that neither lift nor tilt the plane through their points."""
+    height = np.random.default_rng(seed).standard_normal((side, side))
+    if smooth:
+        turn = np.exp(1j * np.linspace(0.0, 2.0 * np.pi * smooth, side))
+        height = 0.3 * height + 3.0 * np.outer(turn, turn).real
+    u, v = np.meshgrid(np.arange(side) - (side - 1) / 2, np.arange(side) - (side - 1) / 2)
+    known = np.stack([np.ones(side * side), u.ravel(), v.ravel()])
+    flat = height.ravel()
+    return np.asarray((flat - known.T @ np.linalg.lstsq(known.T, flat)[0]).reshape(side, side))
+
+
+@pytest.mark.parametrize("smooth", [0.0, 1.0, 2.0])
+@pytest.mark.parametrize(("fine", "wide"), [(6, 2), (8, 2), (10, 2), (12, 2), (12, 3), (12, 5)])
+def test_a_patch_whose_cells_are_level_has_as_many_witnesses_as_the_closed_form_says(
+    fine: int, wide: int, smooth: float
+) -> None:
+    """The means of the cells and of every four of them are known, and so is their scatter."""
+    height = cells(fine, smooth, fine)
+    z = 0.01 * np.kron(height, np.ones((wide, wide)))
+    side = fine * wide
+    u, v = np.meshgrid(np.arange(side) * 1.0, np.arange(side) * 0.7)
+    points = np.column_stack([u.ravel(), v.ravel(), z.ravel()])
+    n = side * side
+    white = (z**2).mean() * n / (n - 3.0)
+    fours = 0.01 * height.reshape(fine // 2, 2, fine // 2, 2).mean(axis=(1, 3))
+    finer = n * ((0.01 * height) ** 2).mean() / (fine**2 - 3.0) / white
+    coarse = n * (fours**2).mean() / (fours.size - 3.0) / white
+    excess = max(2.0 * np.sqrt(coarse) - np.sqrt(finer), 1.0) ** 2
+    free = fours.size - 3.0
+    q = (0.05 ** (-2.0 / free) - 1.0) * free * excess / n
+    wanted = min(3.0 - 2.0 * np.log(0.05) / np.log1p(q), n)
+    rng = np.random.default_rng(1)
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    for seen in (points, rng.permutation(points), 300.0 * points @ turn.T + 50.0):
+        assert moments(seen).n_effective == pytest.approx(wanted, rel=1e-6)
+
+
+@pytest.mark.parametrize("n", [100, 143])
+def test_a_patch_too_small_for_cells_of_four_points_counts_every_point(n: int) -> None:
+    for seed in range(5):
+        rough = blob(n, seed)
+        rough[:, 2] += 0.5 * np.sin(rough[:, 0])
+        assert moments(rough).n_effective == n

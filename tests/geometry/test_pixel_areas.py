@@ -9,7 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.path import Path as Outline
 
-from vomstudio.geometry.pixel_areas import Area, polygon_area, stroke_area, whole_area
+from vomstudio.geometry.pixel_areas import (
+    Area,
+    changed_by,
+    polygon_area,
+    stroke_area,
+    whole_area,
+)
 
 WIDE, HIGH = 31, 23
 COLUMNS, ROWS = np.meshgrid(np.arange(WIDE) + 0.5, np.arange(HIGH) + 0.5)
@@ -74,3 +80,62 @@ def test_a_stroke_holds_what_is_within_its_radius(course, radius) -> None:
 
 def test_the_whole_is_every_pixel() -> None:
     assert spread(whole_area(WIDE, HIGH)).all()
+
+
+def test_a_shape_hides_what_it_holds_and_taking_it_back_leaves_no_trace() -> None:
+    rng = np.random.default_rng(3)
+    before = rng.random((HIGH, WIDE)) < 0.6
+    for hides in (True, False):
+        for area in (
+            stroke_area([[4.0, 5.0], [20.0, 9.0]], 3.3, WIDE, HIGH),
+            polygon_area([[-9.0, -3.0], [12.0, 4.0], [5.0, 40.0]], WIDE, HIGH),
+            whole_area(WIDE, HIGH),
+        ):
+            used = before.copy()
+            change = changed_by(used, area, hides)
+            assert change is not None
+            after = before & ~spread(area) if hides else before | spread(area)
+            assert np.array_equal(used, after)
+            change.do(used)
+            assert np.array_equal(used, before)
+            change.do(used)
+            assert np.array_equal(used, after)
+            # What is so already is no change.
+            assert changed_by(used, area, hides) is None
+            assert np.array_equal(used, after)
+
+
+@pytest.mark.parametrize("place", [(-50.0, 5.0), (5.0, -50.0), (90.0, 5.0), (5.0, 90.0)])
+def test_a_shape_beside_the_picture_has_no_pixels_and_changes_nothing(
+    place: tuple[float, float],
+) -> None:
+    triangle = np.array([[0.0, 0.0], [6.0, 0.0], [0.0, 6.0]]) + place
+    for area in (
+        polygon_area(triangle, WIDE, HIGH),
+        stroke_area(triangle, 2.0, WIDE, HIGH),
+        stroke_area(np.zeros((0, 2)), 2.0, WIDE, HIGH),
+    ):
+        assert area.inside.size == 0
+        assert not spread(area).any()
+        assert changed_by(np.ones((HIGH, WIDE), bool), area, True) is None
+
+
+def test_the_box_of_a_shape_is_no_larger_than_the_pixels_it_touches() -> None:
+    """A stroke across a picture of a hundred million pixels must not look at all of them."""
+    area = stroke_area([[10.2, 7.9]], 2.5, WIDE, HIGH)
+    assert (area.left, area.top, *area.inside.shape) == (7, 5, 6, 6)
+    area = polygon_area([[3.2, 2.1], [9.9, 2.1], [3.2, 7.4]], WIDE, HIGH)
+    assert (area.left, area.top, *area.inside.shape) == (3, 2, 6, 7)
+    area = stroke_area([[0.0, HIGH], [WIDE, HIGH]], 1.5, WIDE, HIGH)
+    assert (area.left, area.top, *area.inside.shape) == (0, HIGH - 2, 2, WIDE)
+
+
+def test_pixels_whose_centres_lie_on_an_edge_belong_to_one_of_two_neighbours() -> None:
+    """Two polygons with slanted and upright edges in common leave no gap and no overlap."""
+    shared = np.array([[10.5, 0.5], [10.5, 8.5], [16.5, 8.5], [20.5, 20.5]])
+    left = np.vstack([shared, [[1.5, 20.5], [1.5, 0.5]]])
+    right = np.vstack([shared, [[29.5, 20.5], [29.5, 0.5]]])
+    whole = np.array([[1.5, 0.5], [29.5, 0.5], [29.5, 20.5], [1.5, 20.5]])
+    a, b, both = (spread(polygon_area(p, WIDE, HIGH)).astype(int) for p in (left, right, whole))
+    assert np.array_equal(a + b, both)
+    assert both.sum() == 28 * 20

@@ -360,3 +360,49 @@ def test_the_limit_of_a_mixture_is_where_its_tail_is_five_per_cent() -> None:
 
             wanted = brentq(lambda q: tail(q) - 0.05, 1e-9, 1e6)
             assert found[axis, i] == pytest.approx(wanted, rel=1e-3)
+
+
+@pytest.mark.parametrize("axis", ["x", "y", "z"])
+@pytest.mark.parametrize("n", [4, 9, 40])
+def test_the_region_of_a_regression_is_that_of_its_slopes(axis: str, n: int) -> None:
+    """The joint 95 % ellipse of the two slopes, as a textbook has it, carried over to normals."""
+    from scipy.stats import f
+
+    rng = np.random.default_rng(n)
+    i = "xyz".index(axis)
+    others = [k for k in range(3) if k != i]
+    points = np.empty((n, 3))
+    points[:, others] = rng.normal(size=(n, 2)) * [3.0, 1.0]
+    points[:, i] = points[:, others] @ [0.7, -0.4] + rng.normal(0.0, 1e-5, n)
+    fit = fit_plane(points, method="regression", axis=axis, ordered=False)  # type: ignore[arg-type]
+    x = points[:, others] - points[:, others].mean(axis=0)
+    slopes, left, *_ = np.linalg.lstsq(x, points[:, i] - points[:, i].mean())
+    root = np.linalg.cholesky(np.linalg.inv(x.T @ x) * 2.0 * f.ppf(0.95, 2, n - 3) / (n - 3) * left)
+    angle = np.linspace(0.0, 2.0 * np.pi, 20_001)
+    ends = slopes + np.column_stack([np.cos(angle), np.sin(angle)]) @ root.T
+    normals = np.ones((len(ends), 3))
+    normals[:, others] = -ends
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    off = np.degrees(np.linalg.norm(np.cross(normals, fit.normal), axis=1))
+    assert fit.max_confidence95_deg == pytest.approx(off.max(), rel=1e-3)
+    assert fit.min_confidence95_deg == pytest.approx(off.min(), rel=1e-3)
+    # The direction that tilts most, as a rake within the plane.
+    strike, down = strike_and_dip_lines(np.array([fit.dip_direction_deg]), np.array([fit.dip_deg]))
+    tilt = normals[off.argmax()] * np.sign(normals[off.argmax()] @ fit.normal) - fit.normal
+    rake = np.degrees(np.arctan2((down @ tilt)[0], (strike @ tilt)[0])) % 180.0
+    assert (rake - fit.error_rake_deg + 90.0) % 180.0 - 90.0 == pytest.approx(0.0, abs=0.5)
+
+
+@pytest.mark.parametrize("hair", [0.0, 1e-20, 1e-17, 1e-16, 2e-16])
+def test_a_rake_a_hair_before_the_strike_is_0_and_never_180(hair: float) -> None:
+    """The window and the tables take rakes from 0 to below 180."""
+    dd, d = np.array([40.0, 40.0]), np.array([30.0, 30.0])
+    strike, down = strike_and_dip_lines(dd, d)
+    signs = np.array([[1.0], [-1.0]])
+    lean = signs * (strike - hair * down)
+    flat = np.zeros(2, bool)
+    small = np.array([0.01, 0.01])
+    _, _, rake = split_rad(np.cross(lean, [0, 0, 1.0]), lean, dd, d, flat, small, small)
+    assert ((rake >= 0.0) & (rake < np.pi)).all()
+    assert np.minimum(rake, np.pi - rake) == pytest.approx(np.zeros(2), abs=1e-15)
+    assert rake[0] == rake[1]

@@ -323,3 +323,138 @@ def test_sizes_whose_squares_leave_the_range_are_refused_not_crashed_on(scale: f
     points = np.array([[0, 0, 0], [1, 0, 0.1], [0, 1, 0.2], [1, 1, 0.5]]) * scale
     with pytest.raises(GeometryError):
         fit_plane(points)
+
+
+@pytest.mark.parametrize(
+    ("offsets", "sound"),
+    [
+        ([0, 4, 8], True),
+        ([0, 4, 4, 8], True),
+        ([2, 6], True),
+        ([0, 9], False),
+        ([-1, 4], False),
+        ([0, 5, 4], False),
+        ([], False),
+        ([[0, 4]], False),
+    ],
+)
+def test_offsets_that_leave_the_points_are_refused(offsets: list[int], sound: bool) -> None:
+    points = np.concatenate([SQUARE, SQUARE + UTM])
+    if sound:
+        assert len(fit_planes(points, offsets)) == len(offsets) - 1
+        return
+    with pytest.raises(GeometryError, match="Offsets") as caught:
+        fit_planes(points, offsets)
+    assert caught.value.field == "offsets"
+
+
+def test_what_is_asked_wrongly_is_named() -> None:
+    for asked, field in (
+        ({"method": "ransac"}, "method"),
+        ({"axis": "w"}, "axis"),
+        ({"axis": "w", "method": "regression"}, "axis"),
+    ):
+        with pytest.raises(GeometryError) as caught:
+            fit_plane(SQUARE, **asked)  # type: ignore[arg-type]
+        assert caught.value.field == field
+    for points in (np.zeros(3), np.zeros((4, 2)), np.zeros((2, 4, 3))):
+        with pytest.raises(GeometryError) as caught:
+            fit_planes(points, [0, 4])
+        assert caught.value.field == "points"
+
+
+def test_a_group_without_a_plane_is_blank_in_a_batch_and_harms_no_other() -> None:
+    """One too short, one not finite, one far too large, one straight, one at a place."""
+    line = np.outer(np.arange(6.0), [1.0, 2.0, 3.0])
+    groups = [bent_trace(1), SQUARE[:2], bent_trace(2), SQUARE * np.nan, SQUARE * 1.1e150]
+    groups += [line, np.full((5, 3), 2.5), bent_trace(3)]
+    offsets = np.concatenate([[0], np.cumsum([len(g) for g in groups])])
+    fits = fit_planes(np.concatenate(groups), offsets)
+    words = [None, "at least 3", None, "not finite", "not finite", "straight", "same place", None]
+    for i, word in enumerate(words):
+        if word is None:
+            assert fits.error[i] is None
+            single = fit_plane(groups[i])
+            assert fits[i].dip_deg == pytest.approx(single.dip_deg)
+            assert fits[i].n_effective == pytest.approx(single.n_effective)
+            continue
+        assert word in (fits.error[i] or "")
+        assert fits.n[i] == len(groups[i])
+        for f in fields(PlaneFit):
+            value = getattr(fits[i], f.name)
+            if isinstance(value, np.ndarray):
+                assert np.isnan(value).all(), f.name
+            elif f.name not in ("n", "error", "method", "ordered"):
+                assert value is None or value is False, f.name
+
+
+def test_a_regression_that_has_no_plane_is_blank_too() -> None:
+    vertical = SQUARE[:, [2, 0, 1]] * 10.0
+    offsets = [0, 4, 44]
+    fits = fit_planes(np.concatenate([vertical, bent_trace(1)]), offsets, method="regression")
+    assert "parallel to the z axis" in (fits.error[0] or "")
+    assert fits[0].dip_deg is fits[0].max_confidence95_deg is None
+    assert fits[1].dip_deg == pytest.approx(fit_plane(bent_trace(1), method="regression").dip_deg)
+
+
+@pytest.mark.parametrize("lean", [0.5e-7, 2e-7])
+def test_a_plane_is_parallel_to_an_axis_within_a_ten_millionth_of_its_size(lean: float) -> None:
+    """A square of ten metres that leans by so much off the vertical, seen from its axis."""
+    upright = SQUARE[:, [2, 0, 1]] * 2.0 - [0.0, 1.0, 1.0]
+    upright[:, 0] = 2.0 * lean * upright[:, 2]
+    if lean < 1e-7:
+        with pytest.raises(GeometryError, match="parallel"):
+            fit_plane(upright, method="regression")
+    else:
+        assert fit_plane(upright, method="regression").dip_deg == pytest.approx(90.0, abs=1e-4)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10_000), st.sampled_from(["pca", "regression"]))
+def test_turning_the_world_in_any_way_turns_the_normal_alone(seed: int, method: str) -> None:
+    rng = np.random.default_rng(seed)
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    turn *= np.sign(np.linalg.det(turn))
+    points = rng.normal(size=(20, 3)) * [4.0, 1.5, 0.05]
+    if method == "regression":
+        # Regression knows its axis: axes that change places are all that it bears.
+        turn = np.eye(3)[rng.permutation(3)]
+    axis = "xyz"[int(np.flatnonzero(turn[:, 2])[0])] if method == "regression" else "z"
+    a = fit_plane(points, method=method, ordered=False)  # type: ignore[arg-type]
+    b = fit_plane(points @ turn.T, method=method, axis=axis, ordered=False)  # type: ignore[arg-type]
+    assert abs(b.normal @ (turn @ a.normal)) == pytest.approx(1.0, abs=1e-12)
+    for name in ("rms", "residual", "extent", "trace", "M", "K", "coplanarity", "collinearity"):
+        assert getattr(b, name) == pytest.approx(getattr(a, name), rel=1e-7), name
+    for name in ("max_confidence95_deg", "min_confidence95_deg", "max_angular_error_deg"):
+        assert getattr(b, name) == pytest.approx(getattr(a, name), rel=1e-7), name
+
+
+def test_the_largest_coordinate_sets_what_is_rounding() -> None:
+    points = bent_trace(4)
+    assert fit_plane(points).max_coordinate == pytest.approx(np.abs(points).max())
+    assert fit_plane(points - UTM).max_coordinate == pytest.approx(np.abs(points - UTM).max())
+
+
+@pytest.mark.parametrize("count", [16, 17])
+def test_points_picked_twice_are_looked_for_in_short_traces(count: int) -> None:
+    """Of sixteen points, one of them twice, fifteen count; in a longer trace it matters little."""
+    points = bent_trace(5, n=count - 1)
+    repeated = points[[*range(count - 1), 3]]
+    fit = fit_plane(repeated, ordered=False)
+    assert fit.n_effective == count - (count == 16)
+    for k, same in ((0, True), (1, False)):
+        near = repeated.copy()
+        near[-1, 0] += k * 1e-9
+        assert (fit_plane(near, ordered=False).n_effective == count - 1) == (same and count == 16)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_thickness_of_a_long_straight_trace_is_known_to_its_last_digits(seed: int) -> None:
+    """A kilometre long, millimetres wide and far thinner: squares alone would lose it."""
+    rng = np.random.default_rng(seed)
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    points = rng.normal(size=(30, 3)) * [300.0, 1e-3, 1e-8] @ turn.T
+    fit = fit_plane(points, ordered=False)
+    _, singular, axes = np.linalg.svd(points - points.mean(axis=0))
+    assert fit.rms == pytest.approx(singular[2] / np.sqrt(30), rel=1e-3)
+    assert np.linalg.norm(np.cross(fit.normal, axes[2])) < 1e-6

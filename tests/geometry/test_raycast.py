@@ -63,6 +63,11 @@ def test_quarters_are_the_grid_of_half_the_step() -> None:
     )
     blocks = fine.face.reshape(50, 2, 60, 2).transpose(0, 2, 1, 3).reshape(50, 60, 4)
     assert (quarters.face == blocks[wanted]).all()
+    assert (quarters.face >= 0).mean() > 0.5
+    depth = fine.depth.reshape(50, 2, 60, 2).transpose(0, 2, 1, 3).reshape(50, 60, 4)
+    assert quarters.depth == pytest.approx(depth[wanted], abs=1e-9)
+    weights = fine.weights.reshape(50, 2, 60, 2, 2).transpose(0, 2, 1, 3, 4)
+    assert quarters.weights == pytest.approx(weights.reshape(50, 60, 4, 2)[wanted], abs=1e-6)
 
 
 def test_no_grid_ray_slips_through_the_seams() -> None:
@@ -78,3 +83,81 @@ def test_no_grid_ray_slips_through_the_seams() -> None:
     assert hits.depth == pytest.approx(
         np.broadcast_to(-np.abs(np.linspace(-14.5, 14.5, 59)) / 2, (59, 59))
     )
+
+
+def first_of_all(points: np.ndarray, faces: np.ndarray, x: float, y: float) -> tuple[int, float]:
+    """The lowest of the triangles (in k, from 0 on) that a point lies in, by the signs of areas."""
+    found = -1, np.inf
+    for k, (a, b, c) in enumerate(points[faces]):
+        whole = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+        u = ((x - a[0]) * (c[1] - a[1]) - (y - a[1]) * (c[0] - a[0])) / whole
+        v = ((b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0])) / whole
+        z = float(a[2] + u * (b[2] - a[2]) + v * (c[2] - a[2]))
+        if min(u, v, 1.0 - u - v) >= 0.0 and z < found[1]:
+            found = k, z
+    return found
+
+
+@pytest.mark.parametrize("step", [0.09, 0.4, 3.0])
+@pytest.mark.parametrize(("left", "top"), [(-2.0, -1.0), (1.3, 2.2), (40.0, -1.0), (-9.0, -9.0)])
+def test_pictures_beside_within_and_around_the_model_hold_what_is_there(
+    step: float, left: float, top: float
+) -> None:
+    """A triangle cut by an edge of the picture is drawn up to its last pixel there."""
+    points, faces = heap(9, 40)
+    everything = np.arange(len(faces), dtype=np.int32)
+    place = {"left": left, "top": top, "step": step}
+    grid = cast_grid(points, faces, everything, **place, width=9, height=7)
+    quarters = cast_quarters(points, faces, everything, np.ones((7, 9), bool), **place)
+    for j in range(7):
+        for i in range(9):
+            face, depth = first_of_all(
+                points, faces, left + (i + 0.5) * step, top + (j + 0.5) * step
+            )
+            assert (grid.face[j, i], grid.depth[j, i]) == (face, pytest.approx(depth))
+            for q in range(4):
+                x = left + (i + 0.25 + 0.5 * (q % 2)) * step
+                y = top + (j + 0.25 + 0.5 * (q // 2)) * step
+                face, depth = first_of_all(points, faces, x, y)
+                row = j * 9 + i
+                assert (quarters.face[row, q], quarters.depth[row, q]) == (
+                    face,
+                    pytest.approx(depth),
+                )
+
+
+def test_only_the_faces_that_are_asked_are_met_and_those_edge_on_never() -> None:
+    points = np.array([[0, 0, 5], [4, 0, 5], [0, 4, 5], [0, 0, 2], [4, 0, 2], [0, 4, 2.0]])
+    points = np.concatenate([points, [[0, 1, 0], [4, 1, 0], [2, 1, 9.0]]])
+    faces = np.arange(9, dtype=np.int32).reshape(3, 3)
+    for asked, wanted in (([0, 1, 2], 1), ([0, 2], 0), ([2], -1), ([1, 0], 1)):
+        chosen = np.array(asked, np.int32)
+        grid = cast_grid(points, faces, chosen, left=0.0, top=0.0, step=2.0, width=1, height=1)
+        assert grid.face[0, 0] == wanted
+        every = np.ones((1, 1), bool)
+        four = cast_quarters(points, faces, chosen, every, left=0.0, top=0.0, step=2.0)
+        assert (four.face == wanted).all()
+
+
+@pytest.mark.parametrize("first", range(3))
+@pytest.mark.parametrize("second", range(3))
+@pytest.mark.parametrize("flip", [False, True])
+def test_two_triangles_leave_no_seam_whichever_corner_comes_first(
+    first: int, second: int, flip: bool
+) -> None:
+    """Rays through the edge that they share, at a slant where every product is rounded."""
+    a, b = np.array([0.1, 0.7, 3.0]), np.array([7.3, 5.9, 4.0])
+    points = np.array([a, b, [0.3, 6.1, 1.0], [7.7, 0.2, 2.0]])
+    one, other = np.roll([0, 1, 2], first), np.roll([1, 0, 3], second)
+    faces = np.array([one, other[::-1] if flip else other], np.int32)
+    both = np.arange(2, dtype=np.int32)
+    for t in np.linspace(0.01, 0.99, 99):
+        x, y, z = a + t * (b - a)
+        place = {"left": x - 0.5, "top": y - 0.5, "step": 1.0}
+        hits = cast_grid(points, faces, both, **place, width=1, height=1)
+        assert hits.face[0, 0] >= 0
+        assert hits.depth[0, 0] == pytest.approx(z)
+        place = {"left": x - 0.25, "top": y - 0.25, "step": 1.0}
+        hits = cast_quarters(points, faces, both, np.ones((1, 1), bool), **place)
+        assert hits.face[0, 0] >= 0
+        assert hits.depth[0, 0] == pytest.approx(z)

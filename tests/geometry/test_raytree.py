@@ -187,3 +187,81 @@ def test_bits_are_spread_three_apart_and_places_ordered_along_the_curve() -> Non
     places = np.vstack([corners[mixed], [[np.nan, 0, 0]]]) + CORNER
     assert _along_curve(places).tolist() == np.argsort(mixed).tolist()
     assert _along_curve(np.full((2, 3), np.nan)).tolist() == []
+
+
+def around(middle: np.ndarray, size: float, count: int, seed: int) -> tuple[np.ndarray, ...]:
+    """Rays from all sides and from within, of any length; every third along an axis."""
+    rng = np.random.default_rng(seed)
+    starts = middle + size * rng.uniform(-1.0, 1.0, (count, 3))
+    ways = middle + 0.4 * size * rng.uniform(-1.0, 1.0, (count, 3)) - starts
+    straight = np.eye(3)[rng.integers(0, 3, count)] * rng.choice([-1.0, 1.0], (count, 1))
+    ways[::3] = straight[::3]
+    ways *= 10.0 ** rng.uniform(-2.0, 1.0, (count, 1)) / np.linalg.norm(ways, axis=1)[:, None]
+    last = np.where(np.arange(count) % 4, np.inf, size / np.linalg.norm(ways, axis=1))
+    return starts, ways, last
+
+
+@pytest.mark.parametrize("faces", [1, 4, 5, 9, 120])
+def test_rays_from_all_sides_meet_what_asking_every_face_says(faces: int) -> None:
+    rng = np.random.default_rng(faces)
+    size = 0.2 + 1.5 / faces
+    corners = rng.uniform(-0.6, 0.6, (faces, 1, 3)) + size * rng.normal(size=(faces, 3, 3))
+    points = corners.reshape(-1, 3) + CORNER
+    mesh = Mesh(points, rng.permutation(3 * faces).astype(np.int32).reshape(-1, 3))
+    starts, ways, last = around(points.mean(axis=0), 3.0, 300, faces)
+    hits = RayTree(mesh).cast(starts, ways, last)
+    assert (hits.index >= 0).sum() >= 5
+    for i in range(300):
+        face, t = first_of_all(mesh, starts[i], ways[i])
+        face, t = (face, t) if t < last[i] else (-1, np.inf)
+        assert hits.index[i] == face
+        assert hits.distance[i] == pytest.approx(t, rel=1e-6)
+        assert np.isnan(hits.weights[i]).all() == (face < 0)
+
+
+@pytest.mark.parametrize("count", [1, 4, 5, 200])
+def test_rays_from_all_sides_meet_the_points_that_the_definition_says(count: int) -> None:
+    points = np.random.default_rng(count).uniform(-1.0, 1.0, (count, 3)) + CORNER
+    reach = 0.4
+    tree = RayTree(PointCloud(points), reach=reach)
+    starts, ways, last = around(CORNER, 3.0, 300, count)
+    hits = tree.cast(starts, ways, last)
+    for i in range(300):
+        index, t = nearest_of_all(points, starts[i], ways[i], reach, last[i])
+        assert hits.index[i] == index
+        assert hits.distance[i] == pytest.approx(t, rel=1e-6)
+
+
+def test_a_ray_in_the_plane_of_a_face_or_behind_its_start_does_not_meet_it() -> None:
+    mesh = Mesh(np.array([[0.0, -1, -1], [0, 3, -1], [0, -1, 3]]), np.array([[0, 1, 2]], np.int32))
+    tree = RayTree(mesh)
+    assert tree.cast([0.0, -5, 0], [[0.0, 1, 0]]).index[0] == -1
+    assert tree.cast([0.0, 0.2, 0.3], [[1.0, 0, 0]]).index[0] == -1
+    for corner in mesh.vertices:
+        # Through a corner or an edge it is met.
+        assert tree.cast(corner + [2, 0, 0], [[-1.0, 0, 0]]).index[0] == 0
+        assert tree.cast((corner + mesh.vertices[0]) / 2 + [2, 0, 0], [[-1.0, 0, 0]]).index[0] == 0
+
+
+@pytest.mark.parametrize("first", range(3))
+@pytest.mark.parametrize("second", range(3))
+def test_no_ray_slips_through_the_edge_that_two_faces_share(first: int, second: int) -> None:
+    a, b = np.array([0.1, 0.7, 3.0]), np.array([7.3, 5.9, 4.0])
+    points = np.array([a, b, [0.3, 6.1, 1.0], [7.7, 0.2, 2.0]])
+    faces = np.array([np.roll([0, 1, 2], first), np.roll([1, 0, 3], second)], np.int32)
+    tree = RayTree(Mesh(points, faces))
+    there = a + np.linspace(0.01, 0.99, 99)[:, None] * (b - a)
+    starts = there + np.random.default_rng(3).uniform([-1, -1, 5], [1, 1, 9], (99, 3))
+    hits = tree.cast(starts, there - starts)
+    assert (hits.index >= 0).all()
+    assert hits.distance == pytest.approx(np.ones(99))
+
+
+def test_the_position_of_a_hit_is_where_the_ray_is_and_that_of_a_point_its_own() -> None:
+    mesh = rough_sheet(6)
+    tree = RayTree(mesh)
+    weights = np.array([0.2, 0.3, 0.5])
+    there = tree.position(7, weights)
+    assert there == pytest.approx(weights @ mesh.vertices[mesh.faces[7]], abs=1e-9)
+    cloud = RayTree(PointCloud(mesh.vertices), reach=0.1)
+    assert np.array_equal(cloud.position(7, np.full(3, np.nan)), mesh.vertices[7])

@@ -136,3 +136,67 @@ def test_the_face_is_that_around_the_whole_trace_and_no_farther():
     assert abs(surface.outcrop_normal(ends) @ wall) == pytest.approx(1.0)
     blob = np.random.default_rng(0).normal(size=(400, 3))
     assert VertexSurface(blob).outcrop_normal(np.array([[-1.0, 0, 0], [1.0, 0, 0]])) is None
+
+
+@pytest.mark.parametrize("step", [1, 7, 1681])
+def test_a_plain_search_in_pieces_finds_all_of_a_ball(step, monkeypatch):
+    monkeypatch.setattr("vomstudio.geometry.surface._STEP", step)
+    points = face(0.1, np.array([0.0, -1.0, 0.0]), seed=6)[:1681]
+    centre = points[900]
+    wanted = np.flatnonzero(np.linalg.norm(points - centre, axis=1) <= 0.5)
+    assert np.array_equal(np.sort(VertexSurface(points)._in_ball(centre, 0.5)), wanted)
+
+
+@pytest.mark.parametrize("built", [False, True])
+def test_the_spacing_of_a_whole_trace_is_the_mean_over_its_points(built):
+    """Of a long trace some points stand for all, its ends among them."""
+    rng = np.random.default_rng(3)
+    points = rng.uniform(0.0, 10.0, (400, 3))
+    surface = VertexSurface(points)
+    if built:
+        surface.build()
+
+    def spacing(place):
+        at = points[np.argmin(np.linalg.norm(points - place, axis=1))]
+        return np.sort(np.linalg.norm(points - at, axis=1))[1]
+
+    few = points[:24] + 0.01
+    assert surface.resolution_near(few) == pytest.approx(np.mean([spacing(p) for p in few]))
+    many = points[:240] + 0.01
+    some = many[np.linspace(0, 239, 24).round().astype(int)]
+    assert surface.resolution_near(many) == pytest.approx(np.mean([spacing(p) for p in some]))
+    assert surface.resolution_near(many[0]) == pytest.approx(spacing(many[0]))
+    # Two vertices are enough for a spacing.
+    assert VertexSurface(points[:2]).resolution_near(points[:1]) == pytest.approx(
+        np.linalg.norm(points[1] - points[0])
+    )
+
+
+def test_the_face_around_a_trace_reaches_a_tenth_of_its_box_or_ten_spacings():
+    """A slanted strip beside the trace, nearer or farther than that."""
+    steps = np.arange(-2.0, 2.0, 0.02)
+    u, v = (x.ravel() for x in np.meshgrid(steps, np.arange(-0.05, 0.05, 0.02)))
+    ribbon = np.column_stack([u, 0 * u, v])
+    trace = np.column_stack([np.linspace(-1.5, 1.5, 5), np.zeros(5), np.zeros(5)])
+    for height, seen in ((0.29, True), (0.31, False)):
+        far = ribbon + [0.0, height, 0.0]
+        normal = VertexSurface(np.concatenate([ribbon, far])).outcrop_normal(trace)
+        # Both ribbons together stand across y, the one alone along it.
+        assert (abs(normal[2]) > 0.9) == seen
+    # One point of a trace has no length: ten spacings of the model then.
+    for height, seen in ((0.19, True), (0.21, False)):
+        far = ribbon + [0.0, height, 0.0]
+        normal = VertexSurface(np.concatenate([ribbon, far])).outcrop_normal(trace[2:3])
+        assert (abs(normal[2]) > 0.9) == seen
+
+
+def test_a_trace_is_followed_at_even_steps_with_its_ends():
+    from vomstudio.geometry.surface import _densified
+
+    corner = np.array([[0.0, 0, 0], [3, 0, 0], [3, 1, 0]])
+    line = _densified(corner)
+    assert len(line) == 200
+    assert np.array_equal(line[[0, -1]], corner[[0, -1]])
+    along = np.where(line[:, 0] < 3.0, line[:, 0], 3.0 + line[:, 1])
+    assert along == pytest.approx(np.linspace(0.0, 4.0, 200))
+    assert np.array_equal(_densified(corner[:1]), corner[:1])

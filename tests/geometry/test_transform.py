@@ -85,3 +85,6 @@ def test_a_disc_is_round_flat_and_closed_by_its_corners(normal: tuple[float, ...
     assert ring @ np.asarray(normal) == pytest.approx(np.zeros(36), abs=1e-8)
     steps = np.linalg.norm(ring - np.roll(ring, 1, axis=0), axis=1)
     assert steps == pytest.approx(np.full(36, 6.0 * np.sin(np.pi / 36)))
+    # Anticlockwise as seen from the tip of the normal.
+    turns = np.cross(ring, np.roll(ring, -1, axis=0)) @ np.asarray(normal)
+    assert (turns > 0.0).all()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from vomstudio.geometry.units import area_text, length_text
+from vomstudio.geometry.units import METRES, area_text, length_text
 
 
 @pytest.mark.parametrize(
@@ -38,3 +38,50 @@ def test_a_length_of_unknown_scale_is_never_called_metres():
     assert length_text(0.01234, metric=False) == "0.0123 units"
     assert area_text(2.5, metric=False) == "2.50 units²"
     assert length_text(None, metric=False) == "–"
+
+
+@pytest.mark.parametrize("digits", [2, 3, 4])
+@pytest.mark.parametrize("power", range(-6, 7))
+def test_a_length_in_words_is_the_length_to_its_digits(digits, power):
+    size = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "km": 1e3}
+    for first in (1.0, 1.23456, 4.99949, 9.94, 9.9999):
+        value = first * 10.0**power
+        for sign in (1.0, -1.0):
+            number, unit = length_text(sign * value, digits).split()
+            assert float(number) * size[unit] * sign == pytest.approx(
+                value, rel=0.6 * 10.0 ** (1 - digits)
+            )
+            assert "e" not in number
+            shown = number.lstrip("-").replace(".", "").lstrip("0")
+            whole = number.lstrip("-").partition(".")[0]
+            assert len(shown) == max(digits, len(whole) if whole != "0" else 0)
+
+
+@pytest.mark.parametrize("power", range(-7, 9))
+def test_an_area_in_words_is_the_area_to_its_digits(power):
+    size = {"cm²": 1e-4, "m²": 1.0, "km²": 1e6}
+    for first in (1.0, 2.34567, 9.9999):
+        value = first * 10.0**power
+        number, unit = area_text(value).split()
+        assert float(number) * size[unit] == pytest.approx(value, rel=0.006)
+        assert "e" not in number
+
+
+def test_what_is_less_than_a_ten_thousandth_of_a_millimetre_is_nothing():
+    assert length_text(0.99e-7) == "0 mm"
+    assert length_text(1.01e-7) == "0.000101 mm"
+    assert area_text(0.99e-14) == "0 cm²"
+    assert area_text(1.01e-14) != "0 cm²"
+
+
+def test_units_by_name_are_their_metres():
+    inch = 0.0254
+    for name, metres in (("ft", 12 * inch), ("us-ft", 12 / 39.37), ("km", 1e3), ("cm", 1e-2)):
+        assert METRES[name] == pytest.approx(metres, rel=1e-12)
+    assert (METRES["m"], METRES["mm"]) == (1.0, 1e-3)
+
+
+@pytest.mark.parametrize("text", [length_text, area_text])
+def test_a_number_that_is_none_is_said_to_be_none(text):
+    assert text(float("inf")).startswith("inf")
+    assert text(float("nan")).startswith("nan")

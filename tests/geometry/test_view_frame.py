@@ -69,6 +69,27 @@ def test_pixel_to_world_reproduces_utm_points_to_micrometres() -> None:
     assert np.abs((pixels @ matrix.T)[:, :3] - points).max() < 5e-9 * 1e3
 
 
+@pytest.mark.parametrize(
+    ("plunge", "vertical"), [(90, True), (-90, True), (89.99, False), (-89.99, False), (0, False)]
+)
+def test_only_a_view_straight_down_or_up_is_a_map(plunge: float, vertical: bool) -> None:
+    for trend in (0.0, 77.0, 205.0):
+        assert looking(trend, plunge).is_vertical == vertical
+
+
+@pytest.mark.parametrize("trend", [12.0, 250.0])
+def test_a_view_steeply_up_has_north_on_top_too(trend: float) -> None:
+    for plunge, north in ((-89.95, True), (-89.85, False)):
+        right = looking(trend, plunge).right
+        assert (abs(right[1]) < 2e-3) == north
+
+
+def test_the_length_of_a_direction_does_not_matter() -> None:
+    for length in (1e-12, 1.0, 1e9):
+        frame = ViewFrame.looking(length * lines_to_vectors(33.0, 20.0))
+        assert frame.axes == pytest.approx(looking(33.0, 20.0).axes)
+
+
 def test_a_direction_without_length_is_refused() -> None:
     with pytest.raises(GeometryError):
         ViewFrame.looking((0, 0, 0))

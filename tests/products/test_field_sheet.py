@@ -138,3 +138,50 @@ def test_the_words_of_a_sheet_stand_in_their_columns(plan: SurveyPlan) -> None:
     front, above = (axes.get_position() for axes in figure.axes)
     assert above.y1 < front.y0
     assert boxes["Photo survey: field sheet"].y0 > front.y1 * figure.bbox.height
+
+
+@pytest.mark.parametrize("manner", ["handheld", "terrain"])
+@pytest.mark.parametrize(("width", "height"), [(30.0, 10.0), (8.0, 25.0), (200.0, 12.0)])
+def test_everything_on_a_sheet_is_on_the_paper_and_the_drawings_fill_their_room(
+    manner: str, width: float, height: float
+) -> None:
+    plan = plan_survey(APSC, width, height, distance_m=20.0, manner=manner)  # type: ignore[arg-type]
+    figure = draw_field_sheet(plan)
+    figure.draw_without_rendering()
+    paper = figure.bbox
+    assert (figure.get_size_inches() * 25.4).tolist() == pytest.approx([210, 297], abs=1)
+    for text in figure.texts:
+        box = text.get_window_extent()
+        assert paper.x0 + 20 < box.x0
+        assert box.x1 < paper.x1 - 5
+        assert paper.y0 < box.y0
+        assert box.y1 < paper.y1
+    for axes in figure.axes:
+        box = axes.get_tightbbox()
+        assert box is not None
+        assert box.x0 > paper.x0
+        assert box.x1 < paper.x1
+        # Of the tighter direction 4 % stay free at either end.
+        data = axes.dataLim
+        low, high = np.array([axes.get_xlim(), axes.get_ylim()]).T
+        used = (data.max - data.min) / (high - low)
+        assert used.max() == pytest.approx(1.0 / 1.08, rel=2e-3)
+
+
+def test_a_sheet_in_html_has_the_drawings_alone(plan: SurveyPlan) -> None:
+    figure = draw_field_sheet(plan, pictures_only=True)
+    assert not figure.texts
+    assert figure.get_size_inches().tolist() == [8.27, 6.0]
+    for axes in figure.axes:
+        box = axes.get_position()
+        assert 0.0 < box.y0 < box.y1 < 1.0
+
+
+@pytest.mark.parametrize("name", ["a.txt", "a", "a.png"])
+def test_a_sheet_is_refused_by_its_ending(plan: SurveyPlan, tmp_path: Path, name: str) -> None:
+    from vomstudio.errors import UsageError
+
+    with pytest.raises(UsageError, match=r"\.pdf, \.svg or \.html") as caught:
+        write_field_sheet(tmp_path / name, plan)
+    assert caught.value.field == "--output"
+    assert not (tmp_path / name).exists()

@@ -553,9 +553,10 @@ def test_a_view_to_the_north_is_toward_0_and_never_360(tmp_path: Path, trend: fl
     assert "000.0/07.0" in as_text([checked], [])
 
 
-def test_a_view_a_hair_west_of_north_is_not_written_as_360(tmp_path: Path) -> None:
+@pytest.mark.parametrize("hair", [1e-9, 4e-5])
+def test_a_view_a_hair_west_of_north_is_not_written_as_360(tmp_path: Path, hair: float) -> None:
     upright = quad([(0, 0, 0), (4, 0, 0), (4, 0, 4), (0, 0, 4)], [(200, 10, 10)] * 4)
-    made, *_ = make(upright, views.view_along_line(360.0 - 1e-9, 0.0), tmp_path, 0.5)
+    made, *_ = make(upright, views.view_along_line(360.0 - hair, 0.0), tmp_path, 0.5)
     with rasterio.open(made.image) as picture:
         assert picture.tags()["VOMSTUDIO_VIEW"] == "trend 0.0000 plunge 0.0000 deg"
 
@@ -585,3 +586,73 @@ def test_the_picture_of_a_sheet_is_the_mean_of_what_is_seen(
         if cover.sum() > 0:
             colour = (cell[..., :3] * cover[..., None]).sum(axis=(0, 1)) / cover.sum()
             assert np.abs(found[i, j, :3] - colour).max() <= 0.6
+
+
+@pytest.mark.parametrize("side", [40, 64, 90])
+def test_holes_of_a_cloud_are_closed_across_the_edges_of_tiles(
+    tmp_path: Path, monkeypatch: Any, side: int
+) -> None:
+    """A tile that knew nothing of the points beside it would leave its edge open, a seam of holes
+    every thousand pixels."""
+    rng = np.random.default_rng(3)
+    points = np.column_stack([rng.uniform(0.0, 4.0, (2500, 2)), np.zeros(2500)])
+    colors = rng.integers(0, 256, (2500, 3), np.uint8)
+    cloud = PointCloud(points, colors)
+    view = view_along_line(0, 90)
+    _, whole, depth, facts = make(cloud, view, tmp_path, 0.02)
+    assert facts["holes_filled_px"] > 100
+    for module in (tiles, orthophoto, *_sources()):
+        if hasattr(module, "TILE"):
+            monkeypatch.setattr(module, "TILE", side)
+    _, pieces, depth2, facts2 = make(cloud, view, tmp_path, 0.02)
+    assert np.array_equal(whole[..., 3], pieces[..., 3])
+    assert facts2["holes_filled_px"] == facts["holes_filled_px"]
+    assert np.abs(whole.astype(int) - pieces.astype(int)).max() <= 1
+    assert depth == pytest.approx(depth2, abs=1e-5, nan_ok=True)
+
+
+def test_a_material_is_darker_the_more_it_is_turned_away_and_never_brighter_than_white(
+    tmp_path: Path,
+) -> None:
+    """Some programs write colours over 1: they are white, not black again."""
+    for tilt in (0.0, 40.0, 75.0):
+        a = np.radians(tilt)
+        corners = [(0, 0, 0), (1, 0, 0), (1, np.cos(a), np.sin(a)), (0, np.cos(a), np.sin(a))]
+        sheet = quad(corners, None, Material("m", None, (0.8, 0.2, 1.3)))
+        _, rgba, _, _ = make(sheet, view_along_line(0, 90), tmp_path, 0.02)
+        light = 0.35 + 0.65 * np.cos(a)
+        wanted = np.minimum(255.0 * light * np.array([0.8, 0.2, 1.3]), 255.0)
+        middle = rgba[rgba.shape[0] // 2, 20, :3].astype(float)
+        assert np.abs(middle - wanted).max() <= 0.51
+    _, rgba, _, _ = make(quad(corners), view_along_line(0, 90), tmp_path, 0.02)
+    assert np.abs(rgba[rgba.shape[0] // 2, 20, :3] - 200.0 * light).max() <= 0.51
+
+
+def test_the_pixel_of_a_model_without_a_resolution_is_a_thousandth_of_its_size() -> None:
+    alone = PointCloud(np.repeat(UTM[None], 5, axis=0))
+    for extent, gsd in ((0.0, 0.001), (0.5, 0.001), (40.0, 0.04)):
+        found, why = planning.default_gsd(alone, SAME, extent)
+        assert found == pytest.approx(gsd)
+        assert why == "a thousandth of the model's size"
+    doubled = np.diag([3.0, 3.0, 3.0, 1.0])
+    g = np.arange(0.0, 2.0, 0.1)
+    x, y = (k.ravel() for k in np.meshgrid(g, g))
+    grid = PointCloud(np.column_stack([x, y, 0 * x]))
+    assert planning.default_gsd(grid, SAME, 2.0) == (0.1, "the cloud's mean spacing")
+    assert planning.default_gsd(grid, doubled, 6.0)[0] == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize("extent", [(1.0, 1.0), (0.3, 900.0), (5e4, 2e3), (1.0, 0.0), (1e-4, 1e-4)])
+def test_the_finest_pixel_that_is_offered_makes_a_picture_that_is_not_refused(
+    extent: tuple[float, float],
+) -> None:
+    """Two digits, and a finer one of as many digits would not do."""
+    gsd = planning._least_gsd(np.array(extent))
+
+    def pixels(size: float) -> float:
+        return float(np.prod([np.ceil(v / size) + 1 for v in extent]))
+
+    assert pixels(gsd) <= planning.MAX_PIXELS * (1 + 1e-6) + 1e5
+    step = 10.0 ** (np.floor(np.log10(gsd)) - 1)
+    finer = np.prod([np.ceil(v / (gsd - step) + 1) for v in extent])
+    assert finer > planning.MAX_PIXELS or gsd - step < max(extent) / planning.MAX_PIXELS

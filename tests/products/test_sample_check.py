@@ -12,8 +12,15 @@ import pytest
 from scipy.stats import binom, t
 
 from tests.sample_maker import drawn, maker
+from vomstudio.errors import GeometryError
 from vomstudio.geology.folds import fold_axis
-from vomstudio.geology.orientation import Line, Plane, angle_between_planes
+from vomstudio.geology.orientation import (
+    Line,
+    Plane,
+    angle_between_lines,
+    angle_between_planes,
+    intersection,
+)
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.planes import PlaneFit, fit_plane, fit_planes
@@ -281,3 +288,43 @@ def test_a_model_off_by_so_much_is_said_to_be() -> None:
     renamed = replace(moved, views=(replace(moved.views[0], name="other.jpg"), *moved.views[1:]))
     again = check_photos(renamed, over(), cloud, mesh, made, truth, 0.02)
     assert again[0].error == pytest.approx(0.007)
+
+
+def test_a_sample_is_checked_plane_by_plane_and_then_for_its_fold_its_fault_and_its_slip() -> None:
+    """Planes about an axis to the north: every check finds the truth."""
+    middle, fault = Plane(90, 20), Plane(60, 65)
+    attitudes = [Plane(270, 35), middle, middle, fault, fault, Plane(150, 80)]
+    rows = [
+        ("west", "bedding", "beds footwall", ""),
+        ("low", "bedding", "beds footwall", "h1"),
+        ("high", "bedding", "beds hanging wall", "h1"),
+        ("f1", "fault", "fault", ""),
+        ("f2", "fault", "fault", ""),
+        ("j", "joint", "joints", ""),
+    ]
+    centres = [[-30.0, 0, 9], [-6.0, 1, 2], [5.0, 2, 0], [0.0, 0, 0], [0.1, 0, 0], [3.0, 9, 1]]
+    # A saddle of a centimetre leans to no side.
+    saddle = 0.01 * np.array([[1.0], [-1.0], [1.0], [-1.0]])
+    groups = [
+        square(p.normal(), c) + saddle * p.normal() for p, c in zip(attitudes, centres, strict=True)
+    ]
+    planes = {name: p for (name, *_), p in zip(rows, attitudes, strict=True)}
+    meets = intersection(middle, fault)
+    found = check_sample(picks(groups, rows), SampleTruth(planes, Line(0, 0), meets, 3.0))
+    names = [check.name for check in found.checks]
+    assert names == [
+        *(f"{kind} {name}" for name, kind, *_ in rows),
+        "fold axis beta",
+        "intersection of bedding and fault",
+        "displacement on the fault",
+    ]
+    for check in found.checks[:-1]:
+        assert check.error == pytest.approx(0.0, abs=1e-5), check.name
+    assert angle_between_lines(found.beta.beta, Line(0, 0)) < 1e-6
+    assert angle_between_lines(found.intersection.beta, meets) < 1e-6
+    assert (found.beta.n, found.intersection.n) == (3, 2)
+    slip = slip_check(found.fits, [(2, 1)], [3, 4], found.beta.beta, 3.0)
+    assert found.checks[-1].measured == pytest.approx(slip.measured)
+    bad = picks([*groups[:5], np.zeros((4, 3))], rows)
+    with pytest.raises(GeometryError, match="pick j: all points are at the same place"):
+        check_sample(bad, SampleTruth(planes, Line(0, 0), meets, 3.0))

@@ -147,11 +147,15 @@ def test_a_line_in_either_frame_is_refused_and_a_slender_set_is_not() -> None:
         slender = along + width * rng.normal(size=(8, 3))
         for source, target in ((slender, along + rng.normal(size=(8, 3))), (slender, slender)):
             for a, b in ((source, target), (target, source)):
-                if refused:
-                    with pytest.raises(GeometryError, match="one line"):
-                        fit_similarity(a, b)
-                else:
-                    assert np.linalg.det(fit_similarity(a, b).rotation) == pytest.approx(1)
+                for shift in ([0.0, 0, 0], [40.0, -50, 6]):
+                    if refused:
+                        with pytest.raises(GeometryError, match="one line"):
+                            fit_similarity(a, b + shift)
+                        with pytest.raises(GeometryError, match="one line"):
+                            fit_similarity(a + shift, b)
+                    else:
+                        turn = fit_similarity(a, b + shift).rotation
+                        assert np.linalg.det(turn) == pytest.approx(1)
 
 
 @pytest.mark.parametrize(("width", "near"), [(0.015, True), (0.025, False)])
@@ -231,23 +235,43 @@ def predicted(points: np.ndarray, target: np.ndarray, at: np.ndarray) -> np.ndar
     return np.eye(3) + new @ spread @ new.T
 
 
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize("way", [(0.6, 0.0, 0.8), (0.0, 1.0, 0.0), (0.48, -0.64, -0.6)])
 @pytest.mark.parametrize("n", [7, 10])
-def test_the_last_point_joins_up_to_the_limit_of_the_f_test(n: int) -> None:
+def test_the_last_point_joins_up_to_the_limit_of_the_f_test(
+    n: int, way: tuple[float, float, float], size: float
+) -> None:
     """The others are the share of the points that misses least: their scatter, that of a normal
     law cut off there, is less than the whole one by what the chi-square laws say."""
     from scipy.stats import chi2, f
 
     points, truth = some(n, 3)
-    target = truth(points) + np.random.default_rng(5).normal(0, 0.05, (n, 3))
+    # A hand specimen, an outcrop, a valley: what is wrong does not depend on the unit.
+    target = size * (truth(points) + np.random.default_rng(5).normal(0, 0.05, (n, 3)))
     others = np.arange(n) != 2
     fit = fit_similarity(points[others], target[others])
     freedom = 3 * (n - 1) - 7
     variance = ((fit(points[others]) - target[others]) ** 2).sum() / freedom
     share = (n - 1) / n
     variance /= chi2.cdf(chi2.ppf(share, 3), 5) / share
-    way = np.array([0.6, 0.0, 0.8])
-    weight = way @ np.linalg.inv(predicted(points[others], target[others], points[2])) @ way
+    toward = np.array(way)
+    spread = predicted(points[others], target[others], points[2])
+    weight = toward @ np.linalg.inv(spread) @ toward
     limit = np.sqrt(3 * variance * f.ppf(0.9999, 3, freedom) / weight)
     for part, joins in ((0.98, True), (1.02, False)):
-        target[2] = fit(points[2])[0] + part * limit * way
+        target[2] = fit(points[2])[0] + part * limit * toward
         assert fit_robustly(points, target)[1][2] == joins
+
+
+def test_where_the_points_that_agree_lie_on_a_line_all_are_taken() -> None:
+    """A road with control points along it and three bad ones beside it: the road alone would let
+    the model turn about it."""
+    road = np.column_stack([np.linspace(-20, 20, 5), np.zeros(5), np.zeros(5)])
+    around = np.radians([0.0, 120.0, 240.0])
+    beside = np.column_stack([[-6.0, 1.0, 8.0], 5 * np.cos(around), 5 * np.sin(around)])
+    points = np.vstack([road, beside])
+    target = points.copy()
+    target[5:, 1:] *= np.array([[1.1], [1.25], [0.8]])
+    found, used = fit_robustly(points, target)
+    assert used.all()
+    assert found(points) == pytest.approx(fit_similarity(points, target)(points))

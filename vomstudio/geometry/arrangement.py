@@ -92,7 +92,7 @@ def arrange(points: Array, check: Callable[[], None] = lambda: None) -> Arrangem
             return replace(found, rows=kept[found.rows].astype(found.rows.dtype))
         side = float((high - low).max()) * (1.0 + 1e-9) or 1.0
         row_bits = max(1, len(points).bit_length())
-        depth = min(DEEPEST, (64 - row_bits) // 3)
+        depth = _depth(row_bits)
         keys = _keys(points, low, side, depth, row_bits, each)
         check()
         keys.sort()
@@ -114,6 +114,11 @@ def arrange(points: Array, check: Callable[[], None] = lambda: None) -> Arrangem
 
         list(pool.map(bound, range(len(parents))))
     return Arrangement(rows, starts, bounds, spacing[level_of], parents)
+
+
+def _depth(row_bits: int) -> int:
+    """So many levels that a place along the curve and a row fit into 64 bits."""
+    return min(DEEPEST, (64 - row_bits) // 3)
 
 
 _Each = Callable[[Callable[[slice], None], int], None]

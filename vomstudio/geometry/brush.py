@@ -128,10 +128,12 @@ class MeshSurface(VertexSurface):
         return np.asarray(self._vertices[self._mesh.faces[ids]], dtype=np.float64)
 
     def border(self, ids: Ints) -> Array:
+        if not len(ids):
+            return np.zeros((0, 2, 3))
         corners = self.corners(ids)
         nodes = welded(corners.reshape(-1, 3)).reshape(-1, 3)
         ends = np.stack([nodes, np.roll(nodes, -1, axis=1)], axis=2).reshape(-1, 2)
-        key = ends.min(axis=1) * (int(nodes.max(initial=0)) + 1) + ends.max(axis=1)
+        key = ends.min(axis=1) * (int(nodes.max()) + 1) + ends.max(axis=1)
         order = np.argsort(key)
         alone = np.diff(key[order]) != 0
         single = order[np.append(True, alone) & np.append(alone, True)]

@@ -9,7 +9,8 @@ import numpy.typing as npt
 def disc(
     centre: npt.ArrayLike, normal: npt.ArrayLike, radius: float, corners: int = 48
 ) -> npt.NDArray[np.float64]:
-    """(corners, 3) ring of a disc, in the frame of `centre` and `normal` (unit vector)."""
+    """(corners, 3) ring of a disc, in the frame of `centre` and `normal` (unit vector), from whose
+    tip it runs anticlockwise."""
     n = np.asarray(normal, dtype=np.float64)
     # Any direction that is not nearly the normal gives a stable pair of axes.
     helper = np.eye(3)[np.argmin(np.abs(n))]

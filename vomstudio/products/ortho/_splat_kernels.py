@@ -10,7 +10,7 @@ NEAR_SPACINGS = 3.0
 """Points within so many radii behind the nearest one are of the same surface."""
 
 
-@kernel("void(f8[:,::1], f8[::1], f8, f8, f8, i8, i8, i8, i8[::1], i4[::1])")
+@kernel("void(f8[:,::1], f8[::1], f8, f8, f8, f8, i8, i8, i8[::1], i4[::1])")
 def bin_points(view, reach, left, top, side, margin, columns, rows, starts, members):  # type: ignore[no-untyped-def]
     """Which points may be seen in which tile; as `bin_faces`, with the reach of each point and
     `margin` (metres) more."""

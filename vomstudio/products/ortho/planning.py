@@ -128,7 +128,7 @@ def default_gsd(
             share = np.cumsum([area for _, area in sizes])
             found = sizes[int(np.searchsorted(share, 0.5 * share[-1]))][0] * scale
             why = "the texture's own resolution on the surface"
-    if not math.isfinite(found) or found <= 0:
+    if not math.isfinite(found):
         found = resolution(data) * scale
         why = (
             "the mean length of the mesh's edges"

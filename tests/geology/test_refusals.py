@@ -1,0 +1,200 @@
+"""What is asked wrongly is refused by name, and never answered with something else."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from vomstudio.errors import GeometryError
+from vomstudio.geology import stereonet as nets
+from vomstudio.geology.folds import common_axis, fold_axis
+from vomstudio.geology.intersections import (
+    UncertainPlane,
+    intersection_line,
+    mean_plane,
+    scatter_deg,
+    stray95,
+    uncertain_plane,
+)
+from vomstudio.geology.notation import format_plane, parse_plane
+from vomstudio.geology.orientation import (
+    Line,
+    Plane,
+    intersection,
+    plane_through,
+    planes_to_normals,
+    planes_to_poles,
+    rake_of,
+)
+from vomstudio.geology.statistics import (
+    axial_mean,
+    fisher,
+    no_fisher_reason,
+    set_statistics,
+    unit_vectors,
+)
+
+ONE = ([90.0], [40.0])
+
+
+@pytest.mark.parametrize(
+    ("ask", "words"),
+    [
+        (lambda: format_plane(Plane(10, 20), "dip/dipdir"), "unknown notation 'dip/dipdir'"),
+        (lambda: parse_plane("132/41", "dip/dipdir"), "unknown notation 'dip/dipdir'"),
+        (lambda: set_statistics([[0, 0, 1]], of="beds"), "beds"),
+        (lambda: nets.project([[0, 0, 1]], "Area"), "unknown projection 'Area'"),
+        (lambda: nets.unproject([[0, 0]], "wulff"), "unknown projection 'wulff'"),
+        (lambda: nets.density([[0, 0, 1]], [[0, 0, 1]], "heat"), "unknown method 'heat'"),
+    ],
+)
+def test_a_word_that_is_none_of_the_choices_is_named(ask: Callable[[], object], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        ask()
+
+
+@pytest.mark.parametrize(
+    ("ask", "words"),
+    [
+        (lambda: fold_axis([10.0], [20.0]), "at least 2 planes; 1 given"),
+        (lambda: fold_axis([], []), "at least 2 planes; 0 given"),
+        (lambda: fold_axis([10.0] * 5, [20.0] * 5), "All 5 planes are parallel"),
+        (lambda: common_axis({"a": ONE}), "at least 2 sets"),
+        (lambda: common_axis({"a": ONE, "b": ([], [])}), "Set b has no planes"),
+        (lambda: common_axis({"a": ONE, "b": ONE}), "of a, b are parallel"),
+        (lambda: mean_plane([]), "without planes has no mean"),
+        (lambda: intersection(Plane(40, 30), Plane(40, 30)), "planes are parallel"),
+        (lambda: plane_through(Line(40, 30), Line(40, 30)), "lines are parallel"),
+        (lambda: rake_of(Plane(40, 30).pole(), Plane(40, 30)), "perpendicular to the plane"),
+        (lambda: unit_vectors(np.zeros((0, 3))), "needs at least one"),
+        (lambda: unit_vectors(np.zeros((2, 2))), "needs at least one"),
+        (lambda: unit_vectors([[0, 0, 1], [0, 0, 0]]), "Orientation 2 of 2 is not a direction"),
+        (lambda: unit_vectors([[np.nan, 0, 1]]), "Orientation 1 of 1 is not a direction"),
+        (lambda: axial_mean([[1, 0, 0], [0, 1, 0]]), "spread evenly over a plane"),
+        (lambda: fisher([[0, 0, 1], [0, 0, -1]], directed=True), "cancel out"),
+        (lambda: nets.small_circle(Line(0, 0), 90.1), "over 0 and at most 90"),
+        (lambda: nets.small_circle(Line(0, 0), 0.0), "over 0 and at most 90"),
+        (lambda: nets.confidence_ellipse([0, 0, -1], [0, 0, 1], 5, 2), "across its axis"),
+        (lambda: nets.confidence_ellipse([0, 0, -1], [np.nan, 0, 1], 5, 2), "across its axis"),
+        (lambda: Line.from_vector([0, 0, 0]), "direction must be three finite numbers"),
+        (lambda: Line.from_vector([[0, 0, 1]]), "direction must be three finite numbers"),
+        (lambda: Plane.from_normal([0, np.inf, 1]), "normal must be three finite numbers"),
+        (lambda: Plane(10, 90.01), "A dip of 90.01 degrees is impossible"),
+        (lambda: Plane(10, -0.01), "A dip of -0.01 degrees is impossible"),
+        (lambda: Line(10, 90.01), "A plunge of 90.01 degrees is impossible"),
+        (lambda: Line(10, -90.01), "A plunge of -90.01 degrees is impossible"),
+        (lambda: Line(math.nan, 10), "trend is not a number"),
+        (lambda: Plane(10, math.inf), "dip is not a number"),
+        (lambda: Plane.from_strike(math.nan, 10), "strike is not a number"),
+    ],
+)
+def test_what_has_no_answer_is_refused_with_the_reason(
+    ask: Callable[[], object], words: str
+) -> None:
+    with pytest.raises(GeometryError, match=words):
+        ask()
+
+
+def test_the_ends_of_what_is_allowed_are_allowed() -> None:
+    assert Plane(10, 90).vertical
+    assert Plane(10, 0).undefined
+    assert Line(10, -90).undefined
+    assert sum(map(len, nets.small_circle(Line(30, 20), 90.0))) > 180
+    assert intersection(Plane(40, 30), Plane(40, 30.0001)).plunge_deg >= 0.0
+    assert no_fisher_reason([[0, 0, 1.0]], directed=True) is not None
+
+
+@pytest.mark.parametrize(("apart", "meet"), [(0.0099, False), (0.0101, True)])
+def test_planes_meet_from_a_hundredth_of_a_degree_on(apart: float, meet: bool) -> None:
+    a, b = (UncertainPlane(Plane(40, dip).normal(), None) for dip in (30.0, 30.0 + apart))
+    if meet:
+        line = intersection_line(a, b)
+        assert line.angle_deg == pytest.approx(apart)
+        # Along the strike, which both have.
+        assert min(abs(line.line.trend_deg - k) for k in (130.0, 310.0)) < 0.01
+    else:
+        with pytest.raises(GeometryError, match="parallel"):
+            intersection_line(a, b)
+
+
+def test_poles_point_down_without_negative_zeros_and_normals_up() -> None:
+    azimuth, dip = np.meshgrid(np.arange(0.0, 360.0, 30.0), [0.0, 20.0, 90.0])
+    up, down = planes_to_normals(azimuth, dip), planes_to_poles(azimuth, dip)
+    assert np.array_equal(down, -up)
+    assert (up[dip < 90.0][:, 2] > 0.0).all()
+    assert not np.signbit(down[down == 0.0]).any()
+    for a, d, pole in zip(azimuth.ravel(), dip.ravel(), down.reshape(-1, 3), strict=True):
+        assert pole == pytest.approx(Plane(a, d).pole().vector(), abs=1e-12)
+
+
+def test_a_cone_is_drawn_every_two_degrees() -> None:
+    axis = Line(30, 60)
+    assert len(nets.small_circle(axis, 10.0)[0]) == 181
+    assert len(nets.pole_ellipse(Plane(30, 40), 5, 2, 10)[0]) == 181
+    assert len(nets.confidence_ellipse(axis.vector(), [0, 0, 1], 5, 2)[0]) == 181
+    assert len(nets.great_circle(Plane(30, 40))) == 91
+    assert nets.great_circles([10, 20], [30, 40]).shape == (2, 91, 2)
+
+
+# Planes of one set
+
+
+def test_planes_scatter_by_the_root_mean_square_of_their_angles_either_way_round() -> None:
+    angles = np.array([0.0, 3.0, 4.0, 12.0])
+    turned = np.radians(angles)
+    normals = np.column_stack([np.sin(turned), 0 * turned, np.cos(turned)])
+    signs = np.array([1.0, -1.0, 1.0, -1.0])[:, None]
+    planes = [UncertainPlane(v, None) for v in normals * signs]
+    mean = UncertainPlane(np.array([0.0, 0.0, 1.0]), None)
+    wanted = math.sqrt((angles**2).mean())
+    assert scatter_deg(planes, mean) == pytest.approx(wanted)
+    assert scatter_deg(planes, UncertainPlane(-mean.normal, None)) == pytest.approx(wanted)
+    assert scatter_deg([], mean) == 0.0
+    assert scatter_deg(planes[:1], mean) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_plane_that_was_not_fitted_has_no_roughness() -> None:
+    """Only who fits points knows how rough they are; a separation would be called uncertain."""
+    planes = [UncertainPlane(Plane(40 + k, 30).normal(), None) for k in range(5)]
+    assert UncertainPlane(planes[0].normal, None).roughness == 0.0
+    assert mean_plane(planes).roughness == 0.0
+    assert uncertain_plane([0, 0, 1], [1, 0, 0], 3.0, 1.0).roughness == 0.0
+    assert UncertainPlane(planes[0].normal, None).free == math.inf
+
+
+def test_the_mean_of_planes_has_hotellings_region_and_its_degrees_of_freedom() -> None:
+    """Of two or three planes a round one; against scipy's F."""
+    from scipy.special import fdtri
+
+    rng = np.random.default_rng(5)
+    for n in (2, 3, 4, 9):
+        normals = [0.0, 0.0, 1.0] + 0.05 * rng.normal(size=(n, 3)) * [1.0, 0.4, 0.0]
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        mean = mean_plane([UncertainPlane(v, None) for v in normals])
+        assert mean.spread95 is not None
+        off = normals - (normals @ mean.normal)[:, None] * mean.normal
+        scatter = off.T @ off
+        free = n - 2
+        if n <= 3:
+            free = 2 * (n - 1)
+            scatter = np.trace(scatter) * (np.eye(3) - np.outer(mean.normal, mean.normal))
+        assert mean.free == free
+        wanted = 2.0 * fdtri(2.0, free, 0.95) / free * scatter / n
+        assert mean.spread95 == pytest.approx(wanted, rel=1e-6, abs=1e-12)
+        assert mean.normal[2] > 0.0
+        turned = mean_plane([UncertainPlane(-v, None) for v in normals])
+        assert turned.normal == pytest.approx(mean.normal)
+
+
+@pytest.mark.parametrize("angle", [0.5, 20.0, 89.9, 89.95, 90.0])
+def test_a_plane_of_unknown_attitude_strays_far_and_not_to_infinity(angle: float) -> None:
+    plane = uncertain_plane([0, 0, 1], [1, 0, 0], angle, 0.2)
+    limit = math.tan(math.radians(min(angle, 89.9)))
+    assert stray95(plane, [1, 0, 0]) == pytest.approx(limit)
+    assert stray95(plane, [0, 1, 0]) == pytest.approx(math.tan(math.radians(0.2)))
+    assert stray95(plane, [0, 0, 1]) == 0.0
+    for unknown in ((None, 1.0), (1.0, None)):
+        assert stray95(uncertain_plane([0, 0, 1], [1, 0, 0], *unknown), [1, 0, 0]) is None

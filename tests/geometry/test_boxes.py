@@ -1,0 +1,208 @@
+"""Boxes along the axes of World, against asking many points along a ray."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+
+from vomstudio.geometry.boxes import EDGES, FACES, ClipBox, box_range, boxes_hit
+
+UTM = np.array([576_700.0, 5_188_150.0, 160.0])
+BOX = ClipBox((0.0, 10.0, -3.0), (4.0, 11.0, 2.0))
+
+
+def some_boxes(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    low = rng.uniform(-5.0, 4.0, (count, 3))
+    return low, low + rng.uniform(0.2, 3.0, (count, 3))
+
+
+def test_the_box_of_points_holds_them_and_touches_the_outermost() -> None:
+    points = np.random.default_rng(0).normal(size=(60, 3)) * [9.0, 1.0, 3.0] + UTM
+    box = ClipBox.around(points)
+    assert box.holds(points).all()
+    assert np.array_equal([box.low, box.high], [points.min(axis=0), points.max(axis=0)])
+
+
+@pytest.mark.parametrize("thick", [0.0, 0.9e-3])
+def test_the_box_of_a_flat_model_has_half_a_metre_to_either_side(thick: float) -> None:
+    box = ClipBox.around(np.array([[0.0, 5.0, 1.0], [2.0, 5.0 + thick, 1.0]]))
+    assert box.low == pytest.approx((0.0, 4.5, 0.5))
+    assert box.high == pytest.approx((2.0, 5.5 + thick, 1.5))
+
+
+def test_a_box_of_a_few_millimetres_is_left_as_it_is() -> None:
+    box = ClipBox.around(np.array([[0.0, 0.0, 0.0], [2e-3, 1.0, 3.0]]))
+    assert (box.low, box.high) == ((0.0, 0.0, 0.0), (2e-3, 1.0, 3.0))
+
+
+def test_a_box_comes_back_from_what_a_project_keeps_of_it() -> None:
+    assert ClipBox.from_dict(BOX.as_dict()) == BOX
+    assert BOX.as_dict() == {"low": [0.0, 10.0, -3.0], "high": [4.0, 11.0, 2.0]}
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        None,
+        {},
+        {"low": [0, 0, 0]},
+        {"low": [0, 0], "high": [1, 1, 1]},
+        {"low": [0, 0, 0], "high": [1, 1]},
+        {"low": [0, 0, 0], "high": [1, 1, 0]},
+        {"low": [0, 0, 0], "high": [-1, 1, 1]},
+        {"low": [0, 0, "a"], "high": [1, 1, 1]},
+        {"low": [0, 0, float("nan")], "high": [1, 1, 1]},
+    ],
+)
+def test_what_is_no_box_is_refused(values: object) -> None:
+    with pytest.raises(ValueError, match=r"box|float"):
+        ClipBox.from_dict(values)
+
+
+def test_corners_edges_and_faces_are_those_of_a_brick() -> None:
+    corners = BOX.corners()
+    assert ConvexHull(corners).volume == pytest.approx(4.0 * 1.0 * 5.0)
+    assert len({tuple(corner) for corner in corners}) == 8
+    lengths = sorted(float(np.abs(corners[a] - corners[b]).sum()) for a, b in EDGES)
+    assert lengths == [1.0] * 4 + [4.0] * 4 + [5.0] * 4
+    along_one_axis = [(corners[a] != corners[b]).sum() == 1 for a, b in EDGES]
+    assert all(along_one_axis)
+    assert len(FACES) == len(set(FACES)) == 6
+    for axis, side in FACES:
+        on_it = corners[corners[:, axis] == (BOX.low, BOX.high)[side][axis]]
+        assert BOX.face_centre(axis, side) == pytest.approx(on_it.mean(axis=0))
+
+
+@pytest.mark.parametrize(("axis", "side"), FACES)
+def test_a_face_goes_where_it_is_drawn_and_stops_a_hair_before_the_other(
+    axis: int, side: int
+) -> None:
+    ends = [BOX.low[axis], BOX.high[axis]]
+    for value in (ends[side] + 0.1, ends[side] - 0.1, ends[side] + (2 * side - 1) * 50.0):
+        moved = BOX.with_face(axis, side, value)
+        assert (moved.low, moved.high)[side][axis] == value
+        kept = [(end[k], own[k]) for end, own in zip((moved.low, moved.high),
+                (BOX.low, BOX.high), strict=True) for k in range(3) if k != axis]  # fmt: skip
+        assert all(now == before for now, before in kept)
+        assert (moved.low, moved.high)[1 - side][axis] == ends[1 - side]
+    beyond = ends[1 - side] - (2 * side - 1) * 7.0
+    squeezed = BOX.with_face(axis, side, beyond)
+    gap = squeezed.high[axis] - squeezed.low[axis]
+    assert gap == pytest.approx(1e-3 * (ends[1] - ends[0]), rel=1e-9)
+    assert (squeezed.low, squeezed.high)[1 - side][axis] == ends[1 - side]
+    tiny = ClipBox((0.0, 0.0, 0.0), (0.1, 0.1, 0.1)).with_face(axis, side, 9.0 * (1 - 2 * side))
+    assert tiny.high[axis] - tiny.low[axis] == pytest.approx(1e-3)
+
+
+def test_boxes_meet_where_they_have_a_point_in_common_even_one() -> None:
+    cube = ClipBox((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
+    for axis in range(3):
+        for way in (-1.0, 1.0):
+            for gap, meets in ((0.9, True), (1.0, True), (1.001, False)):
+                shift = np.zeros(3)
+                shift[axis] = way * gap
+                low, high = shift, shift + 1.0
+                other = ClipBox(tuple(low.tolist()), tuple(high.tolist()))
+                assert cube.meets(other) is other.meets(cube) is meets
+    assert cube.meets(ClipBox((0.4, 0.4, 0.4), (0.6, 0.6, 0.6)))
+
+
+def test_a_box_holds_its_own_corners_and_nothing_beyond_them() -> None:
+    corners, middle = BOX.corners(), (np.array(BOX.low) + BOX.high) / 2
+    assert BOX.holds(corners).all()
+    assert not BOX.holds(middle + (corners - middle) * (1 + 1e-9)).any()
+    for axis, side in FACES:
+        beyond = BOX.face_centre(axis, side)
+        beyond[axis] += (2 * side - 1) * 1e-9
+        assert not BOX.holds(beyond)[0]
+
+
+def test_a_ball_has_a_part_inside_where_its_nearest_point_of_the_box_is_near_enough() -> None:
+    rng = np.random.default_rng(1)
+    centres = rng.uniform(-8.0, 16.0, (120, 3))
+    steps = np.stack(np.meshgrid(*[np.linspace(0, 1, 21)] * 3), axis=-1).reshape(-1, 3)
+    inside = np.array(BOX.low) + steps * (np.array(BOX.high) - BOX.low)
+    nearest = np.array([np.linalg.norm(inside - c, axis=1).min() for c in centres])
+    assert BOX.meets_balls(centres, nearest + 1e-9).all()
+    outside = nearest > 0.3
+    assert outside.sum() > 90
+    # Half a diagonal of the grid is 17 cm, and the box itself no nearer than that.
+    assert not BOX.meets_balls(centres[outside], nearest[outside] - 0.2).any()
+    assert BOX.meets_balls(np.array([[6.0, 10.5, 0.0]]), np.array([2.0])).all()
+
+
+def test_a_ray_is_in_a_box_from_where_it_enters_to_where_it_leaves() -> None:
+    low, high = some_boxes(60, 2)
+    rng = np.random.default_rng(3)
+    steps = np.linspace(-30.0, 30.0, 12_001)
+    hit = 0
+    for _ in range(6):
+        origin, way = rng.uniform(-6.0, 6.0, 3), rng.normal(size=3)
+        way /= np.linalg.norm(way)
+        points = origin + steps[:, None] * way
+        enter, leave = box_range(low, high, origin, way)
+        ahead = boxes_hit(low, high, origin, way)
+        for k in range(60):
+            there = steps[((points >= low[k]) & (points <= high[k])).all(axis=1)]
+            if len(there):
+                hit += 1
+                assert enter[k] == pytest.approx(there[0], abs=6e-3)
+                assert leave[k] == pytest.approx(there[-1], abs=6e-3)
+                assert ahead[k] == (there[-1] >= 0.0)
+            else:
+                # Grazed for less than a step, or not at all.
+                assert leave[k] - enter[k] < 6e-3
+    assert hit > 10
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_a_ray_along_an_axis_meets_what_stands_in_its_way(axis: int) -> None:
+    low, high = np.zeros((1, 3)), np.array([[1.0, 2.0, 3.0]])
+    way = np.zeros(3)
+    way[axis] = -2.0
+    others = [k for k in range(3) if k != axis]
+    origin = np.full(3, 0.5)
+    origin[axis] = 9.0
+    enter, leave = box_range(low, high, origin, way)
+    assert enter[0] == pytest.approx((9.0 - high[0, axis]) / 2.0)
+    assert leave[0] == pytest.approx(4.5)
+    assert boxes_hit(low, high, origin, way)[0]
+    assert not boxes_hit(low, high, origin, -way)[0]
+    for k in others:
+        for place, meets in ((0.0, True), (high[0, k], True), (-1e-9, False),
+                             (high[0, k] + 1e-9, False)):  # fmt: skip
+            beside = origin.copy()
+            beside[k] = place
+            assert boxes_hit(low, high, beside, way)[0] == meets
+    # It ends in the near face, or begins on the far one.
+    for start, meets in ((0.0, True), (-1e-9, False)):
+        origin[axis] = start
+        assert boxes_hit(low, high, origin, way)[0] == meets
+
+
+def test_the_stretch_of_a_ray_is_ahead_of_its_origin() -> None:
+    way = np.array([0.0, 0.0, 2.0])
+    assert BOX.stretch(np.array([1.0, 10.5, -9.0]), way) == pytest.approx((3.0, 5.5))
+    assert BOX.stretch(np.array([1.0, 10.5, 0.0]), way) == pytest.approx((0.0, 1.0))
+    assert BOX.stretch(np.array([1.0, 10.5, 2.0]), way) == pytest.approx((0.0, 0.0))
+    assert BOX.stretch(np.array([1.0, 10.5, 2.1]), way) is None
+    assert BOX.stretch(np.array([1.0, 11.2, 0.0]), way) is None
+
+
+def test_the_stretch_grows_by_its_reach_along_each_axis() -> None:
+    assert BOX.stretch(
+        np.array([1.0, 11.2, -9.0]), np.array([0.0, 0.0, 2.0]), 0.5
+    ) == pytest.approx((2.75, 5.75))
+    for reach, after in pairwise((0.0, 0.1, 0.2, 0.3)):
+        first, second = (
+            BOX.stretch(np.array([-5.0, 10.5, 0.0]), np.array([1.0, 0.0, 0.0]), r)
+            for r in (reach, after)
+        )
+        assert first is not None
+        assert second is not None
+        assert second[1] - first[1] == pytest.approx(0.1)
+        assert second[0] - first[0] == pytest.approx(-0.1)

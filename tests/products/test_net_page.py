@@ -1,0 +1,296 @@
+"""A page with a net: its frame, what a fold adds to it, and room for everything."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from vomstudio.geology.folds import FoldAxis, fold_axis
+from vomstudio.geology.orientation import Line, Plane, normals_to_planes
+from vomstudio.geology.stereonet import confidence_ellipse, great_circles, line_at, project
+from vomstudio.products.net.contents import AUTO_CIRCLES, NetContents, make_sets, means_of
+from vomstudio.products.net.figure import NetArtists, draw_stereonet
+from vomstudio.products.net.labels import free_place
+from vomstudio.products.net.legend import text_width
+from vomstudio.products.net.page import _levels
+from vomstudio.products.net.style import NetStyle
+
+STYLE = NetStyle.dock()
+SIZES = [(360, 360), (300, 420), (520, 360), (1000, 700), (420, 300), (260, 700)]
+
+
+def planes(n: int, seed: int = 0) -> tuple[str, np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    normals = Plane(132, 41).normal() + 0.15 * rng.normal(size=(n, 3))
+    return ("plane", *normals_to_planes(normals)[:2])
+
+
+def folded() -> FoldAxis:
+    turns = np.radians([-60.0, -35, -20, 5, 15, 30, 50, 70])
+    axis = Line(125, 26).vector()
+    u = np.cross(axis, [0, 0, 1.0])
+    u /= np.linalg.norm(u)
+    poles = np.cos(turns)[:, None] * np.cross(u, axis) + np.sin(turns)[:, None] * u
+    poles += 0.03 * np.random.default_rng(1).normal(size=poles.shape)
+    return fold_axis(*normals_to_planes(poles)[:2])
+
+
+def draw(net: NetContents, width: int = 360, height: int = 360) -> NetArtists:
+    figure = Figure(figsize=(width / 100, height / 100), dpi=100)
+    FigureCanvasAgg(figure)
+    return draw_stereonet(figure, net, STYLE)
+
+
+def test_the_rim_has_a_tick_every_ten_degrees_and_long_ones_at_the_winds() -> None:
+    (ticks,) = [c for c in draw(NetContents()).axes.collections if isinstance(c, LineCollection)]
+    lines = [np.asarray(segment) for segment in ticks.get_segments()]
+    rim, cross = lines[:36], lines[36:]
+    azimuth = [math.degrees(math.atan2(*line[0])) % 360 for line in rim]
+    assert azimuth == pytest.approx(np.arange(0, 360, 10), abs=1e-6)
+    assert [np.linalg.norm(line[0]) for line in rim] == pytest.approx(np.ones(36))
+    for line in rim:
+        assert np.cross([*line[0], 0], [*line[1], 0]) == pytest.approx(np.zeros(3), abs=1e-12)
+    length = np.array([np.linalg.norm(line[1]) for line in rim]) - 1.0
+    assert length[::9] == pytest.approx(np.full(4, 2.0 * length[1]))
+    assert np.delete(length, [0, 9, 18, 27]) == pytest.approx(np.full(32, length[1]))
+    assert length[1] > 0
+    # A cross in the middle, upright and level.
+    for line, axis in zip(cross, (0, 1), strict=True):
+        assert line[:, 1 - axis] == pytest.approx(np.zeros(2))
+        assert line[0, axis] == -line[1, axis] != 0
+
+
+@pytest.mark.parametrize("projection", ["area", "angle"])
+def test_a_fold_is_drawn_with_its_axis_its_region_and_its_great_circle(projection: str) -> None:
+    fold = folded()
+    artists = draw(NetContents(fold=fold, projection=projection))
+    lines = [np.asarray(line.get_xydata()) for line in artists.axes.lines]
+    (star,) = [
+        line for line in artists.axes.lines
+        if line.get_marker() == "*" and np.hypot(*np.asarray(line.get_xydata())[0]) < 1.0
+    ]  # fmt: skip
+    beta = fold.beta.vector()
+    assert np.asarray(star.get_xydata())[0] == pytest.approx(project(beta, projection)[0])
+
+    def drawn(curve: np.ndarray) -> bool:
+        return any(line.shape == curve.shape and np.allclose(line, curve) for line in lines)
+
+    assert fold.confidence_axis is not None
+    assert fold.max_confidence95_deg is not None
+    assert fold.min_confidence95_deg is not None
+    parts = confidence_ellipse(
+        beta, fold.confidence_axis.vector(), fold.max_confidence95_deg,
+        fold.min_confidence95_deg, projection,
+    )  # fmt: skip
+    assert all(drawn(part) for part in parts)
+    (circle,) = [
+        line for line in lines
+        if len(line) > 50 and all(
+            abs(v.vector() @ beta) < 1e-6
+            for x, y in line[1:-1:10] if (v := line_at(float(x), float(y), projection))
+        )
+    ]  # fmt: skip
+    assert len(circle) == 91
+    two = draw(NetContents(fold=fold_axis([100, 220], [30, 55]), projection=projection))
+    long = [line for line in two.axes.lines if len(np.asarray(line.get_xydata())) > 50]
+    assert len(long) == 1  # no region of two planes
+
+
+def test_means_are_open_symbols_at_their_places() -> None:
+    sets = make_sets({"a": planes(9), "b": planes(5, 2), "c": planes(2)})
+    net = NetContents(sets, means=means_of(sets), circles=False)
+    artists = draw(net)
+    size = 2.0 * STYLE.marker_pt
+    big = [line for line in artists.axes.lines if line.get_markersize() == pytest.approx(size)]
+    assert len(big) == len(net.means) == 2
+    for line, mean in zip(big, net.means, strict=True):
+        at = project(mean.line.vector(), "area")[0]
+        assert np.asarray(line.get_xydata())[0] == pytest.approx(at)
+        assert line.get_markerfacecolor() == STYLE.net
+        assert line.get_markeredgecolor() == STYLE.outline(STYLE.color(mean.color))
+
+
+def test_great_circles_are_those_of_the_planes_and_many_are_pale() -> None:
+    for n, steps in ((5, 61), (100, 61), (101, 31)):
+        sets = make_sets({"a": planes(n)})
+        artists = draw(NetContents(sets, circles=True))
+        wanted = great_circles(sets[0].azimuth_deg, sets[0].angle_deg, "area", steps)
+        assert artists.arcs[0] == pytest.approx(wanted)
+        assert artists.arc_rows[0].tolist() == list(range(n))
+    alphas = []
+    for n in (1, 16, 100, 1000, 10_000):
+        artists = draw(NetContents(make_sets({"a": planes(n)}), circles=True))
+        (lines,) = [
+            c for c in artists.axes.collections
+            if isinstance(c, LineCollection) and len(c.get_segments()) == n
+        ]  # fmt: skip
+        alphas.append(lines.get_alpha())
+    assert alphas == pytest.approx([1.0, 1.0, 0.4, 0.15, 0.15])
+
+
+def test_the_caption_says_how_many_great_circles_are_left_out() -> None:
+    def words(n: int, **more: object) -> list[str]:
+        net = NetContents(make_sets({"a": planes(n)}), **more)  # type: ignore[arg-type]
+        return [t.get_text() for t in draw(net, 600, 400).axes.texts]
+
+    left_out = f"great circles left out ({AUTO_CIRCLES + 1:,} planes)"
+    assert left_out in words(AUTO_CIRCLES + 1)
+    assert not any("left out" in text for text in words(AUTO_CIRCLES))
+    assert not any("left out" in text for text in words(AUTO_CIRCLES + 1, circles=False))
+
+
+def symbols(artists: NetArtists, marker: str) -> list[Line2D]:
+    return [line for line in artists.axes.lines if line.get_marker() == marker]
+
+
+def test_lines_that_point_up_are_hollow_at_their_lower_end() -> None:
+    sets = make_sets({"a": ("line", [10.0, 50, 90], [30.0, -20, -60])})
+    artists = draw(NetContents(sets))
+    marker = sets[0].marker
+    full, hollow = [
+        line for line in symbols(artists, marker)
+        if np.hypot(*np.asarray(line.get_xydata()).T).max() < 1.0
+    ]  # fmt: skip
+    assert np.asarray(full.get_xydata()) == pytest.approx(project(Line(10, 30).vector()))
+    low = [Line(230, 20).vector(), Line(270, 60).vector()]
+    assert np.asarray(hollow.get_xydata()) == pytest.approx(project(np.array(low)))
+    assert full.get_markerfacecolor() == sets[0].color
+    assert hollow.get_markerfacecolor() == STYLE.net
+
+
+def away(box: tuple[float, float, float, float], centre: tuple[float, float]) -> float:
+    """Distance of a box from a point."""
+    dx = max(box[0] - centre[0], 0.0, centre[0] - box[2])
+    dy = max(box[1] - centre[1], 0.0, centre[1] - box[3])
+    return math.hypot(dx, dy)
+
+
+@pytest.mark.parametrize(("width", "height"), SIZES)
+@pytest.mark.parametrize("sets", [3, 12, 40])
+@pytest.mark.parametrize("contour", [None, "kamb"])
+def test_no_word_of_legend_and_caption_lies_on_the_net_and_the_net_has_its_share(
+    width: int, height: int, sets: int, contour: str | None
+) -> None:
+    """However many sets there are: those without room are counted in the last row."""
+    some = make_sets({f"Joint set {i}": planes(3, i) for i in range(sets)})
+    net = NetContents(some, contour=contour, title="Limb" if sets == 3 else "", circles=False)
+    artists = draw(net, width, height)
+    assert 2 * artists.radius_px >= 0.4 * min(width, height)
+    for box in artists.text_boxes:
+        assert away(box, artists.centre_px) >= artists.radius_px - 0.5
+        # The box of a word is a hair higher than its letters.
+        assert box[0] >= 0
+        assert box[1] >= 0
+        assert box[2] <= width
+        assert box[3] <= height + 0.5
+    cx, cy = artists.centre_px
+    r = artists.radius_px
+    assert r <= min(cx, width - cx, cy, height - cy)
+    words = [t.get_text() for t in artists.axes.texts]
+    named = sum(text.startswith("Joint set") for text in words)
+    more = [text for text in words if text.startswith("and ")]
+    if more:
+        assert more == [f"and {sets - named} more"]
+    else:
+        assert named == sets
+
+
+class Sheet:
+    """A figure of 300 x 200 points with a net of 80 in its middle."""
+
+    width, height, cx, cy, radius, font = 300.0, 200.0, 150.0, 100.0, 80.0, 10.0
+
+    def __init__(self) -> None:
+        self.text_boxes: list[tuple[float, float, float, float]] = []
+
+
+def box_of(place: tuple[float, float], text: str) -> tuple[float, float, float, float]:
+    return (place[0], place[1] - 6.2, place[0] + text_width(text, 10.0), place[1] + 6.2)
+
+
+def test_a_label_stands_beside_its_own_mark_and_on_nothing_else() -> None:
+    rng = np.random.default_rng(2)
+    placed = 0
+    for _ in range(60):
+        sheet = Sheet()
+        marks = [rng.uniform([20, 20], [280, 180]) for _ in range(3)]
+        text = "mean 132/41"
+        for mark in marks:
+            place = free_place(sheet, mark, text, np.zeros((0, 2)), marks)
+            if place is None:
+                continue
+            placed += 1
+            box = box_of(place, text)
+            assert box[0] >= 2
+            assert box[2] <= 298
+            assert box[1] >= 2
+            assert box[3] <= 198
+            near = [away(box, tuple(m)) for m in marks]
+            # It would be read as that of the nearest one; boxes are two points wider than words.
+            assert away(box, tuple(mark)) <= min(near) + 2.1
+            for other in sheet.text_boxes:
+                apart = box[0] >= other[2] or other[0] >= box[2]
+                assert apart or box[1] >= other[3] or other[1] >= box[3]
+            sheet.text_boxes.append(box)
+    assert placed > 150
+
+
+def test_a_label_avoids_poles_and_the_rim_where_it_can() -> None:
+    sheet = Sheet()
+    mark = np.array([150.0, 100.0])
+    alone = free_place(sheet, mark, "beta", np.zeros((0, 2)), [mark])
+    assert alone is not None
+    # Poles where it would have stood drive it elsewhere, all around out to where it is free.
+    box = box_of(alone, "beta")
+    crowd = np.array([[x, y] for x in np.linspace(box[0], box[2], 5) for y in (box[1] + 1, box[3])])
+    other = free_place(sheet, mark, "beta", crowd, [mark])
+    assert other is not None
+    moved = box_of(other, "beta")
+    inside = (crowd > [moved[0], moved[1]]) & (crowd < [moved[2], moved[3]])
+    assert not inside.all(axis=1).any()
+    near_rim = np.array([150.0 + 62.0, 100.0])
+    place = free_place(sheet, near_rim, "beta", np.zeros((0, 2)), [near_rim])
+    assert place is not None
+    corners = [(x, y) for x in box_of(place, "beta")[::2] for y in box_of(place, "beta")[1::2]]
+    assert max(math.hypot(x - 150, y - 100) for x, y in corners) <= 80.0
+
+
+def test_there_is_no_label_where_there_is_no_room() -> None:
+    sheet = Sheet()
+    mark = np.array([150.0, 100.0])
+    sheet.text_boxes = [(0.0, 0.0, 300.0, 200.0)]
+    assert free_place(sheet, mark, "beta", np.zeros((0, 2)), [mark]) is None
+
+
+@pytest.mark.parametrize("method", ["kamb", "schmidt"])
+def test_levels_of_contours_are_even_round_and_at_most_eight(method: str) -> None:
+    rng = np.random.default_rng(3)
+    for top in [*(10.0 ** rng.uniform(-1, 2.6, 200)), 2.0, 4.0, 16.0, 16.1, 8.0, 1.0]:
+        levels = _levels(float(top), method)
+        assert len(levels) <= 8
+        assert all(0.0 < level < top for level in levels)
+        if not levels:
+            assert top <= (2.0 if method == "kamb" else 1.0)
+            continue
+        assert levels == pytest.approx(levels[0] * np.arange(1, len(levels) + 1))
+        # As many as there is room for: the next level is the top or beyond it.
+        assert levels[-1] + levels[0] >= top
+    assert _levels(7.0, "kamb") == [2.0, 4.0, 6.0]
+    assert _levels(7.0, "schmidt") == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+    assert _levels(30.0, "kamb") == [4.0, 8.0, 12.0, 16.0, 20.0, 24.0, 28.0]
+
+
+def test_a_selection_does_not_change_the_net_that_it_is_drawn_on() -> None:
+    sets = make_sets({"a": planes(9)}, {"a": [str(i) for i in range(9)]})
+    artists = draw(NetContents(sets))
+    artists.select({"3", "4"})
+    assert artists.contents.selected == {"3", "4"}
+    assert artists.contents.sets is sets
+    again = draw(artists.contents)
+    assert len(again.emphasis) == len(artists.emphasis)

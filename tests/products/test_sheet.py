@@ -1,0 +1,188 @@
+"""The sheet of an orthophoto: nothing covers anything else, and its bar is as long as it says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image, ImageDraw
+
+from vomstudio.errors import UsageError
+from vomstudio.products.ortho.sheet import (
+    bar_length,
+    direction_in_words,
+    draw_sheet,
+    end_labels,
+    format_of,
+)
+from vomstudio.products.ortho.views import view_along_line
+
+Box = tuple[float, float, float, float]
+
+
+@dataclass
+class Drawn:
+    """Boxes of what was drawn, in pixels: left, top, right, bottom."""
+
+    texts: dict[str, Box] = field(default_factory=dict)
+    rectangles: list[Box] = field(default_factory=list)
+    arrow: list[tuple[float, float]] = field(default_factory=list)
+    shaft: list[tuple[float, float]] = field(default_factory=list)
+
+
+@pytest.fixture
+def drawn(monkeypatch: pytest.MonkeyPatch) -> Drawn:
+    found = Drawn()
+    kind = ImageDraw.ImageDraw
+    plain = {name: getattr(kind, name) for name in ("text", "rectangle", "polygon", "line")}
+
+    def text(self: Any, xy: Any, words: str, fill: Any, font: Any, anchor: Any = None) -> None:
+        found.texts[words] = self.textbbox(xy, words, font=font, anchor=anchor)
+        plain["text"](self, xy, words, fill, font, anchor=anchor)
+
+    def rectangle(self: Any, xy: Any, *rest: Any, **more: Any) -> None:
+        found.rectangles.append(tuple(xy))
+        plain["rectangle"](self, xy, *rest, **more)
+
+    def polygon(self: Any, xy: Any, *rest: Any, **more: Any) -> None:
+        found.arrow = list(xy)
+        plain["polygon"](self, xy, *rest, **more)
+
+    def line(self: Any, xy: Any, *rest: Any, **more: Any) -> None:
+        found.shaft = [tuple(xy[:2]), tuple(xy[2:])]
+        plain["line"](self, xy, *rest, **more)
+
+    for name, other in (("text", text), ("rectangle", rectangle), ("polygon", polygon),
+                        ("line", line)):  # fmt: skip
+        monkeypatch.setattr(kind, name, other)
+    return found
+
+
+def meet(a: Box, b: Box) -> bool:
+    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
+
+
+LONG = "the view is along the fold's axis, which was measured on 61 planes of both limbs; " * 3
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "enlarged"),
+    [(700, 300, 1), (300, 900, 1), (2400, 1500, 1), (80, 40, 8), (5, 2, 128)],
+)
+def test_nothing_on_a_sheet_covers_anything_else(
+    tmp_path: Path, drawn: Drawn, width: int, height: int, enlarged: int
+) -> None:
+    rgba = np.full((height, width, 4), (10, 120, 200, 255), np.uint8)
+    view = replace(view_along_line(40, 20), reason=LONG, north_known=False, metric=False)
+    draw_sheet(tmp_path / "s.png", rgba, 0.01, view)
+    sheet = Image.open(tmp_path / "s.png")
+    frame, bar, half = drawn.rectangles
+    # The picture lies within its frame, whole and in its own colour.
+    assert (frame[2] - frame[0] - 1, frame[3] - frame[1]) == (
+        width * enlarged,
+        height * enlarged + 1,
+    )
+    inside = np.asarray(sheet)[
+        int(frame[1]) + 8 : int(frame[3]) - 8, int(frame[0]) + 8 : int(frame[2]) - 8
+    ]
+    assert (inside == (10, 120, 200)).all()
+    assert frame[0] + frame[2] == pytest.approx(sheet.width, abs=2)
+    arrow = np.array([*drawn.arrow, *drawn.shaft])
+    arrow_box = (*arrow.min(axis=0), *arrow.max(axis=0))
+    things = {**drawn.texts, "frame": frame, "bar": bar, "arrow": arrow_box}
+    assert "Not registered: north and scale not known" in things
+    for name, box in things.items():
+        assert box[0] >= 0, name
+        assert box[1] >= 0, name
+        assert box[2] <= sheet.width, name
+        assert box[3] <= sheet.height, name
+    for (one, a), (other, b) in combinations(things.items(), 2):
+        assert not meet(a, b), (one, other)
+    # What it says of the bar and of the ends stands by them.
+    assert drawn.texts["0"][0] == pytest.approx(bar[0], abs=3)
+    (length,) = [t for t in drawn.texts if t.endswith(" units")]
+    middle = (drawn.texts[length][0] + drawn.texts[length][2]) / 2
+    assert middle == pytest.approx(bar[2], abs=2)
+    left, right, up = end_labels(view)
+    assert drawn.texts[left][0] == pytest.approx(frame[0], abs=4)
+    assert drawn.texts[right][2] == pytest.approx(frame[2], abs=4)
+    assert 0 < drawn.texts[up][0] - arrow_box[2] < 0.1 * sheet.width
+    # An arrow points up, from the middle of its shaft.
+    tip, *base = drawn.arrow
+    assert tip[1] < min(y for _, y in base)
+    assert {x for x, _ in drawn.shaft} == {tip[0]}
+    assert (base[0][0] + base[1][0]) / 2 == tip[0]
+    assert half[2] - half[0] == pytest.approx((bar[2] - bar[0]) / 2)
+    lines = [box for text, box in drawn.texts.items() if len(text) > 25]
+    assert len(lines) >= 3
+    assert [box[1] for box in lines] == sorted(box[1] for box in lines)
+    assert max(abs(box[0] - bar[0]) for box in lines) <= 3
+
+
+@pytest.mark.parametrize("width_m", [0.03, 0.7, 12.0, 999.0, 50_000.0])
+def test_the_bar_is_as_long_as_it_says(tmp_path: Path, drawn: Drawn, width_m: float) -> None:
+    metres = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "km": 1e3}
+    for width in (320, 1000):
+        drawn.rectangles.clear()
+        drawn.texts.clear()
+        rgba = np.zeros((200, width, 4), np.uint8)
+        draw_sheet(tmp_path / "s.png", rgba, width_m / width, view_along_line(40, 20))
+        frame, bar, _ = drawn.rectangles
+        (words,) = [t for t in drawn.texts if t.split()[-1] in metres and len(t) < 9]
+        number, unit = words.split()
+        share = (bar[2] - bar[0]) / (frame[2] - frame[0] - 1)
+        assert share * width_m == pytest.approx(float(number) * metres[unit], rel=1e-6)
+        assert 1.0 <= float(number) < 1000.0
+
+
+@pytest.mark.parametrize("power", range(-6, 7))
+def test_a_bar_is_one_two_or_five_and_a_tenth_to_a_quarter_of_the_width(power: int) -> None:
+    for first in (1.0, 1.7, 3.99, 4.0, 4.01, 7.99, 8.0, 8.01):
+        width = first * 10.0**power
+        length = bar_length(width)
+        assert 0.1 * width <= length <= 0.25 * width * (1 + 1e-12)
+        assert f"{length:.6e}"[0] in "125"
+        assert float(f"{length:.0e}") == pytest.approx(length)
+
+
+@pytest.mark.parametrize("trend", range(0, 360, 15))
+def test_the_ends_of_a_picture_are_a_quarter_turn_from_the_view(trend: int) -> None:
+    winds = ("N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE",
+             "S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW")  # fmt: skip
+    view = view_along_line(trend, 10)
+    for label, azimuth in zip(end_labels(view)[:2], (trend - 90, trend + 90), strict=True):
+        wind, number = label.split()
+        assert int(number.strip("()")) == azimuth % 360
+        off = (winds.index(wind) * 22.5 - azimuth + 180) % 360 - 180
+        assert abs(off) <= 11.25
+    local = end_labels(replace(view, north_known=False))
+    assert local == (f"{(trend - 90) % 360:03d}, local", f"{(trend + 90) % 360:03d}, local", "up")
+
+
+def test_up_is_north_on_a_map_and_y_where_north_is_not_known() -> None:
+    for plunge, words in ((90, "N"), (89.9, "N"), (-90, "N"), (89.8, "up"), (0, "up")):
+        view = view_along_line(0, plunge)
+        assert end_labels(view)[2] == words
+        known = end_labels(replace(view, north_known=False))[2]
+        assert known == ("y" if words == "N" else "up")
+
+
+def test_the_view_in_words() -> None:
+    assert direction_in_words(view_along_line(7.26, 12.34)).startswith("View toward 007.3/12.3 ")
+
+
+def test_the_ending_says_the_format() -> None:
+    for name, format_ in (
+        ("a.PNG", "PNG"),
+        ("a.jpg", "JPEG"),
+        ("a.jpeg", "JPEG"),
+        ("a.pdf", "PDF"),
+    ):
+        assert format_of(name) == format_
+    with pytest.raises(UsageError, match=r"\.png, \.jpg or \.pdf") as caught:
+        format_of("a.gif")
+    assert caught.value.field == "--sheet"
