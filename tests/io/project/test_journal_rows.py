@@ -18,6 +18,7 @@ import pytest
 
 from tests.samples import bed
 from vomstudio.document import edits
+from vomstudio.document.journal import Row
 from vomstudio.document.records import Frame, Model
 from vomstudio.errors import DocumentError, InputError, TargetError
 from vomstudio.io.project import journal as journals
@@ -215,8 +216,11 @@ def test_where_no_log_can_be_kept_rows_are_written_as_safely_without(
     path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     connect = functools.partial(sqlite3.connect, factory=_NetworkDrive)
+    SqliteJournal(path, create=True).close()
+    # As a kill on another drive leaves it.
+    changed(path, "PRAGMA journal_mode = WAL")
     monkeypatch.setattr(journals.sqlite3, "connect", connect)
-    journal = SqliteJournal(path, create=True)
+    journal = SqliteJournal(path)
     journal.append("save")
     assert journal._db.execute("PRAGMA journal_mode").fetchone() == ("delete",)
     assert journal._db.execute("PRAGMA synchronous").fetchone() == (2,)
@@ -263,6 +267,16 @@ def test_missing_rows_are_named_and_no_other_is_blamed(
         f"journal {said}: what was done there is lost"
     ]
     assert traces(four_beds) == {f"t{seq - 4}" for seq in kept if seq >= 4}
+
+
+def test_what_stands_for_lost_rows_says_so_and_nothing_else(four_beds: Path) -> None:
+    path = four_beds / "journal.sqlite"
+    changed(path, "DELETE FROM journal WHERE seq > 5")
+    journal = SqliteJournal(path)
+    last = list(journal.rows())[-1]
+    journal.close()
+    words = "journal rows 6 to 7 are missing: what was done there is lost"
+    assert last == Row(7, "gap", None, "", None, None, "", "", None, notice=words)
 
 
 def test_a_damaged_row_takes_no_other_with_it(four_beds: Path) -> None:
