@@ -80,6 +80,10 @@ def test_what_is_left_are_the_steps_both_ways_with_their_times_and_settings(worn
         was = before[old]
         assert (row.time, row.version, row.settings) == (was.time, was.version, {"n": 1})
         assert (row.label, row.before, row.after) == (was.label, was.before, was.after)
+    # Saving and undoing are of today, and nobody's settings were read for them.
+    made = {row.seq: row for row in worn.journal.rows()}
+    assert [made[seq].settings for seq in (5, 7)] == [None, None]
+    assert min(made[5].time, made[7].time) >= before[10].time
     plan = worn.compaction()
     assert plan.nothing
     assert (plan.rows, plan.of_rows) == (0, 7)

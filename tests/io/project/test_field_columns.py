@@ -195,6 +195,9 @@ def test_one_bare_pair_among_quadrants_waits_for_the_user(book: Path) -> None:
         ("360,90\n0,0\n", (0, 1), None),
         ("361,41\n361,30\n", None, None),
         ("132,91\n120,91\n", None, None),
+        ("-1,41\n-1,30\n", None, None),
+        ("132,-1\n120,-1\n", None, None),
+        ("1000,2,41\n1001,N42E,41SE\n", None, None),
         ("132,41\n120,30\n999,999\n", (0, 1), None),
         ("132,41\n999,999\n", None, None),
         ("1000,2,41\n1001,N42E,41SE\n1002,N10W,60W\n", (1, 2), "quadrant"),
@@ -238,7 +241,7 @@ def test_rows_of_another_width_are_told_and_kept_in_their_columns(book: Path) ->
         1: "it has 2 cells and not 3",
         2: "it has 5 cells and not 3; put a cell with commas in quotation marks",
     }
-    table = table_of(book, "132,41\n120,30\n1,2,3\n")
+    table = table_of(book, "132,41\n120,30\n1,2,3\n5,6\n")
     assert (table.names, table.width, list(table.ragged)) == (None, 2, [2])
 
 

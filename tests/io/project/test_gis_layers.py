@@ -88,7 +88,7 @@ def test_files_are_named_after_their_layers_and_come_with_all_their_parts(
     assert {path.name for path in tmp_path.iterdir()} == names
     for path in table.files:
         assert path.with_suffix(".cpg").read_text() == "UTF-8"
-        assert path.with_suffix(".prj").read_text().startswith("PROJCS[")
+        assert path.with_suffix(".prj").read_text().startswith('PROJCS["WGS_1984_UTM_Zone_15N"')
 
 
 def test_without_a_crs_no_file_claims_one(tmp_path: Path, records: dict[str, Any]) -> None:

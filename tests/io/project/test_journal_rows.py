@@ -130,12 +130,13 @@ def test_a_copied_row_keeps_its_time_program_and_settings(journal: SqliteJournal
     journal.append("do", label="x", after={"a": None}, settings={"t": 5})
     like = replace(next(iter(journal.rows())), time="then", version="0.1")
     journal.copy_row("do", 1, "y", {"b": None}, {"b": {"n": 1}}, like)
-    journal.copy_row("do", None, "z", {"c": None}, {"c": None}, None)
+    journal.copy_row("do", None, "z", {"c": None}, {"c": {"n": 2}}, None)
     _, second, third = journal.rows()
     assert (second.time, second.version, second.settings) == ("then", "0.1", {"t": 5})
     assert (second.of_seq, second.label) == (1, "y")
     assert (second.before, second.after) == ({"b": None}, {"b": {"n": 1}})
     assert (third.version, third.settings) == (__version__, None)
+    assert (third.of_seq, third.before, third.after) == (None, {"c": None}, {"c": {"n": 2}})
     assert abs(datetime.fromisoformat(third.time) - datetime.now(UTC)) < timedelta(minutes=1)
 
 
@@ -309,6 +310,7 @@ def test_bytes_that_are_no_text_and_text_that_is_no_json_are_damage_of_their_row
     four_beds: Path, damage: str
 ) -> None:
     changed(four_beds / "journal.sqlite", damage)
+    assert any("row 5" in problem for problem in read_replay(four_beds).problems)
     project = Project.open(four_beds)
     assert any("row 5" in problem for problem in project.problems)
     held = {f.id for f in project.session.features()}

@@ -14,7 +14,7 @@ import pytest
 from tests.samples import bed
 from vomstudio.document import edits
 from vomstudio.document.records import Frame, Model
-from vomstudio.errors import TargetError
+from vomstudio.errors import InputError, TargetError
 from vomstudio.io.project import journal as journals
 from vomstudio.io.project.folder import Project
 from vomstudio.io.project.journal import (
@@ -144,7 +144,8 @@ def test_a_migration_that_fails_leaves_the_journal_as_it_was(
             patch.setattr(journals, "checksum", until_the_last)
         else:
             patch.setitem(journals._STEPS, 1, then_full)
-        with pytest.raises(TargetError, match="disk is full"):
+        # Held, as a window holds what it shows: nothing is cleared away with it by chance.
+        with pytest.raises(TargetError, match="disk is full") as held:
             Project.open(old)
     assert asked(path, ROWS) == rows
     assert asked(path, "SELECT sql FROM sqlite_master") == sql
@@ -153,6 +154,21 @@ def test_a_migration_that_fails_leaves_the_journal_as_it_was(
     assert project.problems == []
     assert {"t0", "t1"} <= set(project.session.records)
     project.close()
+    assert held.value is not None
+
+
+def test_a_table_that_is_not_one_of_schema_1_is_refused_before_anything_is_made_of_it(
+    old: Path,
+) -> None:
+    path = old / "journal.sqlite"
+    with closing(sqlite3.connect(path)) as db:
+        db.execute("ALTER TABLE journal RENAME COLUMN settings TO elsewhere")
+        db.commit()
+    whole = path.read_bytes()
+    with pytest.raises(InputError, match="the journal is damaged"):
+        Project.open(old)
+    assert path.read_bytes() == whole
+    assert not (old / KEPT).exists()
 
 
 def test_damage_of_before_is_named_ever_after_and_takes_nothing_else(old: Path) -> None:

@@ -74,9 +74,11 @@ def test_where_no_folder_can_be_made_that_is_said(tmp_path: Path) -> None:
 
 def test_a_project_that_is_there_is_neither_replaced_nor_locked(project: Project) -> None:
     add_bed(project)
-    project.close()
-    with pytest.raises(TargetError, match="project here already"):
-        Project.create(project.folder)
+    for _ in range(2):
+        # Whether it is open in a window or not: another name is what is needed.
+        with pytest.raises(TargetError, match="project here already"):
+            Project.create(project.folder)
+        project.close()
     assert is_free(project.folder)
     assert "t1" in read_records(project.folder)
 
@@ -227,7 +229,10 @@ def test_what_lies_in_the_project_goes_along_and_what_can_be_made_again_stays(
     for name in (*along, "cache/tiles.bin"):
         (project.folder / name).parent.mkdir(parents=True)
         (project.folder / name).write_text(name)
+    held = project._lock
     project.save_as(tmp_path / "far" / "b.vom")
+    assert held is not project._lock
+    assert not list((tmp_path / "a.vom").glob("journal.sqlite-*"))
     new = tmp_path / "far" / "b.vom"
     assert project.folder == new
     assert [(new / name).read_text() for name in along] == along
@@ -258,6 +263,17 @@ def test_a_file_is_not_saved_over(project: Project, tmp_path: Path) -> None:
     with pytest.raises(TargetError, match="file of this name"):
         project.save_as(tmp_path / "b.vom")
     assert (tmp_path / "b.vom").read_bytes() == OF_ANOTHER_DAY
+    project.close()
+
+
+def test_where_no_folder_can_be_made_to_save_to_that_is_said(
+    project: Project, tmp_path: Path
+) -> None:
+    (tmp_path / "file").write_bytes(OF_ANOTHER_DAY)
+    with pytest.raises(TargetError, match="cannot be written") as caught:
+        project.save_as(tmp_path / "file" / "b.vom")
+    assert "b.vom" in str(caught.value)
+    assert project.folder == tmp_path / "a.vom"
     project.close()
 
 
