@@ -253,8 +253,9 @@ def test_taking_it_back_brings_every_row_and_file_and_keeps_what_came_since(
     assert worn.session.records["t0"].notes == "kept"
 
 
+@pytest.mark.parametrize("when", ["writing", "replacing"])
 def test_a_way_back_that_fails_can_be_tried_again_and_adds_nothing_twice(
-    worn: Project, monkeypatch: pytest.MonkeyPatch
+    worn: Project, monkeypatch: pytest.MonkeyPatch, when: str
 ) -> None:
     before = rows(worn)
     worn.compact()
@@ -262,14 +263,18 @@ def test_a_way_back_that_fails_can_be_tried_again_and_adds_nothing_twice(
     now = rows(worn)
 
     def full(*_: object) -> None:
-        raise OSError(28, "No space left")
+        raise OSError(28, "No space left") if when == "replacing" else TargetError("No space left")
 
     with monkeypatch.context() as patch:
-        patch.setattr(Path, "replace", full)
+        if when == "replacing":
+            patch.setattr(Path, "replace", full)
+        else:
+            patch.setattr(SqliteJournal, "copy_row", full)
         with pytest.raises(TargetError, match="No space left"):
             worn.take_back_compaction()
     assert rows(worn) == now
     assert worn.is_compacted
+    assert not (worn.folder / "journal-compacted.sqlite").exists()
     note(worn, "later")
     worn.take_back_compaction()
     assert [row[1] for row in rows(worn)] == [row[1] for row in before] + ["do", "do"]

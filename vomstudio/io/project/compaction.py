@@ -151,8 +151,11 @@ def take_back(
             if row.seq > made.last:
                 of = None if row.of_seq is None else numbers.get(row.of_seq)
                 numbers[row.seq] = old.copy_row(row.kind, of, row.label, row.before, row.after, row)
-    finally:
+    except BaseException:
         old.close()
+        remove(new)
+        raise
+    old.close()
     taken = put_in_place(new, folder, session, journal, numbers)
     remove(before)
     aside = folder / _PUT_ASIDE
