@@ -416,6 +416,53 @@ def test_an_untitled_project_is_kept_where_anything_was_measured_in_it(
     assert not project.cache.exists()
 
 
+@pytest.mark.parametrize("way", ["closing", "saving as", "a saving that fails", "moving"])
+def test_what_cannot_be_cleared_away_is_no_reason_to_fail(
+    untitled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, way: str
+) -> None:
+    """Another program may have a file open in a folder that is not needed any more."""
+    project = create_untitled()
+    folder = project.folder
+
+    def held(*_: object, **__: object) -> None:
+        raise PermissionError(13, "The file is in use")
+
+    def full(*_: object) -> None:
+        raise TargetError("No space left")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "rmdir", held)
+        if way == "closing":
+            project.close()
+            assert folder.exists()
+        elif way == "saving as":
+            project.save_as(tmp_path / "b.vom")
+            assert project.folder == tmp_path / "b.vom"
+        elif way == "moving":
+            (folder / RECONSTRUCTIONS / "cliff").mkdir(parents=True)
+            patch.setattr(folders, "_copy_reconstructions", held)
+            patch.setattr(folders, "_same_disk", lambda *_: True)
+            rename = Path.rename
+            patch.setattr(
+                Path, "rename", lambda s, t: held() if s.name == RECONSTRUCTIONS else rename(s, t)
+            )
+            with pytest.raises(TargetError, match="it stays in"):
+                project.save_as(tmp_path / "b.vom")
+        else:
+            patch.setattr(SqliteJournal, "copy_to", full)
+            with pytest.raises(TargetError, match="No space left"):
+                project.save_as(tmp_path / "b.vom")
+    if way != "closing":
+        project.close()
+
+
+def test_a_folder_that_somebody_removed_is_closed_all_the_same(untitled: Path) -> None:
+    project = create_untitled()
+    shutil.rmtree(project.folder)
+    project.close()
+    assert not project.folder.exists()
+
+
 def test_the_cache_of_a_project_with_a_name_stays(project: Project) -> None:
     project.cache.mkdir()
     project.close()
