@@ -10,8 +10,10 @@ import pytest
 
 from tests.samples import bed
 from vomstudio.document import edits
+from vomstudio.document.journal import Replay
 from vomstudio.document.records import Frame, Model
-from vomstudio.errors import DocumentError
+from vomstudio.errors import DocumentError, TargetError
+from vomstudio.io.project import repair as repair_module
 from vomstudio.io.project.folder import Project
 from vomstudio.io.project.journal import read_replay
 from vomstudio.io.project.verify import verify
@@ -85,3 +87,80 @@ def test_no_damaged_journal_takes_the_place_of_an_earlier_one(
     (folder / "journal-damaged-1.sqlite").write_bytes(b"of another day")
     assert damaged.repair().kept.name == "journal-damaged-2.sqlite"
     assert (folder / "journal-damaged-1.sqlite").read_bytes() == b"of another day"
+
+
+def test_a_repair_keeps_the_times_the_views_and_the_journal_of_before(
+    damaged: Project, folder: Path
+) -> None:
+    damaged.journal.set_view("camera", [1.5])
+    before = {row.label: row for row in damaged.journal.rows() if row.kind == "do"}
+    made = damaged.repair()
+    assert made.kept == folder / "journal-damaged-1.sqlite"
+    assert damaged.journal is made.journal
+    assert damaged.journal.view("camera") == [1.5]
+    for row in damaged.journal.rows():
+        if row.kind == "do":
+            was = before[row.label]
+            assert (row.time, row.version, row.after) == (was.time, was.version, was.after)
+    kept = sqlite3.connect(made.kept)
+    assert kept.execute("SELECT count(*) FROM journal WHERE time = 'then'").fetchone() == (1,)
+    kept.close()
+    assert not (folder / "journal-compacted.sqlite").exists()
+
+
+def test_what_was_saved_is_saved_after_a_repair_and_what_was_not_is_not(
+    damaged: Project, folder: Path
+) -> None:
+    session = damaged.session
+    saved = dict(session.saved)
+    session.apply(edits.add_trace(session.records, bed("t9", 9.0)))
+    damaged.repair()
+    assert session.dirty
+    played = read_replay(folder)
+    assert played.saved == saved
+    assert "t9" in played.records
+    session.discard_unsaved()
+    assert read_replay(folder).records == saved
+
+
+@pytest.mark.parametrize("way", ["another tale", "no room"])
+def test_a_repair_that_fails_has_changed_nothing(
+    damaged: Project, folder: Path, monkeypatch: pytest.MonkeyPatch, way: str
+) -> None:
+    rows, problems = list(damaged.journal.rows()), list(damaged.problems)
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left")
+
+    with monkeypatch.context() as patch:
+        if way == "no room":
+            patch.setattr(Path, "replace", full)
+            error, words = TargetError, "No space left"
+        else:
+            patch.setattr(repair_module, "read_replay", lambda _: Replay())
+            error, words = DocumentError, "does not fit together"
+        with pytest.raises(error, match=words):
+            damaged.repair()
+    assert list(damaged.journal.rows()) == rows
+    assert damaged.problems == problems
+    assert list(damaged.session.problems) == problems
+    assert not (folder / "journal-compacted.sqlite").exists()
+    session = damaged.session
+    session.apply(edits.add_trace(session.records, bed("t9", 9.0)))
+    assert "t9" in read_replay(folder).records
+    damaged.repair()
+    assert verify(folder).sound
+
+
+@pytest.mark.parametrize("part", ["records", "saved"])
+def test_a_new_journal_that_says_less_than_the_window_shows_is_not_taken(
+    damaged: Project, monkeypatch: pytest.MonkeyPatch, part: str
+) -> None:
+    def less(path: Path) -> Replay:
+        played = read_replay(path)
+        del getattr(played, part)["t0"]
+        return played
+
+    monkeypatch.setattr(repair_module, "read_replay", less)
+    with pytest.raises(DocumentError, match="restore it from a copy"):
+        damaged.repair()

@@ -78,15 +78,7 @@ def compact(folder: Path, session: Session, journal: SqliteJournal) -> Compacted
     new = folder / NEW
     numbers = write_anew(new, session, journal)
     journal.copy_to(folder / BEFORE)
-    # From here on a kill leaves one whole journal or the other.
-    journal.close()
-    try:
-        new.replace(folder / NAME)
-    except OSError as error:
-        session.use_journal(SqliteJournal(folder / NAME), {})
-        raise TargetError(f"cannot be written ({error.strerror})", file=folder) from error
-    taken = SqliteJournal(folder / NAME)
-    session.use_journal(taken, numbers)
+    taken = put_in_place(new, folder, session, journal, numbers)
     aside = folder / _PUT_ASIDE
     for path in _unused(folder, session):
         aside.mkdir(exist_ok=True)
@@ -118,25 +110,54 @@ def write_anew(new: Path, session: Session, journal: SqliteJournal) -> dict[int,
     return numbers
 
 
+def put_in_place(
+    new: Path, folder: Path, session: Session, journal: SqliteJournal, numbers: Mapping[int, int]
+) -> SqliteJournal:
+    """The file `new` becomes the journal of the project, in which the session goes on. numbers: of
+    its rows by those of before. Raises TargetError; then all goes on in the one of before."""
+    # From here on a kill leaves one whole journal or the other.
+    journal.close()
+    try:
+        new.replace(folder / NAME)
+    except OSError as error:
+        journal.reopen()
+        remove(new)
+        raise TargetError(f"cannot be written ({error.strerror})", file=folder) from error
+    taken = SqliteJournal(folder / NAME)
+    session.use_journal(taken, numbers)
+    return taken
+
+
 def take_back(
     folder: Path, session: Session, journal: SqliteJournal, made: Compacted
 ) -> SqliteJournal:
     """Bring back the journal and the files of before the compaction, with what was done since.
-    Raises DocumentError where they are not there."""
-    before = folder / BEFORE
+    Raises DocumentError where they are not there, TargetError where they cannot be written; then
+    nothing has changed, and it can be tried again."""
+    before, new = folder / BEFORE, folder / NEW
     if not before.is_file():
         raise DocumentError("the journal of before the compaction is not there any more")
-    old = SqliteJournal(before)
+    remove(new)
+    # A copy, to which a second try does not add the rows since then once more.
+    kept = SqliteJournal(before)
+    try:
+        kept.copy_to(new)
+    finally:
+        kept.close()
+    old = SqliteJournal(new)
     numbers = {new: seq for seq, new in made.numbers.items()}
-    for row in journal.rows():
-        if row.seq > made.last:
-            of_seq = None if row.of_seq is None else numbers.get(row.of_seq)
-            numbers[row.seq] = old.copy_row(row.kind, of_seq, row.label, row.before, row.after, row)
+    try:
+        for row in journal.rows():
+            if row.seq > made.last:
+                of = None if row.of_seq is None else numbers.get(row.of_seq)
+                numbers[row.seq] = old.copy_row(row.kind, of, row.label, row.before, row.after, row)
+    except BaseException:
+        old.close()
+        remove(new)
+        raise
     old.close()
-    journal.close()
-    before.replace(folder / NAME)
-    taken = SqliteJournal(folder / NAME)
-    session.use_journal(taken, numbers)
+    taken = put_in_place(new, folder, session, journal, numbers)
+    remove(before)
     aside = folder / _PUT_ASIDE
     if aside.is_dir():
         for path in aside.iterdir():

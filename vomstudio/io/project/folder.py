@@ -76,16 +76,21 @@ class Project:
             ) from error
         if (folder / JOURNAL).exists():
             raise TargetError("there is a project here already", file=folder)
-        lock = ProjectLock(folder / "lock")
-        return cls(folder, SqliteJournal(folder / JOURNAL, create=True), lock, settings=settings)
+        return cls._held(folder, settings, create=True)
 
     @classmethod
     def open(cls, folder: Path, *, settings: Callable[[], Mapping[str, Any]] = dict) -> Project:
         """Raises InputError where it is no project, damaged, newer, or open elsewhere."""
-        folder = project_folder(folder)
+        return cls._held(project_folder(folder), settings, create=False)
+
+    @classmethod
+    def _held(
+        cls, folder: Path, settings: Callable[[], Mapping[str, Any]], *, create: bool
+    ) -> Project:
+        """The lock is given up again where the journal cannot be had."""
         lock = ProjectLock(folder / "lock")
         try:
-            journal = SqliteJournal(folder / JOURNAL)
+            journal = SqliteJournal(folder / JOURNAL, create=create)
             return cls(folder, journal, lock, settings=settings)
         except BaseException:
             lock.release()

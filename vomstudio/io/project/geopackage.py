@@ -30,7 +30,6 @@ def write_layers(
 ) -> None:
     """Layers in World coordinates, as `project_layers` has them. Raises TargetError."""
     with atomic_write(out, force=force) as part:
-        part.unlink(missing_ok=True)
         append = False
         for layer in project_layers(records, table, measurements):
             _write(

@@ -33,8 +33,9 @@ def write_shapefiles(
     another ending, TargetError."""
     if out.suffix.lower() != ".shp":
         raise UsageError("the name of a shapefile ends in .shp; give it that ending.", file=out)
+    # O.SHP is written as O.shp: its parts must have one name where case counts.
     names = [
-        out if layer.name == "planes" else out.with_name(f"{out.stem}_{layer.name}{out.suffix}")
+        out.with_name(out.stem + ("" if layer.name == "planes" else f"_{layer.name}") + ".shp")
         for layer in layers
     ]
     text = None if crs is None else prj_text(crs, esri=True)

@@ -58,6 +58,10 @@ class SqliteJournal:
         """Raises InputError where the file is not a journal of ours or is newer than this program,
         TargetError where it cannot be written."""
         self.path = path
+        self._open(create)
+
+    def _open(self, create: bool) -> None:
+        path = self.path
         if create and path.exists():
             raise TargetError("there is a project here already", file=path)
         if not create and not path.is_file():
@@ -114,7 +118,7 @@ class SqliteJournal:
             seq,
             kind,
             of_seq,
-            label,
+            _writable(label),
             _dump(before),
             _dump(after),
             time,
@@ -193,6 +197,10 @@ class SqliteJournal:
     def copy_to(self, path: Path) -> None:
         """A sound copy of everything committed so far. Raises TargetError."""
         copy_database(self._db, path)
+
+    def reopen(self) -> None:
+        """After it was closed, where nothing took its place. Raises as the opening did."""
+        self._open(create=False)
 
     def close(self) -> None:
         try:
@@ -325,15 +333,14 @@ class Head(NamedTuple):
 
 
 def _head(db: sqlite3.Connection) -> Head:
-    """Of the rows that are there, whatever the head says: new rows follow the last one."""
-    found = db.execute("SELECT rows, seq, checksum FROM head").fetchone()
+    """Of the rows that are there, whatever the head says: new rows follow the last one. A sum that
+    was damaged in the head alone must not go into the next row, which would then be blamed."""
+    (rows,) = db.execute("SELECT count(*) FROM journal").fetchone()
     last = db.execute("SELECT seq, checksum FROM journal ORDER BY seq DESC LIMIT 1").fetchone()
     seq, total = last or (0, "")
-    if found is not None and found[1] == seq:
-        return Head(*found)
-    (rows,) = db.execute("SELECT count(*) FROM journal").fetchone()
+    told = db.execute("SELECT seq FROM head").fetchone()
     # A number that was taken once is not taken again.
-    return Head(rows, max(seq, found[1] if found else 0), total)
+    return Head(rows, max(seq, told[0] if told else 0), total)
 
 
 def checksum(previous: str, values: Sequence[object]) -> str:
@@ -359,7 +366,7 @@ def read_rows(db: sqlite3.Connection, path: Path, schema: int) -> Iterator[Row]:
     summed = schema >= 2
     try:
         query = f"SELECT {COLUMNS}, {'checksum' if summed else 'NULL'} FROM journal ORDER BY seq"
-        seq, total, count = 0, "", 0
+        seq, total = 0, ""
         for *values, stored in db.execute(query):
             number, kind, of_seq, label, before, after, time, version, settings = values
             notice = problem = ""
@@ -367,7 +374,7 @@ def read_rows(db: sqlite3.Connection, path: Path, schema: int) -> Iterator[Row]:
                 notice = _missing(seq + 1, number - 1)
             elif summed and stored != checksum(total, values):
                 problem = "it is not what was written (its checksum differs)"
-            seq, total, count = number, str(stored), count + 1
+            seq, total = number, str(stored)
             yield Row(
                 number,
                 kind,
@@ -382,10 +389,10 @@ def read_rows(db: sqlite3.Connection, path: Path, schema: int) -> Iterator[Row]:
                 notice,
             )
         if summed:
-            head = db.execute("SELECT rows, seq, checksum FROM head").fetchone()
-            if head is not None and head[1] > seq:
-                lost = _missing(seq + 1, head[1])
-                yield Row(head[1], "gap", None, "", None, None, "", "", None, notice=lost)
+            told = db.execute("SELECT seq FROM head").fetchone()
+            if told is not None and told[0] > seq:
+                lost = _missing(seq + 1, told[0])
+                yield Row(told[0], "gap", None, "", None, None, "", "", None, notice=lost)
     except sqlite3.Error as error:
         raise InputError(
             f"the journal is damaged ({error}); restore it from a copy", file=path
@@ -413,6 +420,12 @@ def _missing(first: int, last: int) -> str:
 def _text(raw: bytes) -> str:
     """Damaged bytes become a row that its checksum tells apart, not an error of the whole file."""
     return raw.decode("utf-8", "replace")
+
+
+def _writable(label: str) -> str:
+    """The name of a file whose bytes are no UTF-8 has characters that SQLite refuses. The records
+    keep them, as JSON's escapes; for the words of a step a question mark will do."""
+    return label.encode("utf-8", "replace").decode()
 
 
 def _now() -> str:

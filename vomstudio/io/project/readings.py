@@ -229,6 +229,9 @@ def _orientation(
         return "plane", float(wrap360(azimuth)) if dip else 0.0, dip
     if azimuth is not None and azimuth > 360.0:
         raise InputError(f"an azimuth of {azimuth:g} is not within 0 to 360.")
+    if dip is not None and dip < 0.0:
+        # Within one text a minus may part two numbers; in a cell of its own it is a mistake.
+        raise InputError(f"a dip of {dip:g} is not within 0 to 90.")
     quadrant = word.get("quadrant", "") if notation in ("quadrant", "strike/dip") else ""
     plane = plane_of((*given, quadrant) if quadrant else tuple(given), notation)
     return "plane", plane.dip_direction_deg, plane.dip_deg

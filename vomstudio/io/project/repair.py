@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vomstudio.document.session import Session
-from vomstudio.errors import DocumentError, TargetError
+from vomstudio.errors import DocumentError
 from vomstudio.io.project import compaction
-from vomstudio.io.project.journal import NAME, SqliteJournal, read_replay
+from vomstudio.io.project.journal import SqliteJournal, read_replay
 
 
 @dataclass(frozen=True)
@@ -39,14 +39,7 @@ def repair(folder: Path, session: Session, journal: SqliteJournal) -> Repaired:
         raise DocumentError("what can be read does not fit together; restore it from a copy")
     kept = _free_name(folder)
     journal.copy_to(kept)
-    journal.close()
-    try:
-        new.replace(folder / NAME)
-    except OSError as error:
-        session.use_journal(SqliteJournal(folder / NAME), {})
-        raise TargetError(f"cannot be written ({error.strerror})", file=folder) from error
-    taken = SqliteJournal(folder / NAME)
-    session.use_journal(taken, numbers)
+    taken = compaction.put_in_place(new, folder, session, journal, numbers)
     session.problems = ()
     return Repaired(taken, kept, lost)
 
