@@ -283,6 +283,31 @@ def test_a_way_back_that_fails_can_be_tried_again_and_adds_nothing_twice(
     assert not SIDE & {path.name for path in worn.folder.iterdir()}
 
 
+def test_a_file_that_cannot_be_brought_back_keeps_all_as_it_is_until_it_can(
+    project: Project,
+) -> None:
+    """Without it the mask of a step of before would be gone for good at the next closing."""
+    session = project.session
+    session.apply(add_photo_set(session.records, PhotoSet("s", "photos", "/p")))
+    first = mask(project, b"first")
+    session.undo()
+    mask(project, b"second")
+    session.save()
+    project.compact()
+    place = project.folder / first.path
+    assert not place.exists()
+    (place / "in the way").mkdir(parents=True)
+    with pytest.raises(TargetError, match="cannot be written"):
+        project.take_back_compaction()
+    note_before = rows(project)
+    (place / "in the way").rmdir()
+    place.rmdir()
+    project.take_back_compaction()
+    assert is_sound(place)
+    assert len(rows(project)) > len(note_before)
+    assert not SIDE & {path.name for path in project.folder.iterdir()}
+
+
 def test_steps_of_before_that_were_undone_since_are_undone_after(worn: Project) -> None:
     worn.compact()
     worn.session.redo()

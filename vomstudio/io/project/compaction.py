@@ -137,6 +137,8 @@ def take_back(
     before, new = folder / BEFORE, folder / NEW
     if not before.is_file():
         raise DocumentError("the journal of before the compaction is not there any more")
+    # First: a file too many does no harm, one that a record names and that is not there does.
+    _bring_back_files(folder)
     remove(new)
     # A copy, to which a second try does not add the rows since then once more.
     kept = SqliteJournal(before)
@@ -158,12 +160,21 @@ def take_back(
     old.close()
     taken = put_in_place(new, folder, session, journal, numbers)
     remove(before)
+    return taken
+
+
+def _bring_back_files(folder: Path) -> None:
+    """Raises TargetError."""
     aside = folder / _PUT_ASIDE
-    if aside.is_dir():
+    if not aside.is_dir():
+        return
+    try:
+        (folder / FOLDER).mkdir(exist_ok=True)
         for path in aside.iterdir():
             path.replace(folder / FOLDER / path.name)
         aside.rmdir()
-    return taken
+    except OSError as error:
+        raise TargetError(f"cannot be written ({error.strerror})", file=folder / FOLDER) from error
 
 
 def forget(folder: Path) -> None:
