@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import logging
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from PySide6.QtCore import QCoreApplication, QObject, Qt, Signal
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
@@ -14,10 +14,13 @@ from vomstudio.errors import VomError
 from vomstudio.failures import crashes, report
 from vomstudio.failures.desk import DESK, Failure
 from vomstudio.files.atomic import write_bytes
-from vomstudio.io.project.journal_outline import outline
-from vomstudio.ui.common.actions import Actions
-from vomstudio.ui.common.messages_panel import MessageBar, MessagesPanel
-from vomstudio.ui.common.studio import Notice, Studio
+from vomstudio.workspace.notices import Notice
+
+# This is there before the window is filled, and so before anything heavy.
+if TYPE_CHECKING:
+    from vomstudio.ui.common.actions import Actions
+    from vomstudio.ui.common.messages_panel import MessageBar, MessagesPanel
+    from vomstudio.ui.common.studio import Studio
 
 _log = logging.getLogger(__name__)
 _ROWS = 50
@@ -141,6 +144,8 @@ def compose_report(host: Host) -> str:
     """The report of the program with what was done in the open project."""
     if not host.filled:
         return report.compose()
+    from vomstudio.io.project.journal_outline import outline
+
     studio = host.studio
     names: list[str] = []
     with contextlib.suppress(Exception):

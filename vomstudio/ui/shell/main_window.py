@@ -20,12 +20,8 @@ from PySide6.QtWidgets import QLabel, QMainWindow, QVBoxLayout, QWidget
 
 from vomstudio.document.records import Model
 from vomstudio.io.settings import Settings
-from vomstudio.jobs.job import Nothing
-from vomstudio.jobs.model_tasks import COMPILE_KERNELS, WARM
 from vomstudio.ui.common.actions import Actions, Command
 from vomstudio.ui.common.open_dialogs import OpenDialogs
-from vomstudio.ui.photos import photo_commands
-from vomstudio.ui.scene import display_commands
 from vomstudio.ui.shell import interpreter, kept_window
 from vomstudio.ui.shell.docks import WindowDocks
 from vomstudio.ui.shell.drops import dragged_files
@@ -141,6 +137,7 @@ class MainWindow(QMainWindow):
         ]
 
     def _photo_commands(self) -> list[Command]:
+        from vomstudio.ui.photos import photo_commands
         from vomstudio.ui.sight import in_photos_commands
         from vomstudio.ui.survey import result_commands, survey_commands
 
@@ -161,6 +158,7 @@ class MainWindow(QMainWindow):
     def _rest_commands(self) -> list[Command]:
         from vomstudio.ui.analyse import net_commands, ortho_commands
         from vomstudio.ui.interpret import feature_commands, line_commands, tool_panels
+        from vomstudio.ui.scene import display_commands
         from vomstudio.ui.shell import compact_commands, help_commands
 
         studio, view = self.studio, self.view
@@ -253,6 +251,7 @@ class MainWindow(QMainWindow):
 
     def _make_bars(self) -> None:
         from vomstudio.tools.found import TOOLS
+        from vomstudio.ui.scene import display_commands
         from vomstudio.ui.shell.menus import fill_menu_bar, make_toolbar
         from vomstudio.ui.shell.notices import Notices
         from vomstudio.ui.shell.status_line import StatusLine
@@ -344,6 +343,8 @@ class MainWindow(QMainWindow):
     def _bring_net(self) -> None:
         if not self._filled or not self.isVisible():
             return
+        from vomstudio.jobs.job import Nothing
+        from vomstudio.jobs.model_tasks import COMPILE_KERNELS, WARM
         from vomstudio.ui.analyse.stereonet_panel import StereonetPanel
 
         self.net = StereonetPanel(self.studio, self.actions_table.all["export_net"])
