@@ -189,6 +189,22 @@ def test_bits_are_spread_three_apart_and_places_ordered_along_the_curve() -> Non
     assert _along_curve(np.full((2, 3), np.nan)).tolist() == []
 
 
+@pytest.mark.parametrize("size", [(9.0, 2.0, 1.0), (1.0, 5.0, 0.0), (0.0, 0.0, 3.0), (0, 0, 0)])
+def test_the_curve_takes_one_bit_of_each_axis_in_turn_whatever_the_shape_of_the_box(
+    size: tuple[float, float, float],
+) -> None:
+    from vomstudio.geometry.rays.raytree import _along_curve
+
+    places = np.random.default_rng(7).uniform(0.0, 1.0, (300, 3)) * size + CORNER
+    longest = float(np.ptp(places, axis=0).max()) or 1.0
+    cells = (places - places.min(axis=0)) / longest * ((1 << 20) - 1)
+    codes = [
+        [int(cell) >> bit & 1 for bit in range(19, -1, -1) for cell in place[::-1]]
+        for place in cells
+    ]
+    assert _along_curve(places).tolist() == sorted(range(300), key=codes.__getitem__)
+
+
 def around(middle: np.ndarray, size: float, count: int, seed: int) -> tuple[np.ndarray, ...]:
     """Rays from all sides and from within, of any length; every third along an axis."""
     rng = np.random.default_rng(seed)

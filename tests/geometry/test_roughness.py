@@ -273,3 +273,11 @@ def test_points_exactly_in_their_plane_cost_nothing() -> None:
     t = np.linspace(-1.0, 1.0, 30)
     fit = fit_plane(np.column_stack([5.0 * t, 2.0 * t * t, 3.0 * t]))
     assert fit.max_confidence95_deg == pytest.approx(0.0, abs=1e-6)
+
+
+def test_belief_in_models_is_shared_out_however_far_apart_they_are() -> None:
+    """A model that explains a trace worse by more than numbers can tell is given nothing."""
+    logarithms = np.array([[0.0, -3000.0, np.log(3.0)], [5000.0, 5000.0, -5000.0]])
+    for shift in (0.0, 900.0, -900.0):
+        found = roughness._normalised(logarithms + shift)
+        np.testing.assert_allclose(found, [[0.25, 0.0, 0.75], [0.5, 0.5, 0.0]], atol=1e-12)
