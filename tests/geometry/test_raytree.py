@@ -70,6 +70,20 @@ def test_a_hole_of_numbers_meets_nothing_and_harms_nothing() -> None:
     assert hits.index[1] == -1
 
 
+def test_sums_are_made_off_the_whole_numbered_corner_below_all_sound_points() -> None:
+    points = rough_sheet(8).vertices + 0.7
+    wanted = np.floor(points.min(axis=0))
+    for hole in (None, (9, slice(None)), (30, 1)):
+        holed = points.copy()
+        if hole is not None:
+            holed[hole] = np.nan
+        for data in (PointCloud(holed), Mesh(holed, np.array([[1, 2, 3]], np.int32))):
+            assert np.array_equal(RayTree(data, 0.1).corner, wanted)
+    nowhere = RayTree(PointCloud(np.full((3, 3), np.nan)), 0.1)
+    assert np.array_equal(nowhere.corner, np.zeros(3))
+    assert nowhere.cast(np.zeros(3), [[1.0, 0, 0]]).index[0] == -1
+
+
 def test_a_model_without_faces_is_never_met() -> None:
     empty = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
     assert RayTree(empty).cast(np.zeros(3), [[1.0, 0, 0]]).index[0] == -1
