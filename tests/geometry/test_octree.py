@@ -444,3 +444,16 @@ def test_so_many_points_tell_how_the_surface_lies_however_many_there_are(
     if most > 100:
         # From all of the box.
         assert found.mean(axis=0) == pytest.approx(inside.mean(axis=0), abs=0.2)
+
+
+def test_the_nearest_points_are_those_of_all_nodes_that_are_there() -> None:
+    file = File()
+    file.store.fetch(range(0, len(file.keys), 2))
+    there = np.concatenate([cloud.points for cloud in file.store.loaded().values()])
+    surface, rng = StreamedSurface(file.cloud), np.random.default_rng(9)
+    for centre in rng.uniform(there.min(axis=0) - 2.0, there.max(axis=0) + 2.0, (25, 3)):
+        away = np.sort(np.linalg.norm(there - centre, axis=1))
+        for count in (1, 16, 700):
+            found = np.linalg.norm(surface._nearest(centre, count) - centre, axis=1)
+            assert found == pytest.approx(away[:count], rel=1e-12)
+    assert len(surface._nearest(centre, len(there) + 5)) == len(there)

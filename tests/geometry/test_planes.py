@@ -221,6 +221,7 @@ def test_no_groups_are_no_planes() -> None:
     [
         (SQUARE[:2], "at least 3 points"),
         (np.zeros((0, 3)), "at least 3 points"),
+        ([], "at least 3 points"),
         (np.full((5, 3), 0.1), "same place"),
         (np.tile(UTM, (5, 1)), "same place"),
         (np.outer(np.linspace(0, 1, 7), [0.3, 0.1, 0.7]) + 1e3, "one straight line"),
@@ -512,3 +513,22 @@ def test_sizes_up_to_150_powers_of_ten_either_way_hold_a_plane(
     else:
         with pytest.raises(GeometryError, match=reason):
             fit_plane(points)
+
+
+@pytest.mark.parametrize(("steps", "parallel"), [(3, True), (5, False)])
+@pytest.mark.parametrize("axis", range(3))
+def test_a_small_plane_far_away_is_parallel_to_an_axis_within_its_roundings(
+    axis: int, steps: int, parallel: bool
+) -> None:
+    """It leans by so many roundings of the largest coordinate from side to side."""
+    half = 2.0**-11
+    u, v = np.array([-1.0, 1.0, -1.0, 1.0]), np.array([-1.0, -1.0, 1.0, 1.0])
+    points = np.roll(np.column_stack([half * u, steps * STEP * v, half * v]), axis - 2, axis=1)
+    name = "xyz"[axis]
+    if parallel:
+        with pytest.raises(GeometryError, match=f"parallel to the {name} axis"):
+            fit_plane(points + FAR, method="regression", axis=name)  # type: ignore[arg-type]
+    else:
+        fit = fit_plane(points + FAR, method="regression", axis=name)  # type: ignore[arg-type]
+        lean = fit.normal[axis] / np.linalg.norm(fit.normal)
+        assert abs(lean) == pytest.approx(steps * STEP / half, rel=1e-6)
