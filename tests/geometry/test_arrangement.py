@@ -185,3 +185,27 @@ def test_rows_of_clouds_of_billions_of_points_have_room_beside_their_places() ->
         depth = _depth(row_bits)
         assert 3 * depth + row_bits <= 64
         assert depth == DEEPEST or 3 * (depth + 1) + row_bits > 64
+
+
+def test_an_order_with_any_one_thing_wrong_is_not_sound(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vomstudio.geometry.arrangement.POINTS_PER_NODE", 40)
+    found = arrange(face(500))
+    k, n = len(found), 500
+    assert found.is_sound(n)
+    assert found.is_sound(n + 1)
+    nothing = arrange(np.zeros((0, 3)))
+    assert nothing.is_sound(0)
+    one_wrong = [
+        ("starts", 0, 1), ("starts", 3, found.starts[2]), ("starts", k, n - 1), ("rows", 7, -1),
+        ("rows", 7, n), ("bounds", (2, 1, 0), np.nan), ("bounds", (0, 0, 2), -np.inf),
+        ("spacing", 4, 0.0), ("spacing", k - 1, -1.0), ("spacing", 1, np.nan), ("parents", 0, 0),
+        ("parents", k - 1, k - 1), ("parents", 2, 3),
+    ]  # fmt: skip
+    for name, place, value in one_wrong:
+        array = getattr(found, name).copy()
+        array[place] = value
+        assert not replace(found, **{name: array}).is_sound(n), (name, place, value)
+    for name in ("starts", "bounds", "spacing", "parents", "rows"):
+        assert not replace(found, **{name: getattr(found, name)[:-1]}).is_sound(n), name
+    assert not replace(found, bounds=found.bounds[:, :, :2]).is_sound(n)
+    assert not replace(found, bounds=found.bounds[:, :1]).is_sound(n)

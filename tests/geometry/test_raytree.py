@@ -295,3 +295,17 @@ def test_the_position_of_a_hit_is_where_the_ray_is_and_that_of_a_point_its_own()
     assert there == pytest.approx(weights @ mesh.vertices[mesh.faces[7]], abs=1e-9)
     cloud = RayTree(PointCloud(mesh.vertices), reach=0.1)
     assert np.array_equal(cloud.position(7, np.full(3, np.nan)), mesh.vertices[7])
+
+
+def test_a_point_is_met_up_to_its_reach_and_before_its_start_not() -> None:
+    points = np.array([[2.0, 0.5, 0.0], [-2.0, 0.0, 0.0], [0.0, 0.25, 0.0]]) + CORNER
+    way = np.array([[4.0, 0.0, 0.0]])
+    for reach, index in ((0.5, 0), (np.nextafter(0.5, 0.0), -1)):
+        hits = RayTree(PointCloud(points), reach).cast(CORNER, way)
+        assert hits.index[0] == index
+    assert RayTree(PointCloud(points), 0.5).cast(CORNER, way).distance[0] == 0.5
+    assert RayTree(PointCloud(points), 0.5).cast(CORNER, -way).index[0] == 1
+    # One as far behind the first as a surface is thick belongs to it, and one farther does not.
+    for behind, index in ((2.0, 1), (2.01, 0)):
+        pair = CORNER + [[2.0, 0.5, 0.0], [2.0 + behind, 0.0, 0.0]]
+        assert RayTree(PointCloud(pair), 0.5).cast(CORNER, way).index[0] == index
