@@ -239,7 +239,8 @@ def test_rays_from_all_sides_meet_what_asking_every_face_says(faces: int) -> Non
     points = corners.reshape(-1, 3) + CORNER
     mesh = Mesh(points, rng.permutation(3 * faces).astype(np.int32).reshape(-1, 3))
     starts, ways, last = around(points.mean(axis=0), 3.0, 300, faces)
-    hits = RayTree(mesh).cast(starts, ways, last)
+    tree = RayTree(mesh)
+    hits = tree.cast(starts, ways, last)
     assert (hits.index >= 0).sum() >= 5
     for i in range(300):
         face, t = first_of_all(mesh, starts[i], ways[i])
@@ -247,6 +248,10 @@ def test_rays_from_all_sides_meet_what_asking_every_face_says(faces: int) -> Non
         assert hits.index[i] == face
         assert hits.distance[i] == pytest.approx(t, rel=1e-6)
         assert np.isnan(hits.weights[i]).all() == (face < 0)
+        if face >= 0:
+            there = starts[i] + t * ways[i]
+            assert hits.weights[i].sum() == pytest.approx(1.0)
+            assert tree.position(face, hits.weights[i]) == pytest.approx(there, abs=1e-6)
 
 
 @pytest.mark.parametrize("count", [1, 4, 5, 200])
