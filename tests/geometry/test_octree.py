@@ -329,6 +329,12 @@ def test_where_nothing_is_loaded_there_is_no_surface() -> None:
     away = UTM + [500.0, 500.0, 500.0]
     assert surface.normal_near(0, away, 0.3) is None
     assert surface.outcrop_normal(away + np.eye(3)) is None
+    # Nor where all that is there stands at one place, or in a line.
+    for shape in (np.zeros((9, 3)), np.outer(np.arange(9.0), [1.0, 2.0, 3.0])):
+        file.store.put(0, PointCloud(shape + file.boxes[0].mean(axis=0)))
+        for row in set(file.store.loaded()) - {0}:
+            file.store.put(row, PointCloud(np.zeros((0, 3))))
+        assert surface.normal_near(0, file.boxes[0].mean(axis=0), 30.0) is None
 
 
 def chosen_plainly(nodes: CloudNodes, seen: View) -> set[int]:

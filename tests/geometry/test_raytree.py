@@ -79,9 +79,10 @@ def test_sums_are_made_off_the_whole_numbered_corner_below_all_sound_points() ->
             holed[hole] = np.nan
         for data in (PointCloud(holed), Mesh(holed, np.array([[1, 2, 3]], np.int32))):
             assert np.array_equal(RayTree(data, 0.1).corner, wanted)
-    nowhere = RayTree(PointCloud(np.full((3, 3), np.nan)), 0.1)
-    assert np.array_equal(nowhere.corner, np.zeros(3))
-    assert nowhere.cast(np.zeros(3), [[1.0, 0, 0]]).index[0] == -1
+    for nothing in (np.full((3, 3), np.nan), np.zeros((0, 3))):
+        nowhere = RayTree(PointCloud(nothing), 0.1)
+        assert np.array_equal(nowhere.corner, np.zeros(3))
+        assert nowhere.cast(np.zeros(3), [[1.0, 0, 0]]).index[0] == -1
 
 
 def test_a_model_without_faces_is_never_met() -> None:

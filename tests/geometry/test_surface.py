@@ -245,3 +245,10 @@ def test_a_ball_with_a_line_in_it_has_no_normal(width, has_one):
     surface = VertexSurface(points)
     surface.build()
     assert (surface._normal(np.zeros(3), 2.0) is not None) == has_one
+
+
+def test_vertices_that_all_stand_at_one_place_have_neither_normal_nor_face():
+    heap = VertexSurface(np.ones((9, 3)))
+    heap.build()
+    assert heap._normal(np.ones(3), 1.0) is None
+    assert heap.outcrop_normal(np.array([[0.0, 1, 1], [2.0, 1, 1]])) is None
