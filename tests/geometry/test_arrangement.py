@@ -76,6 +76,56 @@ def test_every_beginning_covers_the_whole_evenly(found: Arrangement, points: np.
         assert 0.3 * spacing < np.median(nearest[:, 1]) < 1.2 * spacing
 
 
+def some_points(kind: str) -> np.ndarray:
+    rng = np.random.default_rng(3)
+    if kind == "line":
+        return rng.random((2000, 1)) * [30.0, 2.0, 9.0] + UTM
+    if kind == "heaps":
+        # Far closer within a heap than the smallest cubes.
+        return np.repeat(face(300), 7, axis=0) + 1e-5 * rng.random((2100, 3))
+    return face(3000)
+
+
+@pytest.mark.parametrize("kind", ["wall", "line", "heaps"])
+@pytest.mark.parametrize("most", [1, 40, 333])
+def test_every_level_ends_with_one_point_in_each_of_its_cubes(
+    kind: str, most: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("vomstudio.geometry.arrangement.POINTS_PER_NODE", most)
+    points = some_points(kind)
+    found, low = arrange(points), points.min(axis=0)
+    side = float(np.ptp(points, axis=0).max()) * (1.0 + 1e-9)
+    smallest = ((points - low) * (2**DEEPEST / side)).astype(int)
+    filled = [len(np.unique(smallest >> down, axis=0)) for down in range(DEEPEST, -1, -1)]
+    first = max(1, max(level for level, count in enumerate(filled) if count <= most))
+    own, spacings = nodes(found), np.unique(found.spacing)[::-1]
+    beginnings = []
+    for spacing in spacings:
+        rows = np.concatenate([own[k] for k in np.flatnonzero(found.spacing >= spacing)])
+        beginnings.append(len(rows))
+        if len(rows) in filled:
+            cubes = smallest[rows] >> (DEEPEST - filled.index(len(rows)))
+            assert len(np.unique(cubes, axis=0)) == len(rows)
+        # Of a surface, a quarter of the points are twice as far apart.
+        coarser = max((k for k, count in enumerate(filled) if 2 * count <= len(rows)), default=0)
+        share = filled[coarser] / len(rows)
+        assert spacing == pytest.approx(side / 2.0**coarser * np.sqrt(share))
+    assert beginnings == sorted({*filled[first:], len(points)})
+
+
+@pytest.mark.parametrize("most", [40, 333])
+def test_what_lies_below_a_node_is_cut_into_even_nodes_no_more_than_needed(
+    most: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("vomstudio.geometry.arrangement.POINTS_PER_NODE", most)
+    found = arrange(some_points("wall"))
+    counts = np.diff(found.starts)
+    for parent in np.unique(found.parents):
+        below = counts[found.parents == parent]
+        assert len(below) == -(-below.sum() // most)
+        assert np.ptp(below) <= 1
+
+
 def test_the_finest_spacing_is_that_of_the_cloud() -> None:
     side = 900
     x, z = np.meshgrid(np.arange(side), np.arange(side))
@@ -135,3 +185,27 @@ def test_rows_of_clouds_of_billions_of_points_have_room_beside_their_places() ->
         depth = _depth(row_bits)
         assert 3 * depth + row_bits <= 64
         assert depth == DEEPEST or 3 * (depth + 1) + row_bits > 64
+
+
+def test_an_order_with_any_one_thing_wrong_is_not_sound(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vomstudio.geometry.arrangement.POINTS_PER_NODE", 40)
+    found = arrange(face(500))
+    k, n = len(found), 500
+    assert found.is_sound(n)
+    assert found.is_sound(n + 1)
+    nothing = arrange(np.zeros((0, 3)))
+    assert nothing.is_sound(0)
+    one_wrong = [
+        ("starts", 0, 1), ("starts", 3, found.starts[2]), ("starts", k, n - 1), ("rows", 7, -1),
+        ("rows", 7, n), ("bounds", (2, 1, 0), np.nan), ("bounds", (0, 0, 2), -np.inf),
+        ("spacing", 4, 0.0), ("spacing", k - 1, -1.0), ("spacing", 1, np.nan), ("parents", 0, 0),
+        ("parents", k - 1, k - 1), ("parents", 2, 3),
+    ]  # fmt: skip
+    for name, place, value in one_wrong:
+        array = getattr(found, name).copy()
+        array[place] = value
+        assert not replace(found, **{name: array}).is_sound(n), (name, place, value)
+    for name in ("starts", "bounds", "spacing", "parents", "rows"):
+        assert not replace(found, **{name: getattr(found, name)[:-1]}).is_sound(n), name
+    assert not replace(found, bounds=found.bounds[:, :, :2]).is_sound(n)
+    assert not replace(found, bounds=found.bounds[:, :1]).is_sound(n)

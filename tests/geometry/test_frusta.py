@@ -43,6 +43,13 @@ def test_the_outline_runs_along_the_edge_of_the_photo() -> None:
     assert np.allclose(pixels[0], pixels[-1])
 
 
+def test_an_edge_that_the_lens_bends_has_six_pieces_and_a_straight_one_is_one() -> None:
+    for k1, pieces in ((-0.05, 6), (0.0, 1)):
+        found = frustum(view(4, k1), 2.0)
+        assert found.outline.shape == (4 * pieces + 1, 3)
+        assert np.array_equal(found.outline[:-1:pieces], found.corners)
+
+
 def test_a_lens_that_does_not_reach_its_corners_has_a_frustum() -> None:
     lens = Intrinsics("SIMPLE_RADIAL", 4000, 3000, (1500.0, 2000.0, 1500.0, -0.4))
     assert np.isnan(lens.rays([[0.0, 0.0]])).any()

@@ -135,3 +135,18 @@ def test_figures_of_a_line_are_those_of_fishers_law_and_of_plain_projections():
         free = 2 * n - 4
         square = 2.0 * f.ppf(0.95, 2, free) * (values[0] + values[1]) / free / values[2]
         assert fit.confidence95_deg == pytest.approx(np.degrees(np.arctan(np.sqrt(square))))
+
+
+@pytest.mark.parametrize(("steps", "is_line"), [(7, False), (9, True)])
+def test_two_points_are_apart_from_eight_roundings_of_the_largest_coordinate_on(steps, is_line):
+    far = 2.0**20
+    points = np.array([[far, 0, 0], [far + steps * np.spacing(far), 0, 0]])
+    if is_line:
+        assert fit_line(points).length == steps * np.spacing(far)
+    else:
+        with pytest.raises(GeometryError, match="same place"):
+            fit_line(points)
+
+
+def test_coordinates_below_1e150_are_a_line():
+    assert fit_line([[0, 0, 0], [0, 0.9e150, 0]]).length == pytest.approx(0.9e150)

@@ -329,6 +329,12 @@ def test_where_nothing_is_loaded_there_is_no_surface() -> None:
     away = UTM + [500.0, 500.0, 500.0]
     assert surface.normal_near(0, away, 0.3) is None
     assert surface.outcrop_normal(away + np.eye(3)) is None
+    # Nor where all that is there stands at one place, or in a line.
+    for shape in (np.zeros((9, 3)), np.outer(np.arange(9.0), [1.0, 2.0, 3.0])):
+        file.store.put(0, PointCloud(shape + file.boxes[0].mean(axis=0)))
+        for row in set(file.store.loaded()) - {0}:
+            file.store.put(row, PointCloud(np.zeros((0, 3))))
+        assert surface.normal_near(0, file.boxes[0].mean(axis=0), 30.0) is None
 
 
 def chosen_plainly(nodes: CloudNodes, seen: View) -> set[int]:
@@ -375,3 +381,85 @@ def test_a_node_is_asked_for_where_its_ball_is_in_the_picture_and_coarse_there()
         assert set(chosen) == chosen_plainly(nodes, seen)
         some += 0 < len(chosen) < len(nodes)
     assert some > 30
+
+
+def test_nodes_that_touch_a_box_are_those_whose_cubes_have_a_point_in_common_with_it() -> None:
+    file = File()
+    file.store.fetch(range(0, len(file.keys), 3))
+    rng, there = np.random.default_rng(8), file.store.loaded()
+    corners = file.boxes.reshape(-1, 3)
+    boxes = [np.sort(corners[rng.integers(0, len(corners), 2)], axis=0) for _ in range(40)]
+    boxes += [np.sort(rng.uniform(corners.min(axis=0), corners.max(axis=0), (2, 3)), axis=0)
+              for _ in range(40)]  # fmt: skip
+    for low, high in boxes:
+        found = file.store.touching(low, high)
+        wanted = {
+            row for row in there
+            if (np.maximum(low, file.boxes[row, 0]) <= np.minimum(high, file.boxes[row, 1])).all()
+        }  # fmt: skip
+        assert {row for row, _ in found} == wanted
+        assert all(cloud is there[row] for row, cloud in found)
+
+
+def test_what_is_only_looked_up_is_not_kept() -> None:
+    file = File()
+    before = set(file.store.loaded())
+    row = next(row for row in range(len(file.keys)) if row not in before)
+    alone = file.store.read(row)
+    assert np.array_equal(alone.points, file.whole.points[file.starts[row] :][: file.counts[row]])
+    assert file.store.tree(row, alone) is not file.store.tree(row, alone)
+    file.store.points_of(np.arange(len(file.whole.points)))
+    assert set(file.store.loaded()) == before
+    # The tree of a node goes with it.
+    piece = file.store.fetch([row])[0]
+    kept = file.store.tree(row, piece.cloud)
+    file.store.let_go(row, piece)
+    assert file.store.tree(row, file.store.fetch([row])[0].cloud) is not kept
+
+
+def test_the_usual_spacing_is_the_median_over_the_points() -> None:
+    store = File().store
+    every = np.sort(np.repeat(store.spacing, store.counts))
+    assert store.usual_spacing == every[-(-len(every) // 2) - 1]
+
+
+def test_neighbours_follow_each_other_in_the_nodes_of_a_cloud_that_is_there() -> None:
+    cloud = face(60_000)
+    nodes = ArrangedNodes(cloud, arrange(cloud.points), 10**6)
+    assert nodes.in_order
+    assert not File().store.in_order
+    for piece in nodes.fetch(np.flatnonzero(nodes.counts > 5000).tolist()):
+        own = cloud.points[piece.rows]
+        steps = np.linalg.norm(np.diff(own, axis=0), axis=1)
+        assert np.median(steps) < 0.05 * np.median(np.linalg.norm(own - own[0], axis=1))
+
+
+@pytest.mark.parametrize("most", [1, 50, 777])
+def test_so_many_points_tell_how_the_surface_lies_however_many_there_are(
+    most: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("vomstudio.geometry.streaming.surfaces._FACE_POINTS", most)
+    file = File()
+    file.store.fetch(range(len(file.keys)))
+    low, high = UTM + [2.0, -1.0, 1.0], UTM + [6.0, 1.0, 5.0]
+    found = StreamedSurface(file.cloud)._near_box(low, high)
+    points = file.whole.points
+    inside = points[((points >= low) & (points <= high)).all(axis=1)]
+    assert most <= len(found) < 2 * most + 1
+    assert {tuple(p) for p in found.tolist()} <= {tuple(p) for p in inside.tolist()}
+    if most > 100:
+        # From all of the box.
+        assert found.mean(axis=0) == pytest.approx(inside.mean(axis=0), abs=0.2)
+
+
+def test_the_nearest_points_are_those_of_all_nodes_that_are_there() -> None:
+    file = File()
+    file.store.fetch(range(0, len(file.keys), 2))
+    there = np.concatenate([cloud.points for cloud in file.store.loaded().values()])
+    surface, rng = StreamedSurface(file.cloud), np.random.default_rng(9)
+    for centre in rng.uniform(there.min(axis=0) - 2.0, there.max(axis=0) + 2.0, (25, 3)):
+        away = np.sort(np.linalg.norm(there - centre, axis=1))
+        for count in (1, 16, 700):
+            found = np.linalg.norm(surface._nearest(centre, count) - centre, axis=1)
+            assert found == pytest.approx(away[:count], rel=1e-12)
+    assert len(surface._nearest(centre, len(there) + 5)) == len(there)

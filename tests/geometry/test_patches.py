@@ -362,3 +362,50 @@ def test_a_patch_too_small_for_cells_of_four_points_counts_every_point(n: int) -
         rough = blob(n, seed)
         rough[:, 2] += 0.5 * np.sin(rough[:, 0])
         assert moments(rough).n_effective == n
+
+
+FAR = 2.0**20
+ROUNDING = 4.0 * float(np.finfo(np.float64).eps) * FAR
+"""What is shape and what is rounding at that distance from the origin, m."""
+
+
+@pytest.mark.parametrize(("share", "beyond"), [(0.95, False), (1.05, True)])
+def test_a_patch_within_roundings_of_its_place_has_no_shape(share: float, beyond: bool) -> None:
+    """Its size and its width, each just below and just above what can be told."""
+    place = (0.0, -FAR, 0.0)
+    length = share * ROUNDING
+    with pytest.raises(GeometryError, match="one straight line" if beyond else "same place"):
+        fit_moments(9, place, 9.0 * np.diag([length**2, 0.0, 0.0]))
+    # The width of a patch of ten micrometres, far away, and of one of a metre here.
+    near = np.sqrt(64.0 * np.finfo(np.float64).eps)
+    for where, size, limit in ((place, 1e-5, ROUNDING), ((0.0, 0.0, 0.0), 1.0, near)):
+        scatter = 9.0 * np.diag([size**2, (share * limit) ** 2, 0.0])
+        if beyond:
+            assert fit_moments(9, where, scatter).rms == 0.0
+        else:
+            with pytest.raises(GeometryError, match="one straight line"):
+                fit_moments(9, where, scatter)
+        # What is thinner than can be told has no thickness.
+        scatter = 9.0 * np.diag([1.0, 1.0, (np.sqrt(2.0) * share * near) ** 2])
+        assert (fit_moments(9, (0.0, 0.0, 0.0), scatter).rms > 0.0) == beyond
+
+
+@pytest.mark.parametrize(
+    ("place", "width", "limit"),
+    [
+        ((FAR, 0.0, 0.0), 0.1, ROUNDING / 0.1),
+        ((FAR, 0.0, 0.0), 1e-7, 1e-3),
+        ((0, 0, 0), 0.1, 1e-12),
+    ],
+)
+def test_a_patch_that_leans_by_rounding_alone_is_horizontal(
+    place: tuple[float, float, float], width: float, limit: float
+) -> None:
+    """A lean of more than a thousandth is one wherever the patch lies and however narrow it is."""
+    for lean in (0.9 * limit, 1.1 * limit):
+        down, along = np.array([np.cos(lean), 0.0, -np.sin(lean)]), np.array([0.0, 1.0, 0.0])
+        scatter = (np.outer(down, down) + 4.0 * np.outer(along, along)) * width**2
+        fit = fit_moments(7, place, 7.0 * scatter)
+        assert fit.undefined == (lean < limit)
+        assert fit.dip_deg == pytest.approx(0.0 if fit.undefined else np.degrees(lean), rel=0.01)
+        assert fit.dip_direction_deg == (0.0 if fit.undefined else pytest.approx(90.0))

@@ -139,3 +139,13 @@ def test_pixels_whose_centres_lie_on_an_edge_belong_to_one_of_two_neighbours() -
     a, b, both = (spread(polygon_area(p, WIDE, HIGH)).astype(int) for p in (left, right, whole))
     assert np.array_equal(a + b, both)
     assert both.sum() == 28 * 20
+
+
+@pytest.mark.parametrize("end", [(10.5, 10.5), (10.5, 0.5)])
+def test_a_stroke_holds_the_centres_exactly_at_its_radius(end: tuple[float, float]) -> None:
+    """Three columns and four rows from its end make five."""
+    for radius, held in ((5.0, True), (np.nextafter(5.0, 0.0), False)):
+        drawn = spread(stroke_area([[10.5, 10.5], end], radius, WIDE, HIGH))
+        assert drawn[14, 13] == drawn[14, 7] == drawn[10, 15] == held
+        assert drawn[13, 13]
+        assert not drawn[14, 14]

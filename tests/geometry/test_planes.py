@@ -221,6 +221,7 @@ def test_no_groups_are_no_planes() -> None:
     [
         (SQUARE[:2], "at least 3 points"),
         (np.zeros((0, 3)), "at least 3 points"),
+        ([], "at least 3 points"),
         (np.full((5, 3), 0.1), "same place"),
         (np.tile(UTM, (5, 1)), "same place"),
         (np.outer(np.linspace(0, 1, 7), [0.3, 0.1, 0.7]) + 1e3, "one straight line"),
@@ -458,3 +459,76 @@ def test_the_thickness_of_a_long_straight_trace_is_known_to_its_last_digits(seed
     _, singular, axes = np.linalg.svd(points - points.mean(axis=0))
     assert fit.rms == pytest.approx(singular[2] / np.sqrt(30), rel=1e-3)
     assert np.linalg.norm(np.cross(fit.normal, axes[2])) < 1e-6
+
+
+FAR = 2.0**20
+STEP = np.spacing(FAR)
+"""The roundings of this coordinate."""
+SADDLE = np.array([1.0, -1.0, -1.0, 1.0]) * STEP
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize(("steps", "beyond"), [(3, False), (5, True)])
+def test_what_is_within_four_roundings_of_the_largest_coordinate_is_no_shape(
+    axis: int, steps: int, beyond: bool
+) -> None:
+    """A thickness, a width and a length of so many roundings, far from the origin."""
+    thick = np.column_stack([[-0.5, 0.5, -0.5, 0.5], [-0.5, -0.5, 0.5, 0.5], steps * SADDLE])
+    wide = np.column_stack([[0, 1, 2, 3], steps * SADDLE, [0, 0, 0, 0]])
+    long = np.column_stack([steps * SADDLE, np.zeros((4, 2))])
+    thick, wide, long = (np.roll(each, axis, axis=1) + FAR for each in (thick, wide, long))
+    rms = fit_plane(thick).rms
+    assert rms == (pytest.approx(steps * STEP, rel=1e-6) if beyond else 0.0)
+    if beyond:
+        assert fit_plane(wide).rms == 0.0
+    else:
+        with pytest.raises(GeometryError, match="one straight line"):
+            fit_plane(wide)
+    with pytest.raises(GeometryError, match="one straight line" if beyond else "same place"):
+        fit_plane(long)
+
+
+@pytest.mark.parametrize(("steps", "flat"), [(3, True), (5, False)])
+def test_a_plane_that_leans_by_rounding_alone_is_horizontal(steps: int, flat: bool) -> None:
+    """Of a square a metre wide, eight roundings of its largest coordinate from side to side."""
+    x, y = np.array([-0.5, 0.5, -0.5, 0.5]), np.array([-0.5, -0.5, 0.5, 0.5])
+    fit = fit_plane(np.column_stack([x, y, -2.0 * steps * STEP * x]) + FAR)
+    assert fit.undefined == flat
+    assert fit.dip_direction_deg == pytest.approx(0.0 if flat else 90.0)
+    assert fit.dip_deg == pytest.approx(0.0 if flat else np.degrees(2.0 * steps * STEP))
+
+
+@pytest.mark.parametrize(
+    ("size", "reason"),
+    [(0.9e150, None), (1.1e150, "not finite"), (1.1e-150, None), (0.9e-150, "same place")],
+)
+def test_sizes_up_to_150_powers_of_ten_either_way_hold_a_plane(
+    size: float, reason: str | None
+) -> None:
+    points = np.array([[-1, -1, -0.5], [1, -1, 0.5], [-1, 1, -0.5], [1, 1, 0.5]]) * size
+    if reason is None:
+        fit = fit_plane(points)
+        assert fit.dip_deg == pytest.approx(np.degrees(np.arctan(0.5)))
+        assert fit.extent == pytest.approx(size * np.hypot(2.0, 1.0))
+    else:
+        with pytest.raises(GeometryError, match=reason):
+            fit_plane(points)
+
+
+@pytest.mark.parametrize(("steps", "parallel"), [(3, True), (5, False)])
+@pytest.mark.parametrize("axis", range(3))
+def test_a_small_plane_far_away_is_parallel_to_an_axis_within_its_roundings(
+    axis: int, steps: int, parallel: bool
+) -> None:
+    """It leans by so many roundings of the largest coordinate from side to side."""
+    half = 2.0**-11
+    u, v = np.array([-1.0, 1.0, -1.0, 1.0]), np.array([-1.0, -1.0, 1.0, 1.0])
+    points = np.roll(np.column_stack([half * u, steps * STEP * v, half * v]), axis - 2, axis=1)
+    name = "xyz"[axis]
+    if parallel:
+        with pytest.raises(GeometryError, match=f"parallel to the {name} axis"):
+            fit_plane(points + FAR, method="regression", axis=name)  # type: ignore[arg-type]
+    else:
+        fit = fit_plane(points + FAR, method="regression", axis=name)  # type: ignore[arg-type]
+        lean = fit.normal[axis] / np.linalg.norm(fit.normal)
+        assert abs(lean) == pytest.approx(steps * STEP / half, rel=1e-6)

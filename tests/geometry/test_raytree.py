@@ -70,6 +70,21 @@ def test_a_hole_of_numbers_meets_nothing_and_harms_nothing() -> None:
     assert hits.index[1] == -1
 
 
+def test_sums_are_made_off_the_whole_numbered_corner_below_all_sound_points() -> None:
+    points = rough_sheet(8).vertices + 0.7
+    wanted = np.floor(points.min(axis=0))
+    for hole in (None, (9, slice(None)), (30, 1)):
+        holed = points.copy()
+        if hole is not None:
+            holed[hole] = np.nan
+        for data in (PointCloud(holed), Mesh(holed, np.array([[1, 2, 3]], np.int32))):
+            assert np.array_equal(RayTree(data, 0.1).corner, wanted)
+    for nothing in (np.full((3, 3), np.nan), np.zeros((0, 3))):
+        nowhere = RayTree(PointCloud(nothing), 0.1)
+        assert np.array_equal(nowhere.corner, np.zeros(3))
+        assert nowhere.cast(np.zeros(3), [[1.0, 0, 0]]).index[0] == -1
+
+
 def test_a_model_without_faces_is_never_met() -> None:
     empty = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
     assert RayTree(empty).cast(np.zeros(3), [[1.0, 0, 0]]).index[0] == -1
@@ -189,6 +204,22 @@ def test_bits_are_spread_three_apart_and_places_ordered_along_the_curve() -> Non
     assert _along_curve(np.full((2, 3), np.nan)).tolist() == []
 
 
+@pytest.mark.parametrize("size", [(9.0, 2.0, 1.0), (1.0, 5.0, 0.0), (0.0, 0.0, 3.0), (0, 0, 0)])
+def test_the_curve_takes_one_bit_of_each_axis_in_turn_whatever_the_shape_of_the_box(
+    size: tuple[float, float, float],
+) -> None:
+    from vomstudio.geometry.rays.raytree import _along_curve
+
+    places = np.random.default_rng(7).uniform(0.0, 1.0, (300, 3)) * size + CORNER
+    longest = float(np.ptp(places, axis=0).max()) or 1.0
+    cells = (places - places.min(axis=0)) / longest * ((1 << 20) - 1)
+    codes = [
+        [int(cell) >> bit & 1 for bit in range(19, -1, -1) for cell in place[::-1]]
+        for place in cells
+    ]
+    assert _along_curve(places).tolist() == sorted(range(300), key=codes.__getitem__)
+
+
 def around(middle: np.ndarray, size: float, count: int, seed: int) -> tuple[np.ndarray, ...]:
     """Rays from all sides and from within, of any length; every third along an axis."""
     rng = np.random.default_rng(seed)
@@ -209,7 +240,8 @@ def test_rays_from_all_sides_meet_what_asking_every_face_says(faces: int) -> Non
     points = corners.reshape(-1, 3) + CORNER
     mesh = Mesh(points, rng.permutation(3 * faces).astype(np.int32).reshape(-1, 3))
     starts, ways, last = around(points.mean(axis=0), 3.0, 300, faces)
-    hits = RayTree(mesh).cast(starts, ways, last)
+    tree = RayTree(mesh)
+    hits = tree.cast(starts, ways, last)
     assert (hits.index >= 0).sum() >= 5
     for i in range(300):
         face, t = first_of_all(mesh, starts[i], ways[i])
@@ -217,6 +249,10 @@ def test_rays_from_all_sides_meet_what_asking_every_face_says(faces: int) -> Non
         assert hits.index[i] == face
         assert hits.distance[i] == pytest.approx(t, rel=1e-6)
         assert np.isnan(hits.weights[i]).all() == (face < 0)
+        if face >= 0:
+            there = starts[i] + t * ways[i]
+            assert hits.weights[i].sum() == pytest.approx(1.0)
+            assert tree.position(face, hits.weights[i]) == pytest.approx(there, abs=1e-6)
 
 
 @pytest.mark.parametrize("count", [1, 4, 5, 200])
@@ -265,3 +301,17 @@ def test_the_position_of_a_hit_is_where_the_ray_is_and_that_of_a_point_its_own()
     assert there == pytest.approx(weights @ mesh.vertices[mesh.faces[7]], abs=1e-9)
     cloud = RayTree(PointCloud(mesh.vertices), reach=0.1)
     assert np.array_equal(cloud.position(7, np.full(3, np.nan)), mesh.vertices[7])
+
+
+def test_a_point_is_met_up_to_its_reach_and_before_its_start_not() -> None:
+    points = np.array([[2.0, 0.5, 0.0], [-2.0, 0.0, 0.0], [0.0, 0.25, 0.0]]) + CORNER
+    way = np.array([[4.0, 0.0, 0.0]])
+    for reach, index in ((0.5, 0), (np.nextafter(0.5, 0.0), -1)):
+        hits = RayTree(PointCloud(points), reach).cast(CORNER, way)
+        assert hits.index[0] == index
+    assert RayTree(PointCloud(points), 0.5).cast(CORNER, way).distance[0] == 0.5
+    assert RayTree(PointCloud(points), 0.5).cast(CORNER, -way).index[0] == 1
+    # One as far behind the first as a surface is thick belongs to it, and one farther does not.
+    for behind, index in ((2.0, 1), (2.01, 0)):
+        pair = CORNER + [[2.0, 0.5, 0.0], [2.0 + behind, 0.0, 0.0]]
+        assert RayTree(PointCloud(pair), 0.5).cast(CORNER, way).index[0] == index

@@ -273,3 +273,46 @@ def test_points_exactly_in_their_plane_cost_nothing() -> None:
     t = np.linspace(-1.0, 1.0, 30)
     fit = fit_plane(np.column_stack([5.0 * t, 2.0 * t * t, 3.0 * t]))
     assert fit.max_confidence95_deg == pytest.approx(0.0, abs=1e-6)
+
+
+def test_belief_in_models_is_shared_out_however_far_apart_they_are() -> None:
+    """A model that explains a trace worse by more than numbers can tell is given nothing."""
+    logarithms = np.array([[0.0, -3000.0, np.log(3.0)], [5000.0, 5000.0, -5000.0]])
+    for shift in (0.0, 900.0, -900.0):
+        found = roughness._normalised(logarithms + shift)
+        np.testing.assert_allclose(found, [[0.25, 0.0, 0.75], [0.5, 0.5, 0.0]], atol=1e-12)
+
+
+@pytest.mark.parametrize("each", [1, 3])
+def test_a_length_is_believed_in_where_neighbours_still_share_more_than_1_in_e(each: int) -> None:
+    """Of the means of pieces, over the length of a piece."""
+    told = 0
+    for k, length in enumerate(roughness.LENGTH):
+        fallen = length * (np.sqrt(2.0) if roughness.SMOOTH[k] else 1.0)
+        first = int(1.0 / fallen + 1.0 / each) + 1
+        for n, known in ((first, True), (first - 1, False)):
+            assert (fallen * (n * each - 1.0) > each) == known
+            if n >= roughness.FEWEST:
+                weight = np.exp(roughness._Library(n, each).log_weight[k + 1])
+                assert weight == pytest.approx(roughness.WEIGHT[k] if known else roughness.TINY)
+                told += 1
+    assert told > 30
+
+
+@pytest.mark.parametrize("heavy", [0.051, 0.06, 0.3])
+@pytest.mark.parametrize("cost", [1e2, 1e5])
+def test_a_model_that_is_hardly_believed_but_far_wider_sets_the_limit(
+    heavy: float, cost: float
+) -> None:
+    """The tail then has a long flat step, over which straight steps overshoot."""
+    weight, g = np.array([[1.0 - heavy, heavy]]), np.array([[[1.0, cost]], [[cost, 1.0]]])
+    freedom, dof = np.array([[40.0, 25.0]]), np.array([40.0])
+    found = roughness._mixture_quantile(g, freedom, weight, dof)[:, 0]
+    for axis in (0, 1):
+
+        def excess(x: float, axis: int = axis) -> float:
+            f = np.expm1(x) * dof[0] / 2.0 / g[axis, 0]
+            return float(weight[0] @ fdtrc(2.0, freedom[0], f)) - 0.05
+
+        wanted = np.expm1(brentq(excess, 1e-9, 60.0, xtol=1e-14))
+        assert found[axis] == pytest.approx(wanted, rel=1e-3)

@@ -200,3 +200,55 @@ def test_a_trace_is_followed_at_even_steps_with_its_ends():
     along = np.where(line[:, 0] < 3.0, line[:, 0], 3.0 + line[:, 1])
     assert along == pytest.approx(np.linspace(0.0, 4.0, 200))
     assert np.array_equal(_densified(corner[:1]), corner[:1])
+
+
+@pytest.mark.parametrize("radius", [0.2, 0.9, 2.5])
+def test_where_a_sample_of_a_large_model_is_too_thin_its_nearest_vertices_tell(radius, monkeypatch):
+    """Of a ball the sample counts where it holds 64 vertices, else the 64 nearest of all do."""
+    monkeypatch.setattr("vomstudio.geometry.surface._COARSE", 100)
+    points = face(0.1, np.array([0.6, -0.8, 0.0]), seed=7)
+    surface, centre = VertexSurface(points), points[825] + 0.01
+    surface.build()
+    away = np.linalg.norm(points - centre, axis=1)
+    sample = np.arange(0, len(points), len(points) // 100)
+    chosen = sample[away[sample] <= radius]
+    if len(chosen) < 64:
+        chosen = np.argsort(away)[:64]
+        chosen = chosen[away[chosen] <= radius]
+    assert (len(chosen) > 64) == (radius > 2.0)
+    theirs = np.linalg.svd(points[chosen] - points[chosen].mean(axis=0))[2][2]
+    assert abs(surface._normal(centre, radius) @ theirs) == pytest.approx(1.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("halves", "is_face"),
+    [
+        ((2.0, 1.0, np.sqrt(0.45)), True),  # twice as wide as thick, in squares
+        ((2.0, 1.0, np.sqrt(0.55)), False),
+        ((1.0, 1.1e-6, 0.0), True),
+        ((1.0, 0.9e-6, 0.0), False),
+    ],
+)
+def test_a_face_is_thin_and_has_a_width(halves, is_face):
+    ends = np.diag(halves)
+    turn = np.linalg.qr(np.random.default_rng(9).normal(size=(3, 3)))[0]
+    surface = VertexSurface(np.concatenate([ends, -ends]) @ turn)
+    found = surface.outcrop_normal(halves[0] * np.array([[-1.0], [1.0]]) * turn[0])
+    assert (found is not None) == is_face
+    if is_face:
+        assert abs(found @ turn[2]) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("width", "has_one"), [(1.1e-6, True), (0.9e-6, False)])
+def test_a_ball_with_a_line_in_it_has_no_normal(width, has_one):
+    points = np.array([[-1.0, 0, 0], [1.0, 0, 0], [0, width, 0], [0, -width, 0]])
+    surface = VertexSurface(points)
+    surface.build()
+    assert (surface._normal(np.zeros(3), 2.0) is not None) == has_one
+
+
+def test_vertices_that_all_stand_at_one_place_have_neither_normal_nor_face():
+    heap = VertexSurface(np.ones((9, 3)))
+    heap.build()
+    assert heap._normal(np.ones(3), 1.0) is None
+    assert heap.outcrop_normal(np.array([[0.0, 1, 1], [2.0, 1, 1]])) is None

@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from vomstudio.geometry import transform
+from vomstudio.geometry.arrangement import arrange
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.discs import disc
 from vomstudio.geometry.mesh import Mesh
@@ -74,6 +75,26 @@ def test_the_box_of_a_model_is_that_of_its_points() -> None:
     assert np.array_equal(cloud.bounds, wanted)
     assert cloud.count == 50
     assert np.array_equal(cloud.position(7), points[7])
+
+
+def test_the_box_of_a_cloud_whose_order_is_known_is_that_of_its_sound_points() -> None:
+    points = np.random.default_rng(5).normal(size=(500, 3)) * [3, 1, 9] + SHIFT
+    points[7], points[99, 1] = np.nan, np.inf
+    sound = np.delete(points, [7, 99], axis=0)
+    cloud = PointCloud(points, arrangement=arrange(points))
+    assert np.array_equal(cloud.bounds, [sound.min(axis=0), sound.max(axis=0)])
+    assert cloud.count == 500
+    # An order of nothing says nothing of it.
+    cloud = PointCloud(sound, arrangement=arrange(points[:0]))
+    assert np.array_equal(cloud.bounds, [sound.min(axis=0), sound.max(axis=0)])
+
+
+def test_a_mesh_without_materials_has_no_faces_of_any() -> None:
+    bare = Mesh(np.eye(3), np.array([[0, 1, 2]], np.int32))
+    assert bare.materials == ()
+    assert bare.material_offsets.tolist() == [0]
+    assert bare.uv is bare.colors is None
+    assert dict(bare.fields) == {}
 
 
 @pytest.mark.parametrize("normal", [(0, 0, 1), (1, 0, 0), (0, -1, 0), (0.48, 0.6, 0.64)])

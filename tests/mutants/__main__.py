@@ -198,7 +198,11 @@ def main() -> None:
     parser.add_argument("--module", default="", help="only of files whose path ends so")
     parser.add_argument("--again", type=Path, metavar="JSON", help="those that survived there")
     parser.add_argument(
-        "--quick", type=float, default=1e9, metavar="S", help="leave out tests that take longer"
+        "--quick",
+        type=float,
+        default=1e9,
+        metavar="S",
+        help="leave out tests that take longer, with the compiling of kernels where they are first",
     )
     parser.add_argument(
         "--times", type=Path, metavar="JSON", help="of the tests: kept for a second run"

@@ -81,6 +81,9 @@ def mutant_of(file: str, text: str, change: Change) -> Mutant | None:
     except SyntaxError:
         return None
     first, last = source.line_at(change.start), source.line_at(change.end)
+    if source.lines[first].strip() == "continue":
+        # That word alone would be any of them.
+        first -= 1
     rest = len(source.lines) - last - 1
     lines = changed.splitlines()
     after = _plain(lines[first : len(lines) - rest])

@@ -55,6 +55,13 @@ def test_returned_values_defaults_and_raises_go_wrong_too() -> None:
     }  # fmt: skip
 
 
+def test_of_a_word_that_stands_alone_the_line_above_tells_which_one_it_is() -> None:
+    text = "for a in b:\n    if c(a):\n        continue\n    if d(a):\n        continue\n"
+    removed = [m for m in all_of(text) if m.kind == "statement removed"]
+    assert [m.before for m in removed] == ["if c(a): continue", "if d(a): continue"]
+    assert [m.after for m in removed] == ["if c(a): pass", "if d(a): pass"]
+
+
 @pytest.mark.parametrize(
     "line",
     [
