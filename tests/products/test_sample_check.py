@@ -121,6 +121,47 @@ def test_a_plane_that_hits_the_truth_is_held_and_one_of_three_points_states_noth
     assert found.error == pytest.approx(5.0)
 
 
+@pytest.mark.parametrize("truth", [Plane(0, 0), Plane(37, 52), Plane(250, 90)])
+def test_an_error_stated_as_none_holds_the_truth_alone(truth: Plane) -> None:
+    """Points that lie in a plane to the last digit state an error of exactly 0, both ways or one
+    way."""
+    fit = replace(blob(), normal=truth.normal(), axes=np.array([*frame(truth), truth.normal()]))
+    sharp = replace(fit, max_confidence95_deg=0.0, min_confidence95_deg=0.0)
+    hit = plane_check("x", sharp, truth)
+    assert (hit.within, hit.stated_95) == (True, 0.0)
+    for way in fit.axes[:2]:
+        tilted = Plane.from_normal(truth.normal() + 1e-6 * way)
+        miss = plane_check("x", sharp, tilted)
+        assert (miss.within, miss.stated_95) == (False, 0.0)
+        assert miss.error == pytest.approx(math.degrees(1e-6), rel=1e-4)
+    long, short = fit.axes[1], fit.axes[0]
+    thin = replace(fit, max_confidence95_deg=3.0, min_confidence95_deg=0.0)
+    along, beyond, aside = (
+        plane_check("x", thin, Plane.from_normal(truth.normal() + math.tan(turn) * way))
+        for turn, way in (
+            (math.radians(2.9), long), (math.radians(3.1), long), (math.radians(0.01), short)
+        )
+    )  # fmt: skip
+    assert (along.within, beyond.within, aside.within) == (True, False, False)
+    assert [along.stated_95, beyond.stated_95] == pytest.approx([3.0, 3.0])
+    assert aside.stated_95 == 0.0
+
+
+def frame(plane: Plane) -> tuple[np.ndarray, np.ndarray]:
+    """Two directions in a plane, at right angles."""
+    along = np.cross(plane.normal(), [0.6, 0.0, 0.8])
+    along /= np.linalg.norm(along)
+    return along, np.cross(plane.normal(), along)
+
+
+def test_a_level_floor_is_checked_too() -> None:
+    x, y = (k.ravel() for k in np.meshgrid(np.arange(5.0), np.arange(4.0)))
+    fit = fit_plane(np.column_stack([x, y, 0 * x]), ordered=False)
+    assert (fit.max_confidence95_deg, fit.min_confidence95_deg) == (0.0, 0.0)
+    assert plane_check("x", fit, Plane(0, 0)).within is True
+    assert plane_check("x", fit, Plane(10, 1)).within is False
+
+
 def test_an_axis_is_checked_against_its_own_ellipse() -> None:
     rng = np.random.default_rng(3)
     axis = fold_axis(120 + rng.normal(0, 50, 30), 40 + rng.normal(0, 6, 30))
