@@ -154,7 +154,7 @@ class Page:
         """Text at a place in points, y its middle; its box is remembered."""
         from matplotlib import patheffects
 
-        width = text_width(text, self.font * size)
+        width = text_width(text, self.font * size, weight)
         left = {"left": x, "center": x - width / 2, "right": x - width}[align]
         half = 0.5 * self.font * size
         self.text_boxes.append((left, y - half, left + width, y + half))
@@ -357,7 +357,7 @@ class Page:
     def draw_legend(self) -> None:
         if self.net.title:
             room = self.legend_width if self.beside else self.width - 2 * self.pad
-            title = shortened(self.net.title, 1.15 * self.font, room)
+            title = shortened(self.net.title, 1.15 * self.font, room, "bold")
             top = self.height - self.pad - 0.5 * self.row
             self.text(self.legend_x, top, title, weight="bold", size=1.15)
         if self.beside:
