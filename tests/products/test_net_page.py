@@ -294,3 +294,36 @@ def test_a_selection_does_not_change_the_net_that_it_is_drawn_on() -> None:
     assert artists.contents.sets is sets
     again = draw(artists.contents)
     assert len(again.emphasis) == len(artists.emphasis)
+
+
+@pytest.mark.parametrize("turn", range(0, 360, 30))
+@pytest.mark.parametrize("share", [0.6, 0.78])
+def test_a_label_near_the_rim_stands_within_it_on_every_side(turn: int, share: float) -> None:
+    sheet = Sheet()
+    way = np.array([math.cos(math.radians(turn)), math.sin(math.radians(turn))])
+    mark = np.array([150.0, 100.0]) + share * 80.0 * way
+    place = free_place(sheet, mark, "beta", np.zeros((0, 2)), [mark])
+    assert place is not None
+    box = box_of(place, "beta")
+    corners = [(x, y) for x in box[::2] for y in box[1::2]]
+    assert max(math.hypot(x - 150, y - 100) for x, y in corners) <= 80.0
+    # And it is the nearest such place: its own mark is within two letters of it.
+    assert away(box, (float(mark[0]), float(mark[1]))) <= 2.6 * 1.1 * 10.0
+
+
+def test_a_label_goes_where_it_hides_the_fewest_poles() -> None:
+    """Poles all about but to the left."""
+    rng = np.random.default_rng(4)
+    for gap in (90.0, 180.0, 270.0, 0.0):
+        sheet = Sheet()
+        mark = np.array([150.0, 100.0])
+        around = rng.uniform(-50.0, 50.0, (4000, 2))
+        angle = np.degrees(np.arctan2(around[:, 1], around[:, 0]))
+        off = np.abs((angle - gap + 180.0) % 360.0 - 180.0)
+        crowd = mark + around[(off > 55.0) & (np.hypot(*around.T) > 3.0)]
+        place = free_place(sheet, mark, "pi", crowd, [mark])
+        assert place is not None
+        box = box_of(place, "pi")
+        middle = np.array([box[0] + box[2], box[1] + box[3]]) / 2 - mark
+        found = math.degrees(math.atan2(middle[1], middle[0]))
+        assert abs((found - gap + 180.0) % 360.0 - 180.0) <= 31.0
