@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib import colormaps
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import Collection, LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, Rectangle
 from matplotlib.text import Text
 
 from vomstudio.geology.folds import fold_axis
@@ -316,3 +317,102 @@ def test_a_pixel_and_its_place_on_the_net_lead_to_each_other(width: float, heigh
     at = np.array([cx, cy]) + r * project(s.vectors(), "area")
     for (x, y), name in zip(at, s.ids, strict=True):
         assert artists.feature_at(x, y) == name
+
+
+@pytest.mark.parametrize("n", [500, 501, 2000, 2001])
+@pytest.mark.parametrize("contour", [None, "kamb"])
+def test_poles_are_dots_over_contours_and_lose_their_rims_where_they_are_many(
+    n: int, contour: str | None
+) -> None:
+    net = NetContents(make_sets({"a": cluster(n, 0)}), contour=contour)
+    (poles,) = draw(net, ONE, 300, 300).poles
+    dots = contour is not None and n > 500
+    assert poles.get_alpha() == (0.4 if dots else 1.0)
+    size = ONE.marker_pt * crowding(n) * (0.5 if dots else 1.0)
+    assert poles.get_markersize() == pytest.approx(size)
+    rim = 0.0 if dots or n > 2000 else 0.5 * ONE.line_pt
+    assert poles.get_markeredgewidth() == pytest.approx(rim)
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_contours_are_shaded_evenly_in_the_colours_of_their_bar(dark: bool) -> None:
+    style = replace(NetStyle.dark() if dark else ONE, font_pt=8.0, line_pt=0.7)
+    artists = draw(NetContents(make_sets({"a": cluster(40, 1)}), contour="kamb"), style, 480, 326)
+    bar = [p for p in artists.axes.patches if isinstance(p, Rectangle)]
+    first, last, name = (0.1, 0.75, "cividis") if dark else (0.12, 0.62, "Greys")
+    wanted = [colormaps[name](float(s)) for s in np.linspace(first, last, len(bar))]
+    assert [box.get_facecolor() for box in bar] == wanted
+    (filled,) = [c for c in artists.axes.collections if getattr(c, "filled", False)]
+    # What lies over the last level has its colour too.
+    shown = np.asarray(filled.get_facecolor())
+    assert shown[: len(bar)] == pytest.approx(np.array(wanted))
+    r = artists.radius_px
+    for box, level in zip(bar, filled.levels, strict=False):
+        (label,) = [
+            t for t in artists.axes.texts
+            if t.get_text() == f"{level:g}" and abs(t.get_position()[1] - box.get_y()) < 1e-9
+        ]  # fmt: skip
+        right = box.get_x() + box.get_width()
+        assert (label.get_position()[0] - right) * r == pytest.approx(0.4 * 8.0)
+        assert box.get_width() * r == pytest.approx(8.0)
+
+
+@pytest.mark.parametrize(("width", "height"), [(480, 326), (260, 520)])
+def test_the_bar_of_contours_stands_beside_the_net_under_its_name(
+    width: float, height: float
+) -> None:
+    artists = draw(full("kamb"), ONE, width, height)
+    (cx, cy), r, font = artists.centre_px, artists.radius_px, ONE.font_pt
+    bar = [p for p in artists.axes.patches if isinstance(p, Rectangle)]
+    low, high = cy + r * bar[0].get_y(), cy + r * (bar[-1].get_y() + bar[-1].get_height())
+    n = len(bar)
+    words = {t.get_text(): np.array(t.get_position()) * r + (cx, cy) for t in artists.axes.texts}
+    if width > height:
+        assert high - low == pytest.approx(min(1.5 * font * n, 0.4 * height))
+        unit, name = words["standard deviations"], words["Density after Kamb, 3 σ"]
+        assert unit[1] - high == pytest.approx(0.8 * 1.45 * font)
+        assert name[1] - unit[1] == pytest.approx(1.45 * font)
+        notes = [at[1] for text, at in words.items() if text in ("north known",)]
+        assert low > max(notes)
+    else:
+        assert high - low == pytest.approx(min(1.5 * font * n, 1.2 * r))
+        assert (low + high) / 2 == pytest.approx(cy)
+        assert words["σ"][1] - high == pytest.approx(0.8 * 1.45 * font)
+        assert cx + r * bar[0].get_x() == pytest.approx(width - 0.8 * font - 3.2 * font)
+
+
+def test_the_legend_draws_lines_as_they_are_on_the_net() -> None:
+    """A great circle whole, the circle of a fold in dashes, each as long as one and a half
+    letters, before its words; a mean open and larger than a pole."""
+    net = replace(full(None), selected=frozenset(), ellipses=(), circles=True)
+    artists = draw(net, ONE, 480, 326)
+    r, font = artists.radius_px, ONE.font_pt
+    words = {t.get_text(): t.get_position() for t in artists.axes.texts}
+    lines = [
+        (np.asarray(line.get_xydata()), line) for line in artists.axes.lines
+        if len(line.get_xydata()) == 2 and np.ptp(np.asarray(line.get_xydata())[:, 1]) == 0
+    ]  # fmt: skip
+    found = {}
+    for ends, line in lines:
+        (text,) = [
+            text for text, (x, y) in words.items()
+            if abs(y - ends[0, 1]) < 1e-9 and 0 < (x - ends[1, 0]) * r < 2 * font
+        ]  # fmt: skip
+        found[text] = line
+        assert (ends[1, 0] - ends[0, 0]) * r == pytest.approx(1.6 * font)
+        assert (words[text][0] - ends[0, 0]) * r == pytest.approx(2.2 * font)
+        assert line.get_linewidth() == pytest.approx(1.3 * ONE.line_pt)
+    (pi,) = [text for text in words if text.startswith("π-plane")]
+    assert found[pi].get_linestyle() == "--"
+    assert len(found) == 5
+    assert sum(line.get_linestyle() == "-" for line in found.values()) == 4
+    mean = words["open: mean"]
+    (mark,) = [
+        line for line in artists.axes.lines
+        if len(line.get_xydata()) == 1 and abs(line.get_ydata()[0] - mean[1]) < 1e-9
+        and line.get_xdata()[0] < mean[0] and line.get_xdata()[0] > 1.0
+    ]  # fmt: skip
+    assert mark.get_markersize() == pytest.approx(1.6 * ONE.marker_pt)
+    assert mark.get_markerfacecolor() == ONE.net
+    assert mark.get_markeredgecolor() == ONE.ink
+    assert mark.get_markeredgewidth() == pytest.approx(1.4 * ONE.line_pt)
