@@ -327,3 +327,32 @@ def test_a_label_goes_where_it_hides_the_fewest_poles() -> None:
         middle = np.array([box[0] + box[2], box[1] + box[3]]) / 2 - mark
         found = math.degrees(math.atan2(middle[1], middle[0]))
         assert abs((found - gap + 180.0) % 360.0 - 180.0) <= 31.0
+
+
+@pytest.mark.parametrize("projection", ["area", "angle"])
+def test_poles_of_planes_and_lines_that_point_down_are_full_and_each_is_drawn_once(
+    projection: str,
+) -> None:
+    """Overturned and level ones too; only lines can point up."""
+    groups = {
+        "beds": ("plane", [10.0, 130, 250], [0.0, 45, 90]),
+        "lines": ("line", [10.0, 50, 90], [0.0, 20, 90]),
+        "both": ("line", [10.0, 50], [-10.0, 20]),
+    }
+    sets = make_sets(groups)
+    artists = draw(NetContents(sets, projection=projection))
+    drawn = [np.asarray(line.get_xydata()) for line in artists.poles]
+    for s, at, line, points in zip(sets, artists.positions, artists.poles, drawn, strict=True):
+        up = s.angle_deg < 0 if s.kind == "line" else np.zeros(len(s), dtype=bool)
+        assert points == pytest.approx(at[~up])
+        assert at == pytest.approx(project(s.vectors(), projection))
+        assert line.get_markerfacecolor() == s.color
+        assert line.get_marker() == s.marker
+        # In the legend there is one more, outside the net.
+        others = [
+            other for other in symbols(artists, s.marker)
+            if other is not line and np.hypot(*np.asarray(other.get_xydata())[0]) <= 1.0
+        ]  # fmt: skip
+        assert sum(len(other.get_xydata()) for other in others) == up.sum()
+    bare = draw(NetContents(sets, poles=False, projection=projection))
+    assert [len(line.get_xydata()) for line in bare.poles] == [0, 0, 0]

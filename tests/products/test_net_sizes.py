@@ -21,6 +21,7 @@ from vomstudio.geology.orientation import Plane, normals_to_planes
 from vomstudio.geology.stereonet import project
 from vomstudio.products.net.contents import NetContents, NetEllipse, NetSet, make_sets, means_of
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
+from vomstudio.products.net.legend import text_width
 from vomstudio.products.net.page import Page
 from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, crowding
 
@@ -181,6 +182,24 @@ def test_the_net_is_as_large_as_its_surroundings_allow(
     assert found.net_of(found.cx + r, found.cy - 0.5 * r) == pytest.approx((1.0, -0.5))
 
 
+@pytest.mark.parametrize("title", ["", "Limb", "Limb of the Big Elk on a day of rain, twice"])
+@pytest.mark.parametrize("contour", [None, "schmidt"])
+@pytest.mark.parametrize("name", ["A", "Joints of the upper unit"])
+def test_a_legend_beside_the_net_is_as_wide_as_its_words(
+    title: str, contour: str | None, name: str
+) -> None:
+    """With their symbols, its title to 40 letters, the caption and the name of the bar."""
+    net = NetContents(make_sets({name: cluster(9, 1)}), contour=contour, title=title)
+    found = page(net, 480, 326)
+    widths = [2.2 * 8.0 + text_width(f"{name}, poles (n = 9)", 8.0)]
+    widths.append(text_width("Equal area, lower hemisphere", 8.0))
+    widths.append(text_width(title[:40], 1.15 * 8.0, "bold"))
+    if contour is not None:
+        widths.append(text_width("% of data per 1 % area", 8.0))
+    assert found._column_width() == pytest.approx(1.05 * max(widths))
+    assert text_width("Limb", 8.0, "bold") > text_width("Limb", 8.0)
+
+
 def test_a_long_legend_beside_the_net_ends_over_the_caption() -> None:
     """As many rows as there is height for, and no more."""
     counts = []
@@ -200,7 +219,7 @@ def test_a_long_legend_beside_the_net_ends_over_the_caption() -> None:
     assert len(set(counts)) == 4
 
 
-@pytest.mark.parametrize(("width", "height"), [(400, 300), (260, 520), (200, 330)])
+@pytest.mark.parametrize(("width", "height"), [(400, 300), (260, 520), (200, 330), (206, 330)])
 def test_long_names_are_cut_and_never_the_paper(width: float, height: float) -> None:
     names = ["Joints of the upper and of the lower unit " * k for k in (1, 2)] + ["J", "K"]
     net = NetContents(make_sets({name: cluster(4, k) for k, name in enumerate(names)}),
@@ -215,6 +234,8 @@ def test_long_names_are_cut_and_never_the_paper(width: float, height: float) -> 
         assert box.x1 <= width
         cut += text.get_text().endswith("…")
     assert cut >= 1
+    # As they were measured they end at the margin.
+    assert max(box[2] for box in artists.text_boxes) <= width - 0.8 * ONE.font_pt + 1e-6
 
 
 def test_every_symbol_of_the_legend_stands_before_its_words() -> None:

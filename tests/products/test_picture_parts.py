@@ -43,12 +43,13 @@ def layers(seed: int, n: int = 4000) -> tuple[np.ndarray, np.ndarray]:
     return points, np.column_stack([np.zeros((2 * n, 2)), np.where(away, 1.0, -1.0)])
 
 
-@pytest.mark.parametrize("n", [400, 4000, 40_000])
+@pytest.mark.parametrize("n", [400, 4000, 40_000, 300_000])
 def test_of_a_cloud_only_what_is_in_front_is_asked_where_it_faces(n: int) -> None:
     points, normals = layers(n, n)
     found, guessed = cloud_picture.share_facing_away(PointCloud(points), points, normals, UP)
-    # Some columns have no point of the near sheet: of four a column e**-2 at most.
-    assert 0.3 - 0.06 < found < 0.3 + 0.7 * np.exp(-2.0) + 0.06
+    # Columns hold four points, or are a 256th of the extent wide: some have none of the near sheet.
+    none = np.exp(-n / min(2 * n / 4, 256**2))
+    assert found == pytest.approx(0.3 + 0.7 * none / (1.0 + none), abs=0.1 if n == 400 else 0.03)
     assert not guessed
     moved = points + [-7.0, 3.0, 9.0]
     again, _ = cloud_picture.share_facing_away(PointCloud(moved), moved, normals, UP)
@@ -136,6 +137,18 @@ def test_what_a_wrong_direction_costs_is_reckoned(
     assert f"{1 - np.cos(angle):.1%}" in words
     assert f"{depth * np.sin(angle):.3g} {unit} over the {depth:.3g} {unit}" in words
     assert ("95 % confidence" in words) == (error is not None)
+
+
+@pytest.mark.parametrize("size", [1e-3, 0.3, 1.0, 40.0])
+def test_how_light_a_face_is_depends_on_its_tilt_and_not_on_its_size(size: float) -> None:
+    """From 1 where it looks at the viewer, either side, to 0.35 where it is seen edge-on; one that
+    has no area is as dark."""
+    tilt = np.radians([0.0, 30.0, 60.0, 90.0, 150.0, 180.0])
+    corners = np.zeros((len(tilt) + 1, 3, 3))
+    corners[:-1, 1, 0] = size
+    corners[:-1, 2, 1], corners[:-1, 2, 2] = 3 * size * np.cos(tilt), 3 * size * np.sin(tilt)
+    wanted = [*(0.35 + 0.65 * np.abs(np.cos(tilt))), 0.35]
+    assert mesh_picture._facing(corners + 5.0) == pytest.approx(wanted, rel=1e-6)
 
 
 # Points

@@ -109,13 +109,12 @@ class Page:
     def _column_width(self) -> float:
         """Width of a legend beside the net; long names are shortened rather than the net."""
         texts = [*self.foot]
-        if self.net.title:
-            texts.append(self.net.title[:40] + 4 * " ")
         if self.net.contour is not None:
             texts += [DENSITY_NAMES[self.net.contour], nets.DENSITY_UNITS[self.net.contour]]
         entries = [2.2 * self.font + text_width(e.text, self.font) for e in self.entries]
         widest = min(max(entries, default=0.0), 24.0 * self.font)
-        return 1.05 * max(widest, *(text_width(t, self.font) for t in texts))
+        title = text_width(self.net.title[:40], 1.15 * self.font, "bold")
+        return 1.05 * max(widest, title, *(text_width(t, self.font) for t in texts))
 
     def _foot(self) -> float:
         """Height of what stands under a legend beside the net: the caption and the colour bar."""
