@@ -7,10 +7,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from matplotlib.quiver import Quiver
 
-from vomstudio.products.report.field_sheet import draw_field_sheet, figures, write_field_sheet
+from vomstudio.products.report.field_sheet import (
+    CONTROL,
+    OBLIQUE,
+    PERPENDICULAR,
+    draw_field_sheet,
+    figures,
+    write_field_sheet,
+)
 from vomstudio.survey.plan_camera import PlanCamera
 from vomstudio.survey.planning import SurveyPlan, plan_survey
 
@@ -185,3 +193,68 @@ def test_a_sheet_is_refused_by_its_ending(plan: SurveyPlan, tmp_path: Path, name
         write_field_sheet(tmp_path / name, plan)
     assert caught.value.field == "--output"
     assert not (tmp_path / name).exists()
+
+
+@pytest.mark.parametrize("manner", ["handheld", "terrain"])
+def test_the_legend_explains_every_sign_of_the_drawing(manner: str) -> None:
+    plan = plan_survey(APSC, 30.0, 10.0, distance_m=20.0, manner=manner)  # type: ignore[arg-type]
+    front, above = draw_field_sheet(plan).axes
+    legend = front.get_legend()
+    assert legend is not None
+    assert above.get_legend() is None
+    straight, oblique = (len(plan.of_kind(kind)) for kind in ("perpendicular", "oblique"))  # type: ignore[arg-type]
+    said = {
+        text.get_text(): handle
+        for text, handle in zip(legend.get_texts(), legend.legend_handles, strict=True)
+    }
+    signs = {
+        f"perpendicular: {straight}": ("o", PERPENDICULAR, "full"),
+        f"oblique: {oblique}": ("^", OBLIQUE, "full"),
+        "control point": ("s", CONTROL, "full"),
+        "check point": ("s", CONTROL, "none"),
+    }
+    assert list(said) == list(signs)
+    for name, sign in signs.items():
+        handle = said[name]
+        assert isinstance(handle, Line2D)
+        assert (handle.get_marker(), handle.get_color(), handle.get_fillstyle()) == sign
+    assert above.get_xlabel() == "along the outcrop from its left end, m"
+    assert front.get_xlabel() == ""
+
+
+def test_of_very_many_photos_the_ways_they_look_are_left_out() -> None:
+    many = plan_survey(APSC, 400.0, 40.0, distance_m=12.0)
+    few = plan_survey(APSC, 30.0, 10.0, distance_m=20.0)
+    for plan in (many, few):
+        wanted = sum(
+            0 < len(plan.of_kind(kind)) <= 400
+            for kind in ("perpendicular", "oblique")  # type: ignore[arg-type]
+        )
+        for axes in draw_field_sheet(plan, pictures_only=True).axes:
+            assert sum(isinstance(c, Quiver) for c in axes.collections) == wanted
+    assert len(many.of_kind("perpendicular")) > 400
+
+
+@pytest.mark.parametrize("ending", ["pdf", "svg", "html"])
+def test_the_same_plan_gives_the_same_file(plan: SurveyPlan, tmp_path: Path, ending: str) -> None:
+    one, other = tmp_path / f"one.{ending}", tmp_path / f"other.{ending}"
+    write_field_sheet(one, plan)
+    write_field_sheet(other, plan)
+    assert one.read_bytes() == other.read_bytes()
+
+
+def test_long_reminders_go_on_a_little_further_in(plan: SurveyPlan) -> None:
+    figure = draw_field_sheet(plan)
+    lines = [t for t in figure.texts if t.get_position()[1] < 0.26]
+    heights = [t.get_position()[1] for t in lines]
+    assert heights == sorted(heights, reverse=True)
+    assert heights[0] == pytest.approx(0.255)
+    for before, text in zip([None, *lines[:-1]], lines, strict=True):
+        x, y = text.get_position()
+        begins = text.get_text().startswith(("- ", "! ", "Date "))
+        assert x == (0.07 if begins else 0.09)
+        if before is not None:
+            step = 0.0145 + (0.003 if begins else 0.0)
+            assert before.get_position()[1] - y == pytest.approx(step)
+        assert len(text.get_text()) <= 112
+    assert sum(x.get_position()[0] == 0.09 for x in lines) > 0

@@ -294,3 +294,65 @@ def test_a_selection_does_not_change_the_net_that_it_is_drawn_on() -> None:
     assert artists.contents.sets is sets
     again = draw(artists.contents)
     assert len(again.emphasis) == len(artists.emphasis)
+
+
+@pytest.mark.parametrize("turn", range(0, 360, 30))
+@pytest.mark.parametrize("share", [0.6, 0.78])
+def test_a_label_near_the_rim_stands_within_it_on_every_side(turn: int, share: float) -> None:
+    sheet = Sheet()
+    way = np.array([math.cos(math.radians(turn)), math.sin(math.radians(turn))])
+    mark = np.array([150.0, 100.0]) + share * 80.0 * way
+    place = free_place(sheet, mark, "beta", np.zeros((0, 2)), [mark])
+    assert place is not None
+    box = box_of(place, "beta")
+    corners = [(x, y) for x in box[::2] for y in box[1::2]]
+    assert max(math.hypot(x - 150, y - 100) for x, y in corners) <= 80.0
+    # And it is the nearest such place: its own mark is within two letters of it.
+    assert away(box, (float(mark[0]), float(mark[1]))) <= 2.6 * 1.1 * 10.0
+
+
+def test_a_label_goes_where_it_hides_the_fewest_poles() -> None:
+    """Poles all about but to the left."""
+    rng = np.random.default_rng(4)
+    for gap in (90.0, 180.0, 270.0, 0.0):
+        sheet = Sheet()
+        mark = np.array([150.0, 100.0])
+        around = rng.uniform(-50.0, 50.0, (4000, 2))
+        angle = np.degrees(np.arctan2(around[:, 1], around[:, 0]))
+        off = np.abs((angle - gap + 180.0) % 360.0 - 180.0)
+        crowd = mark + around[(off > 55.0) & (np.hypot(*around.T) > 3.0)]
+        place = free_place(sheet, mark, "pi", crowd, [mark])
+        assert place is not None
+        box = box_of(place, "pi")
+        middle = np.array([box[0] + box[2], box[1] + box[3]]) / 2 - mark
+        found = math.degrees(math.atan2(middle[1], middle[0]))
+        assert abs((found - gap + 180.0) % 360.0 - 180.0) <= 31.0
+
+
+@pytest.mark.parametrize("projection", ["area", "angle"])
+def test_poles_of_planes_and_lines_that_point_down_are_full_and_each_is_drawn_once(
+    projection: str,
+) -> None:
+    """Overturned and level ones too; only lines can point up."""
+    groups = {
+        "beds": ("plane", [10.0, 130, 250], [0.0, 45, 90]),
+        "lines": ("line", [10.0, 50, 90], [0.0, 20, 90]),
+        "both": ("line", [10.0, 50], [-10.0, 20]),
+    }
+    sets = make_sets(groups)
+    artists = draw(NetContents(sets, projection=projection))
+    drawn = [np.asarray(line.get_xydata()) for line in artists.poles]
+    for s, at, line, points in zip(sets, artists.positions, artists.poles, drawn, strict=True):
+        up = s.angle_deg < 0 if s.kind == "line" else np.zeros(len(s), dtype=bool)
+        assert points == pytest.approx(at[~up])
+        assert at == pytest.approx(project(s.vectors(), projection))
+        assert line.get_markerfacecolor() == s.color
+        assert line.get_marker() == s.marker
+        # In the legend there is one more, outside the net.
+        others = [
+            other for other in symbols(artists, s.marker)
+            if other is not line and np.hypot(*np.asarray(other.get_xydata())[0]) <= 1.0
+        ]  # fmt: skip
+        assert sum(len(other.get_xydata()) for other in others) == up.sum()
+    bare = draw(NetContents(sets, poles=False, projection=projection))
+    assert [len(line.get_xydata()) for line in bare.poles] == [0, 0, 0]

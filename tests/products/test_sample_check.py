@@ -34,7 +34,7 @@ from vomstudio.products.sample.check import (
     plane_check,
     slip_check,
 )
-from vomstudio.products.sample.photo_check import check_photos, in_words
+from vomstudio.products.sample.photo_check import _seen, _spread, check_photos, in_words
 from vomstudio.products.sample.report import as_html, as_text, tally
 
 
@@ -119,6 +119,47 @@ def test_a_plane_that_hits_the_truth_is_held_and_one_of_three_points_states_noth
     found = plane_check("x", three, Plane(0, 40))
     assert (found.within, found.stated_95) == (None, None)
     assert found.error == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize("truth", [Plane(0, 0), Plane(37, 52), Plane(250, 90)])
+def test_an_error_stated_as_none_holds_the_truth_alone(truth: Plane) -> None:
+    """Points that lie in a plane to the last digit state an error of exactly 0, both ways or one
+    way."""
+    fit = replace(blob(), normal=truth.normal(), axes=np.array([*frame(truth), truth.normal()]))
+    sharp = replace(fit, max_confidence95_deg=0.0, min_confidence95_deg=0.0)
+    hit = plane_check("x", sharp, truth)
+    assert (hit.within, hit.stated_95) == (True, 0.0)
+    for way in fit.axes[:2]:
+        tilted = Plane.from_normal(truth.normal() + 1e-6 * way)
+        miss = plane_check("x", sharp, tilted)
+        assert (miss.within, miss.stated_95) == (False, 0.0)
+        assert miss.error == pytest.approx(math.degrees(1e-6), rel=1e-4)
+    long, short = fit.axes[1], fit.axes[0]
+    thin = replace(fit, max_confidence95_deg=3.0, min_confidence95_deg=0.0)
+    along, beyond, aside = (
+        plane_check("x", thin, Plane.from_normal(truth.normal() + math.tan(turn) * way))
+        for turn, way in (
+            (math.radians(2.9), long), (math.radians(3.1), long), (math.radians(0.01), short)
+        )
+    )  # fmt: skip
+    assert (along.within, beyond.within, aside.within) == (True, False, False)
+    assert [along.stated_95, beyond.stated_95] == pytest.approx([3.0, 3.0])
+    assert aside.stated_95 == 0.0
+
+
+def frame(plane: Plane) -> tuple[np.ndarray, np.ndarray]:
+    """Two directions in a plane, at right angles."""
+    along = np.cross(plane.normal(), [0.6, 0.0, 0.8])
+    along /= np.linalg.norm(along)
+    return along, np.cross(plane.normal(), along)
+
+
+def test_a_level_floor_is_checked_too() -> None:
+    x, y = (k.ravel() for k in np.meshgrid(np.arange(5.0), np.arange(4.0)))
+    fit = fit_plane(np.column_stack([x, y, 0 * x]), ordered=False)
+    assert (fit.max_confidence95_deg, fit.min_confidence95_deg) == (0.0, 0.0)
+    assert plane_check("x", fit, Plane(0, 0)).within is True
+    assert plane_check("x", fit, Plane(10, 1)).within is False
 
 
 def test_an_axis_is_checked_against_its_own_ellipse() -> None:
@@ -250,6 +291,44 @@ def over(shift: float = 0.0) -> Cameras:
         for k, at in enumerate(centres)
     )
     return Cameras(views, Path(), ORIGIN, None, True)
+
+
+def test_points_are_spread_over_faces_by_their_area() -> None:
+    """One triangle of 1, one of 3 square metres, upright: a quarter of the points on the first,
+    evenly."""
+    corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 0, 2], [5, 0, 0], [5, 3, 0], [5, 0, 2]])
+    mesh = Mesh(corners + ORIGIN, np.array([[0, 1, 2], [3, 4, 5]], np.int32))
+    points, normals = _spread(mesh, np.array(ORIGIN, float))
+    first = points[:, 0] < 3.0
+    assert first.mean() == pytest.approx(0.25, abs=0.01)
+    assert np.unique(normals[first], axis=0).tolist() == [[0.0, -1.0, 0.0]]
+    assert np.unique(normals[~first], axis=0).tolist() == [[1.0, 0.0, 0.0]]
+    for part, a in ((points[first], corners[:3]), (points[~first], corners[3:])):
+        u, v = np.linalg.lstsq(
+            np.stack([a[1] - a[0], a[2] - a[0]], 1), (part - a[0]).T, rcond=None
+        )[0]
+        assert min(u.min(), v.min()) >= -1e-9
+        assert (u + v).max() <= 1.0 + 1e-9
+        assert [u.mean(), v.mean()] == pytest.approx([1 / 3, 1 / 3], abs=0.01)
+        # Half of the area, the triangle that is cut off at u = 1 - sqrt(1 / 2).
+        assert (u > 1.0 - math.sqrt(0.5)).mean() == pytest.approx(0.5, abs=0.02)
+
+
+def test_a_place_is_seen_where_three_photos_have_it_before_them() -> None:
+    rng = np.random.default_rng(8)
+    points = np.column_stack([rng.uniform(-9, 17, (400, 2)), rng.uniform(0, 1, 400)])
+    tilt = rng.normal(size=(400, 3))
+    cameras = over()
+    count = np.zeros(400, int)
+    for view in cameras.views:
+        way = points - view.centre
+        # 500 pixels of focal length, 300 and 200 to the edges; the cameras look down.
+        inside = (np.abs(way[:, 0]) * 500 <= -300 * way[:, 2]) & (
+            np.abs(way[:, 1]) * 500 <= -200 * way[:, 2]
+        )
+        count += inside & ((way * tilt).sum(axis=1) < 0)
+    assert np.array_equal(_seen(cameras, points, tilt), count >= 3)
+    assert {2, 3} <= set(count.tolist())
 
 
 def test_a_model_off_by_so_much_is_said_to_be() -> None:

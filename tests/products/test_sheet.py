@@ -123,6 +123,37 @@ def test_nothing_on_a_sheet_covers_anything_else(
     assert max(abs(box[0] - bar[0]) for box in lines) <= 3
 
 
+@pytest.mark.parametrize(("width", "height"), [(700, 300), (300, 900), (2400, 1500)])
+def test_a_sheet_has_a_margin_of_two_letters_all_round(
+    tmp_path: Path, drawn: Drawn, width: int, height: int
+) -> None:
+    """Letters are a seventieth of the longer side high, and never so small as not to be read."""
+    size = max(14, round(max(width, height) / 70))
+    view = replace(view_along_line(40, 20), reason=LONG)
+    draw_sheet(tmp_path / "s.png", np.full((height, width, 4), 200, np.uint8), 0.01, view)
+    with Image.open(tmp_path / "s.png") as sheet:
+        wide, high = sheet.size
+    frame, bar, half = drawn.rectangles
+    assert frame[0] + 1 >= 2 * size
+    assert wide - frame[2] >= 2 * size
+    boxes = list(drawn.texts.values())
+    assert min(box[1] for box in boxes) >= size
+    assert high - max(box[3] for box in boxes) >= size
+    assert wide - max(box[2] for box in boxes) >= size
+    # The picture, the bar and the words under each other, with room between.
+    ends = [box for text, box in drawn.texts.items() if text in end_labels(view)]
+    assert frame[1] - max(box[3] for box in ends) >= 0.3 * size
+    assert bar[1] - frame[3] == size
+    assert bar[3] - bar[1] == half[3] - half[1] == max(4, size // 3)
+    lines = sorted(box[1] for text, box in drawn.texts.items() if len(text) > 25)
+    assert lines[0] - bar[3] >= size
+    assert np.diff(lines) == pytest.approx(np.full(len(lines) - 1, 1.5 * size), abs=0.35 * size)
+    tip, *base = drawn.arrow
+    assert base[1][0] - base[0][0] == 2 * (size // 3)
+    assert base[0][1] - tip[1] == size // 2
+    assert [y for _, y in drawn.shaft] == [tip[1] + size // 2, tip[1] + size + size // 3]
+
+
 @pytest.mark.parametrize("width_m", [0.03, 0.7, 12.0, 999.0, 50_000.0])
 def test_the_bar_is_as_long_as_it_says(tmp_path: Path, drawn: Drawn, width_m: float) -> None:
     metres = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "km": 1e3}

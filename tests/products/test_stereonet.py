@@ -244,6 +244,21 @@ def test_figures_are_written_with_text_as_text(tmp_path: Path, format: str) -> N
         assert data.startswith({"pdf": b"%PDF", "png": b"\x89PNG"}[format])
 
 
+@pytest.mark.parametrize("size_mm", [PRINT_SIZE_MM, (90.0, 140.0)])
+def test_a_figure_is_as_large_as_was_asked(tmp_path: Path, size_mm: tuple[float, float]) -> None:
+    from PIL import Image
+
+    net = NetContents(SETS[1:2])
+    write_stereonet(tmp_path / "net.png", net, format="png", size_mm=size_mm, dpi=100.0)
+    with Image.open(tmp_path / "net.png") as picture:
+        assert picture.size == pytest.approx([100.0 * v / 25.4 for v in size_mm], abs=1.0)
+        assert picture.info["dpi"] == pytest.approx((100.0, 100.0), abs=0.1)
+    write_stereonet(tmp_path / "net.svg", net, format="svg", size_mm=size_mm)
+    top = ElementTree.parse(tmp_path / "net.svg").getroot()
+    points = [float(str(top.get(name)).removesuffix("pt")) for name in ("width", "height")]
+    assert points == pytest.approx([72.0 * v / 25.4 for v in size_mm])
+
+
 @pytest.mark.parametrize("name", ["$x^{$", "a$b$c", "$"])
 def test_names_with_dollars_are_drawn_as_they_are(tmp_path: Path, name: str) -> None:
     sets = make_sets({name: ("plane", [10, 30], [20, 20]), "b": ("plane", [90], [40])}, {})

@@ -61,7 +61,7 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[Entry]:
 
 
 @lru_cache(maxsize=4096)
-def text_width(text: str, font_pt: float) -> float:
+def text_width(text: str, font_pt: float, weight: str = "normal") -> float:
     """Width of a text in points, without needing a canvas."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import TextPath
@@ -70,13 +70,20 @@ def text_width(text: str, font_pt: float) -> float:
         return 0.3 * font_pt * len(text)
     # A set may be called "$": names are no formulas.
     plain = text.replace("$", r"\$")
-    box = TextPath((0, 0), plain, size=font_pt, prop=FontProperties()).get_extents()
+    box = TextPath((0, 0), plain, size=font_pt, prop=FontProperties(weight=weight)).get_extents()
     return float(box.x1)
 
 
-def shortened(text: str, font_pt: float, width: float) -> str:
-    if text_width(text, font_pt) <= width:
+def shortened(text: str, font_pt: float, width: float, weight: str = "normal") -> str:
+    """The text, or as much of its beginning as leaves room for an ellipsis."""
+    if text_width(text, font_pt, weight) <= width:
         return text
-    while len(text) > 1 and text_width(text + "…", font_pt) > width:
-        text = text[:-1]
-    return text.rstrip() + "…"
+    # Measuring is slow, so that the end is sought by halves.
+    fits, too_long = 1, len(text)
+    while too_long - fits > 1:
+        middle = (fits + too_long) // 2
+        if text_width(text[:middle] + "…", font_pt, weight) <= width:
+            fits = middle
+        else:
+            too_long = middle
+    return text[:fits].rstrip() + "…"

@@ -109,13 +109,12 @@ class Page:
     def _column_width(self) -> float:
         """Width of a legend beside the net; long names are shortened rather than the net."""
         texts = [*self.foot]
-        if self.net.title:
-            texts.append(self.net.title[:40] + 4 * " ")
         if self.net.contour is not None:
             texts += [DENSITY_NAMES[self.net.contour], nets.DENSITY_UNITS[self.net.contour]]
         entries = [2.2 * self.font + text_width(e.text, self.font) for e in self.entries]
         widest = min(max(entries, default=0.0), 24.0 * self.font)
-        return 1.05 * max(widest, *(text_width(t, self.font) for t in texts))
+        title = text_width(self.net.title[:40], 1.15 * self.font, "bold")
+        return 1.05 * max(widest, title, *(text_width(t, self.font) for t in texts))
 
     def _foot(self) -> float:
         """Height of what stands under a legend beside the net: the caption and the colour bar."""
@@ -154,7 +153,7 @@ class Page:
         """Text at a place in points, y its middle; its box is remembered."""
         from matplotlib import patheffects
 
-        width = text_width(text, self.font * size)
+        width = text_width(text, self.font * size, weight)
         left = {"left": x, "center": x - width / 2, "right": x - width}[align]
         half = 0.5 * self.font * size
         self.text_boxes.append((left, y - half, left + width, y + half))
@@ -357,7 +356,7 @@ class Page:
     def draw_legend(self) -> None:
         if self.net.title:
             room = self.legend_width if self.beside else self.width - 2 * self.pad
-            title = shortened(self.net.title, 1.15 * self.font, room)
+            title = shortened(self.net.title, 1.15 * self.font, room, "bold")
             top = self.height - self.pad - 0.5 * self.row
             self.text(self.legend_x, top, title, weight="bold", size=1.15)
         if self.beside:

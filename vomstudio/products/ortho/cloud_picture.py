@@ -21,6 +21,9 @@ MIN_REACH_PIXELS = 0.8
 
 _CELL_SPACINGS = 6.0
 
+_TREE_POINTS = 2_000_000
+"""Of a larger cloud neighbours are sought among so many points, evenly thinned."""
+
 
 class CloudSource:
     """Draws tiles of a cloud as discs of the local spacing, holes closed up to `hole_m` across.
@@ -146,7 +149,7 @@ def share_facing_away(
         return float((z[np.isfinite(z) & (z != 0)] > 0).mean()), False
     from scipy.spatial import cKDTree
 
-    thin = view[:: max(1, len(view) // 2_000_000)]
+    thin = view[:: max(1, len(view) // _TREE_POINTS)]
     if len(thin) < 3:
         return float("nan"), True
     _, near = cKDTree(thin).query(view[first], k=min(12, len(thin)))

@@ -40,7 +40,7 @@ def picture_size(path: Path) -> tuple[int, int] | None:
         return None
 
 
-def load_pyramid(path: Path, coarser: int = 0) -> Pyramid | None:
+def load_pyramid(path: Path, coarser: int) -> Pyramid | None:
     """All levels of an image file from 1 / 2**coarser of its resolution down; None where it cannot
     be read."""
     from PIL import Image

@@ -43,10 +43,16 @@ def write_field_sheet(path: str | Path, plan: SurveyPlan, *, force: bool = False
         if ending == ".html":
             temporary.write_text(_html(plan), encoding="utf-8")
         else:
-            figure = draw_field_sheet(plan)
-            # No date in it: the same plan gives the same file.
-            stamp = {"CreationDate": None} if ending == ".pdf" else {"Date": None}
-            figure.savefig(temporary, format=ending[1:], metadata=stamp)
+            _save(draw_field_sheet(plan), temporary, ending[1:])
+
+
+def _save(figure: Figure, target: Any, format_: str) -> None:
+    """Without a date or names drawn by chance: the same plan gives the same file."""
+    from matplotlib import rc_context
+
+    stamp = {"CreationDate": None} if format_ == "pdf" else {"Date": None}
+    with rc_context({"svg.hashsalt": "vomstudio"}):
+        figure.savefig(target, format=format_, metadata=stamp)
 
 
 def draw_field_sheet(plan: SurveyPlan, *, pictures_only: bool = False) -> Figure:
@@ -198,9 +204,7 @@ def _html(plan: SurveyPlan) -> str:
     import io
 
     drawing = io.StringIO()
-    draw_field_sheet(plan, pictures_only=True).savefig(
-        drawing, format="svg", metadata={"Date": None}
-    )
+    _save(draw_field_sheet(plan, pictures_only=True), drawing, "svg")
     svg = drawing.getvalue()
     svg = svg[svg.index("<svg") :]
     rows = "".join(

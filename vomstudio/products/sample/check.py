@@ -25,6 +25,9 @@ from vomstudio.io.project.sample import SamplePicks, SampleTruth
 Floats = npt.NDArray[np.float64]
 FAULT = "fault"
 
+# Of the tangents of angles between unit vectors that stand for the same direction.
+_ROUNDING = 1e-12
+
 
 @dataclass(frozen=True)
 class Check:
@@ -178,12 +181,19 @@ def _deviation(
         return None, error, None
     off = truth / cosine - measured
     minor = np.cross(measured, major)
-    a = float(off @ major) / math.tan(math.radians(max_deg))
-    b = float(off @ minor) / math.tan(math.radians(min_deg))
-    ratio = math.hypot(a, b)
+    ratio = math.hypot(_share(float(off @ major), max_deg), _share(float(off @ minor), min_deg))
     if ratio == 0.0:
         return 0.0, error, max_deg
     return ratio, error, math.degrees(math.atan(float(np.linalg.norm(off)) / ratio))
+
+
+def _share(off: float, limit_deg: float) -> float:
+    """A distance in units of a semi-axis. One of length 0, of points that lie in a plane exactly,
+    holds what is off by no more than rounding."""
+    limit = math.tan(math.radians(limit_deg))
+    if limit > 0.0:
+        return off / limit
+    return 0.0 if abs(off) <= _ROUNDING else math.inf
 
 
 def _within(ratio: float | None) -> bool | None:

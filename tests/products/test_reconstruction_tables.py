@@ -1,0 +1,220 @@
+"""The tables and the drawing of the page about a reconstruction, read back number by number."""
+
+from __future__ import annotations
+
+import base64
+import re
+from collections.abc import Callable
+from html import unescape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure
+from matplotlib.quiver import Quiver
+
+from tests.products.test_reconstruction_report import found
+from vomstudio.products.report.reconstruction import write_report
+
+Row = tuple[str, list[str]]
+Pages = Callable[..., str]
+
+
+@pytest.fixture
+def page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pages:
+    """Writes a page without its drawing, which takes the time, and reads it."""
+    monkeypatch.setattr(FigureCanvasSVG, "print_svg", lambda *_: None)
+
+    def made(**more: Any) -> str:
+        write_report(tmp_path / "r.html", found(**more))
+        return (tmp_path / "r.html").read_text("utf-8")
+
+    return made
+
+
+def tables(html: str, heading: str) -> list[list[Row]]:
+    """(class, cells) of every row of the tables under a heading."""
+    part = html.split(f"<h2>{heading}</h2>")[1].split("<h2>")[0]
+    return [
+        [
+            ((re.findall(r'class="(.*?)"', attributes) or [""])[0],
+             [unescape(cell) for cell in re.findall(r"<t[hd]>(.*?)</t[hd]>", row)])
+            for attributes, row in re.findall(r"<tr(.*?)>(.*?)</tr>", table)
+        ]
+        for table in re.findall(r"<table>(.*?)</table>", part, re.DOTALL)
+    ]  # fmt: skip
+
+
+def photo(name: str, error: float | None, **more: Any) -> dict[str, Any]:
+    row = {
+        "name": name, "width": 6000, "height": 4000, "camera": "Maker 24 mm", "tie_points": 1234,
+        "error_px": error, "placed": error is not None, "gsd_m": 0.00345, "exposure": 1.256,
+        "residual_m": 2.345,
+    }  # fmt: skip
+    return row | more
+
+
+def test_photos_that_miss_by_twice_the_typical_error_are_marked(page: Pages) -> None:
+    """The typical one is the median of those that are placed: 0.4 pixels."""
+    rows = [
+        photo("a", 0.3), photo("b", 0.4), photo("c", 0.8), photo("d", 0.81), photo("e", 0.2),
+        photo("f", None, gsd_m=None, exposure=float("nan"), residual_m=None, camera=None),
+    ]  # fmt: skip
+    ((head, *body),) = tables(page(photo_rows=rows, scaled=True), "Photos")
+    assert head[1] == [
+        "photo", "size", "camera", "tie points", "error, px", "GSD, m", "brightened by",
+        "GPS residual, m",
+    ]  # fmt: skip
+    assert [kind for kind, _ in body] == ["", "", "", "out", "", "out"]
+    assert body[0][1] == [
+        "a", "6000 × 4000", "Maker 24 mm", "1,234", "0.30", "0.0034", "1.26", "2.35",
+    ]  # fmt: skip
+    assert body[5][1] == ["f", "6000 × 4000", "unknown", "not placed", "–", "–", "–", "–"]
+    ((head, *_),) = tables(page(photo_rows=rows), "Photos")
+    assert "GSD, units" in head[1]
+    lost = [photo("f", None)]
+    ((_, only),) = tables(page(photo_rows=lost), "Photos")
+    assert only[0] == "out"
+
+
+def test_a_camera_says_what_was_held_what_was_found_and_how_well(page: Pages) -> None:
+    camera = {
+        "camera": "Maker <24>", "model": "OPENCV", "width": 6000, "height": 4000, "photos": 12,
+        "rule": "focal length & distortion refined", "names": ["f", "cx", "k1"],
+        "params": [4123.456789, 3000.0, -0.0123456789], "sigma": [1.234, 0.0, None],
+        "free": ["f", "k1"], "correlation": [[1.0, -0.256], [-0.256, 1.0]],
+    }  # fmt: skip
+    html = page(calibration=[camera, camera | {"camera": None, "correlation": []}])
+    first, correlation, second = tables(html, "Cameras")
+    assert first == [
+        ("", ["parameter", "value", "one sigma"]),
+        ("", ["f", "4123.46", "± 1.2"]),
+        ("", ["cx", "3000", "held"]),
+        ("", ["k1", "-0.0123457", "unknown"]),
+    ]
+    assert [cells for _, cells in correlation] == [
+        ["", "f", "k1"], ["f", "+1.00", "-0.26"], ["k1", "-0.26", "+1.00"],
+    ]  # fmt: skip
+    assert second == first
+    text = unescape(html)
+    assert "<h3>Maker <24></h3>" in text
+    assert "<h3>unknown camera</h3>" in text
+    assert "OPENCV, 6000 × 4000, 12 photos. focal length & distortion refined" in text
+    assert text.count("<p>Correlation</p>") == 1
+
+
+def test_points_are_listed_with_what_they_miss_by(page: Pages) -> None:
+    def point(label: str, role: str, residual: list[float] | None, px: float | None) -> Any:
+        return {
+            "label": label, "role": role, "photos": 7, "residual_m": residual, "residual_px": px
+        }  # fmt: skip
+
+    points = [
+        point("A", "control", [0.0012, -0.0034, 0.0], 0.456),
+        point("B", "check", [1.0, 2.0, -3.0], 1.0),
+        point("C", "left out", [9.0, 9.0, 9.0], 20.0),
+        point("D", "unseen", None, None),
+    ]
+    facts, listed = tables(
+        page(registration={"method": "points", "crs": None, "points": points}), "Frame"
+    )
+    assert facts == [("", ["", ""]), ("", ["method", "points"])]
+    assert listed == [
+        ("", ["point", "used as", "photos", "east, m", "north, m", "up, m", "error, px"]),
+        ("", ["A", "control", "7", "0.001", "-0.003", "0.000", "0.46"]),
+        ("", ["B", "check", "7", "1.000", "2.000", "-3.000", "1.00"]),
+        ("out", ["C", "left out", "7", "9.000", "9.000", "9.000", "20.00"]),
+        ("out", ["D", "unseen", "7", "–", "–", "–", "–"]),
+    ]
+    (alone,) = tables(page(registration={"method": "positions", "points": []}), "Frame")
+    assert len(alone) == 2
+    assert "Local: no positions" in page()
+
+
+def test_facts_are_written_by_their_kind(page: Pages) -> None:
+    model = {
+        "texel": 0.0123456, "faces": 1234567, "closed": False, "coloured": True, "nothing": None,
+        "of_each": {"one_side": 2, "other_side": 0.25}, "name": "x <y>",
+    }  # fmt: skip
+    ((_, *rows),) = tables(page(model=model, scaled=True), "Model")
+    assert [cells for _, cells in rows] == [
+        ["size of a texture pixel, m", "0.01235"],
+        ["faces", "1,234,567"],
+        ["closed", "no"],
+        ["coloured", "yes"],
+        ["of each, one side", "2"],
+        ["of each, other side", "0.25"],
+        ["name", "x <y>"],
+    ]
+
+
+def test_the_times_have_their_sum_and_memory_its_unit(page: Pages) -> None:
+    html = page(seconds={"alignment": 12.34, "cloud": 100.06}, peak_memory_mb=12345.6)
+    times, settings = tables(html, "Time, memory, settings")
+    assert [cells for _, cells in times[1:]] == [
+        ["alignment", "12.3 s"], ["cloud", "100.1 s"], ["together", "112.4 s"],
+        ["memory at most", "12,346 MB"],
+    ]  # fmt: skip
+    assert [cells for _, cells in settings[1:]] == [["quality", "low"], ["pycolmap", "4"]]
+
+
+def test_the_summary_counts_and_says_in_which_frame(page: Pages) -> None:
+    text = page(registered=9, photos=12, reprojection_error_px=0.456, tie_points=12345)
+    assert "9 of 12 photos placed with a mean reprojection error of 0.46 px; 12,345 tie" in text
+    assert "(1,100 seen in three photos or more); 50,000 points, 4,000 faces" in text
+    assert "in a local frame, without scale or north.</p>" in text
+    assert "in a local frame.</p>" in page(scaled=True)
+    assert "in EPSG:32615.</p>" in page(scaled=True, frame="EPSG:32615")
+
+
+def test_findings_and_advice_are_lists_where_there_are_any(page: Pages) -> None:
+    def survey(html: str) -> str:
+        return html.split("<h2>Survey</h2>")[1].split("<h2>")[0]
+
+    bare = {"verdict": "sound & good", "findings": [], "next_time": []}
+    assert survey(page(survey=bare)) == "<p>sound &amp; good</p>"
+    findings = [{"text": "few <oblique>"}, {"text": "dark"}]
+    assert survey(page(survey=bare | {"findings": findings})) == (
+        "<p>sound &amp; good</p><ul><li>few &lt;oblique&gt;</li><li>dark</li></ul>"
+    )
+    assert survey(page(survey=bare | {"next_time": ["closer"]})) == (
+        "<p>sound &amp; good</p><p>Next time:</p><ul><li>closer</li></ul>"
+    )
+
+
+@pytest.mark.parametrize(("scaled", "unit"), [(True, "m"), (False, "units of the model")])
+def test_the_drawing_shows_cameras_and_points_from_above_and_from_the_south(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, scaled: bool, unit: str
+) -> None:
+    figures: list[Figure] = []
+
+    def kept(canvas: FigureCanvasSVG, file: Any) -> None:
+        figures.append(canvas.figure)
+        file.write(b"<svg>drawn</svg>")
+
+    monkeypatch.setattr(FigureCanvasSVG, "print_svg", kept)
+    rng = np.random.default_rng(0)
+    points, at, looks = (rng.normal(size=(n, 3)) for n in (30, 4, 4))
+    for cloud in (points, points[:0]):
+        drawing = {"points": cloud.tolist(), "at": at.tolist(), "looks": looks.tolist()}
+        write_report(tmp_path / "r.html", found(scaled=scaled, drawing=drawing))
+        html = (tmp_path / "r.html").read_text("utf-8")
+        (data,) = re.findall(r"base64,([^\"]*)", html)
+        assert base64.b64decode(data) == b"<svg>drawn</svg>"
+        for axes, (i, j), title in zip(
+            figures.pop().axes, ((0, 1), (0, 2)), ("from above", "from the south"), strict=True
+        ):
+            assert axes.get_title() == title
+            assert axes.get_xlabel() == f"{'xyz'[i]}, {unit}"
+            assert axes.get_ylabel() == f"{'xyz'[j]}, {unit}"
+            assert axes.get_aspect() == 1.0
+            shown = [np.asarray(line.get_xydata()) for line in axes.lines]
+            wanted = [c[:, [i, j]] for c in (cloud, at) if len(c)]
+            assert len(shown) == len(wanted)
+            for one, other in zip(shown, wanted, strict=True):
+                assert one == pytest.approx(other)
+            (arrows,) = [c for c in axes.collections if isinstance(c, Quiver)]
+            assert np.asarray(arrows.XY) == pytest.approx(at[:, [i, j]])
+            assert np.column_stack([arrows.U, arrows.V]) == pytest.approx(looks[:, [i, j]])
