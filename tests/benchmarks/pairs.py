@@ -19,6 +19,7 @@ import argparse
 import os
 import re
 import resource
+import signal
 import subprocess
 import sys
 import tempfile
@@ -81,8 +82,9 @@ def child(command: list[str]) -> int:
 def ratio(old: list[float], new: list[float]) -> tuple[float, float, float]:
     """Geometric mean of new / old over pairs, and its 95 % interval."""
     logs = np.log(np.asarray(new) / np.asarray(old))
-    low, high = stats.ttest_1samp(logs, 0.0).confidence_interval(0.95)
-    return float(np.exp(logs.mean())), float(np.exp(low)), float(np.exp(high))
+    half = float(stats.t.ppf(0.975, len(logs) - 1) * stats.sem(logs))
+    low, middle, high = np.exp(logs.mean() + half * np.array([-1.0, 0.0, 1.0]))
+    return float(middle), float(low), float(high)
 
 
 def main() -> int:
@@ -95,24 +97,35 @@ def main() -> int:
     asked = parser.parse_args()
     folders = (asked.program.resolve(), ROOT)
     runs: list[list[Figures]] = [[], []]
-    for number in range(-1, asked.pairs):
-        for which in (0, 1) if number % 2 else (1, 0):
-            figures = run(folders[which], asked.command)
+    # What has been measured is said, however it ends.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        for number in range(-1, asked.pairs):
+            which = (0, 1) if number % 2 else (1, 0)
+            pair = {side: run(folders[side], asked.command) for side in which}
             if number >= 0:
-                runs[which].append(figures)
-    print(f"{' '.join(asked.command)}: {asked.pairs} pairs")
+                for side in (0, 1):
+                    runs[side].append(pair[side])
+    except KeyboardInterrupt:
+        print("ended early")
+    print(f"{' '.join(asked.command)}: {len(runs[0])} pairs")
+    return 0 if len(runs[0]) < 2 else min(1, said(runs[0], runs[1]))
+
+
+def said(old: list[Figures], new: list[Figures]) -> int:
+    """Print each figure that all runs have; how many are slower."""
     print(f"{'before':>10s} {'after':>10s}   ratio (95 %)")
     slower = 0
-    for name in runs[0][0]:
-        if not all(figures.get(name, 0.0) > 0.0 for figures in (*runs[0], *runs[1])):
+    for name in old[0]:
+        if not all(figures.get(name, 0.0) > 0.0 for figures in (*old, *new)):
             continue
-        old, new = ([figures[name] for figures in side] for side in runs)
-        middle, low, high = ratio(old, new)
-        said = "  SLOWER" if low > BOUND else ""
-        slower += bool(said)
-        print(f"{np.median(old):10.4f} {np.median(new):10.4f}   "
-              f"{middle:.3f} ({low:.3f}..{high:.3f})  {name}{said}", flush=True)  # fmt: skip
-    return min(slower, 1)
+        before, after = ([figures[name] for figures in side] for side in (old, new))
+        middle, low, high = ratio(before, after)
+        word = "  SLOWER" if low > BOUND else ""
+        slower += bool(word)
+        print(f"{np.median(before):10.4f} {np.median(after):10.4f}   "
+              f"{middle:.3f} ({low:.3f}..{high:.3f})  {name}{word}", flush=True)  # fmt: skip
+    return slower
 
 
 if __name__ == "__main__":
