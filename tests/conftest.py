@@ -7,12 +7,17 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 from tests.guards import (  # noqa: F401 - hooks: what a test leaves behind fails it
     pytest_runtest_call,
     pytest_runtest_setup,
     pytest_runtest_teardown,
 )
+
+# No test fails because the machine is busy with something else.
+settings.register_profile("patient", deadline=None)
+settings.load_profile("patient")
 
 ROOT = Path(__file__).resolve().parents[1]
 

@@ -190,3 +190,10 @@ def test_a_model_in_another_frame_far_away_does_not_swallow_what_is_looked_at(
     else:
         step = depth.max() ** 2 * (1 / eye.near - 1 / eye.far) / 2**24
     assert step < 2e-4 * camera.distance
+
+
+def test_a_view_a_hair_west_of_north_is_towards_0_and_never_towards_360() -> None:
+    camera = Camera()
+    camera.look_along(-1e-14, 0.0)
+    trend, _ = camera.trend_plunge()
+    assert 0.0 <= trend < 360.0

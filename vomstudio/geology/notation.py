@@ -18,7 +18,8 @@ import re
 from dataclasses import dataclass
 
 from vomstudio.errors import InputError
-from vomstudio.geology.orientation import Line, Plane, wrap360
+from vomstudio.geology.orientation import Line, Plane
+from vomstudio.geometry.vectors import wrap360
 
 NOTATIONS = ("dipdir/dip", "strike/dip", "quadrant")
 """What planes can be printed in."""

@@ -14,12 +14,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import overload
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
+from vomstudio.geometry.vectors import wrap360
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
@@ -31,18 +31,6 @@ equivalent directions must be made. Far below any measurement, far above roundin
 
 
 # Angles --------------------------------------------------------------------------------------
-
-
-@overload
-def wrap360(angle_deg: float) -> float: ...
-@overload
-def wrap360(angle_deg: Array) -> Array: ...
-def wrap360(angle_deg: float | Array) -> float | Array:
-    """The same azimuth in [0, 360), never -0.0, never 360.0."""
-    wrapped = np.mod(angle_deg, 360.0)
-    # mod(-1e-20, 360) is 360.0 itself; adding 0.0 turns -0.0 into 0.0.
-    wrapped = np.where(wrapped >= 360.0, 0.0, wrapped) + 0.0
-    return float(wrapped) if np.ndim(angle_deg) == 0 else wrapped
 
 
 def sin_cos_deg(angle_deg: float | Array) -> tuple[Array, Array]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import overload
+
 import numpy as np
 import numpy.typing as npt
 
@@ -10,6 +12,18 @@ Bools = npt.NDArray[np.bool_]
 
 # Sine of the tilt below which a plane is horizontal, or a normal is: rounding, nothing else.
 TILT_FLOOR = 1e-12
+
+
+@overload
+def wrap360(angle_deg: float) -> float: ...
+@overload
+def wrap360(angle_deg: Floats) -> Floats: ...
+def wrap360(angle_deg: float | Floats) -> float | Floats:
+    """The same azimuth in [0, 360), never -0.0, never 360.0."""
+    wrapped = np.mod(angle_deg, 360.0)
+    # mod(-1e-20, 360) is 360.0 itself; adding 0.0 turns -0.0 into 0.0.
+    wrapped = np.where(wrapped >= 360.0, 0.0, wrapped) + 0.0
+    return float(wrapped) if np.ndim(angle_deg) == 0 else wrapped
 
 
 def upward(normals: Floats) -> Floats:
@@ -34,8 +48,8 @@ def dip_of_normals(
     """
     lean = np.hypot(normals[:, 0], normals[:, 1])
     flat = lean <= floor
-    azimuth = np.degrees(np.arctan2(normals[:, 0], normals[:, 1])) % 360.0
-    azimuth = np.where(flat | (azimuth >= 360.0), 0.0, azimuth)
+    azimuth = wrap360(np.degrees(np.arctan2(normals[:, 0], normals[:, 1])))
+    azimuth = np.where(flat, 0.0, azimuth)
     dip = np.where(flat, 0.0, np.degrees(np.arctan2(lean, normals[:, 2])))
     return azimuth, dip, flat
 

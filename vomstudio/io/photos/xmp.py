@@ -16,6 +16,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from xml.etree import ElementTree
 
+from vomstudio.geometry.vectors import wrap360
+
 _LARGEST = 4 << 20
 _PIX4D = "pix4d.com/camera"
 
@@ -111,12 +113,12 @@ def _angles(tags: Mapping[str, str]) -> tuple[float | None, float | None, float 
     ):
         yaw, pitch, roll = (_number(tags, form.format(a)) for a in ("Yaw", "Pitch", "Roll"))
         if yaw is not None and pitch is not None:
-            return yaw % 360.0, pitch, roll
+            return wrap360(yaw), pitch, roll
     yaw, pitch, roll = (_number(tags, f"Camera:{a}") for a in ("Yaw", "Pitch", "Roll"))
     # All zero is what a camera without a sensor writes.
     if yaw is None or pitch is None or not (yaw or pitch or roll):
         return None, None, None
-    return yaw % 360.0, pitch - 90.0, roll
+    return wrap360(yaw), pitch - 90.0, roll
 
 
 def _number(tags: Mapping[str, str], *names: str) -> float | None:

@@ -15,7 +15,8 @@ from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.records import Point
 from vomstudio.errors import InputError
 from vomstudio.geology.notation import parse_line, parse_plane
-from vomstudio.geology.orientation import Line, wrap360
+from vomstudio.geology.orientation import Line
+from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.project.field_table import FieldTable, number_in
 from vomstudio.io.text.orientation_reading import plane_of
 from vomstudio.io.text.tables import FARTHEST_M, lines_in_words

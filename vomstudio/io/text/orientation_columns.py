@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vomstudio.errors import InputError
-from vomstudio.geology.orientation import wrap360
+from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.text.tables import TextTable, lines_in_words, plain
 
 ALIASES: dict[str, set[str]] = {

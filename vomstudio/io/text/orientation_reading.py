@@ -22,8 +22,8 @@ from vomstudio.geology.orientation import (
     Plane,
     lines_to_vectors,
     planes_to_poles,
-    wrap360,
 )
+from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.text.orientation_columns import Columns
 from vomstudio.io.text.rows import shortened
 from vomstudio.io.text.tables import TextTable, lines_in_words, plain, read_table

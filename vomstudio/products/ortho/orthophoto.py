@@ -23,9 +23,9 @@ import numpy.typing as npt
 
 from vomstudio.errors import UsageError
 from vomstudio.files.atomic import atomic_write, check_target
-from vomstudio.geology.orientation import wrap360
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.gis.raster import (
     VIEW_PLANE_CRS,
     Affine,

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import UsageError
 from vomstudio.geology.notation import format_azimuth
+from vomstudio.geometry.vectors import wrap360
 from vomstudio.geometry.view_frame import STEEP_DEG
 from vomstudio.products.ortho.views import View
 
@@ -46,7 +47,7 @@ def bar_length(width_m: float) -> float:
 def end_labels(view: View) -> tuple[str, str, str]:
     """What stands at the left end, at the right end and beside the arrow that points up."""
     frame = view.frame
-    azimuth = math.degrees(math.atan2(frame.right[0], frame.right[1])) % 360.0
+    azimuth = wrap360(math.degrees(math.atan2(frame.right[0], frame.right[1])))
     steep = abs(view.plunge_deg) >= STEEP_DEG
     if not view.north_known:
         left, right = (f"{round(a) % 360:03d}, local" for a in (azimuth + 180.0, azimuth))

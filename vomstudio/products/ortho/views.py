@@ -9,9 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError, UsageError
-from vomstudio.geology.orientation import Plane, lines_to_vectors, vectors_to_lines, wrap360
+from vomstudio.geology.orientation import Plane, lines_to_vectors, vectors_to_lines
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.vectors import wrap360
 from vomstudio.geometry.view_frame import ViewFrame
 from vomstudio.products.ortho.world import in_world
 

@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.geometry.vectors import wrap360
+
 Array = npt.NDArray[np.float64]
 
 VERTICAL_DEG = 89.0
@@ -140,7 +142,7 @@ class Camera:
         plunge = math.degrees(math.asin(max(-1.0, min(1.0, -z))))
         if math.hypot(x, y) < 1e-9:
             return 0.0, plunge
-        return math.degrees(math.atan2(x, y)) % 360.0, plunge
+        return wrap360(math.degrees(math.atan2(x, y))), plunge
 
     def eye(self, corners: Array) -> Eye:
         """The eye with a depth range that holds `corners` (n, 3) World (n may be 0), as far as a

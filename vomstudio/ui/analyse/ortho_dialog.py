@@ -28,6 +28,7 @@ from vomstudio.geology.notation import format_line
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry import transform
 from vomstudio.geometry.units import length_text as length
+from vomstudio.geometry.vectors import wrap360
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.product_tasks import ORTHOPHOTO, OrthophotoOrder, WrittenOrthophoto
 from vomstudio.products.ortho import orthophoto, planning, views
@@ -52,7 +53,7 @@ class OrthoDialog(QDialog):
         self.setMinimumWidth(640)
         self._studio = studio
         trend, plunge = viewport.moves.view_direction()
-        self._direction = Line(trend % 360.0, plunge)
+        self._direction = Line(wrap360(trend), plunge)
         centre, width, height = viewport.moves.seen()
         x, y, z = (float(v) for v in centre)
         self._seen = planning.Region((x, y, z), width, height)
@@ -72,7 +73,7 @@ class OrthoDialog(QDialog):
             signal.connect(self._check)
         project = studio.project
         folder = Path(start_folder(studio)) if project.untitled else project.folder.parent
-        stem = f"ortho_{trend % 360.0:03.0f}_{plunge:+03.0f}"
+        stem = f"ortho_{round(trend) % 360:03d}_{plunge:+03.0f}"
         self.target.setText(str(folder / f"{stem}.tif"))
         # The texture's resolution is looked for once the dialog is on the screen.
         self._size.setText(self.tr("looking at the model…"))

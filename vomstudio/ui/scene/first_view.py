@@ -8,6 +8,7 @@ import numpy.typing as npt
 from vomstudio.geometry import transform
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.vectors import wrap360
 
 _SAMPLE = 50_000
 _STEEPEST_DEG = 60.0
@@ -31,7 +32,7 @@ def first_view(data: Mesh | PointCloud, to_world: Array) -> tuple[float, float]:
         x, y, z = -x, -y, -z
     plunge = float(np.degrees(np.arctan2(z, np.hypot(x, y))))
     # Flat ground has no side: North stays up.
-    trend = 0.0 if abs(plunge) > _STEEPEST_DEG else float(np.degrees(np.arctan2(-x, -y)) % 360.0)
+    trend = 0.0 if abs(plunge) > _STEEPEST_DEG else wrap360(float(np.degrees(np.arctan2(-x, -y))))
     return trend, float(np.clip(plunge, 0.0, _STEEPEST_DEG))
 
 

@@ -27,6 +27,7 @@ from vomstudio.geology.notation import format_line, parse_line
 from vomstudio.geology.orientation import Line, Plane, angle_between_lines, normals_to_planes
 from vomstudio.geometry import transform
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.vectors import wrap360
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.wording import degrees
 from vomstudio.ui.scene.first_view import first_view
@@ -103,7 +104,7 @@ class ViewPanel(QWidget):
         studio.selection_changed.connect(self._selected)
 
     def show_direction(self, trend_deg: float, plunge_deg: float, orthographic: bool) -> None:
-        self._direction = Line(trend_deg % 360.0, plunge_deg)
+        self._direction = Line(wrap360(trend_deg), plunge_deg)
         mode = self.tr("orthographic") if orthographic else self.tr("perspective")
         self.now.setText(f"{format_line(self._direction, 0)}  ({mode})")
 
@@ -126,7 +127,7 @@ class ViewPanel(QWidget):
         if plane is not None:
             # Against the upward normal; a vertical plane is looked at toward its dip direction
             # plus 180 degrees (CLI.md, ortho --plane).
-            self._turn(Line((plane.dip_direction_deg + 180.0) % 360.0, 90.0 - plane.dip_deg))
+            self._turn(Line(wrap360(plane.dip_direction_deg + 180.0), 90.0 - plane.dip_deg))
 
     def along_line(self) -> None:
         """Along the selected lineation or intersection."""
@@ -145,7 +146,7 @@ class ViewPanel(QWidget):
             self._turn(Line(plane.dip_direction_deg, plane.dip_deg))
 
     def _flip(self) -> None:
-        self._turn(Line((self._direction.trend_deg + 180.0) % 360.0, -self._direction.plunge_deg))
+        self._turn(Line(wrap360(self._direction.trend_deg + 180.0), -self._direction.plunge_deg))
 
     def _turn_axis(self, axis: Line) -> None:
         """Of the two views along an axis the one onto the exposed side; `From the other side` is
