@@ -159,6 +159,7 @@ def test_everything_on_a_sheet_is_on_the_paper_and_the_drawings_fill_their_room(
     paper = figure.bbox
     assert (figure.get_size_inches() * 25.4).tolist() == pytest.approx([210, 297], abs=1)
     for text in figure.texts:
+        assert text.get_fontsize() >= 8.0, "it is read in the field"
         box = text.get_window_extent()
         assert paper.x0 + 20 < box.x0
         assert box.x1 < paper.x1 - 5

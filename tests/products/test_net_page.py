@@ -66,6 +66,19 @@ def test_the_rim_has_a_tick_every_ten_degrees_and_long_ones_at_the_winds() -> No
         assert line[0, axis] == -line[1, axis] != 0
 
 
+@pytest.mark.parametrize(("width", "height"), SIZES)
+def test_north_stands_over_its_tick(width: int, height: int) -> None:
+    artists = draw(NetContents(), width, height)
+    artists.axes.figure.draw_without_rendering()
+    (north,) = [text for text in artists.axes.texts if text.get_text() == "N"]
+    (ticks,) = [c for c in artists.axes.collections if isinstance(c, LineCollection)]
+    tick = np.linalg.norm(np.asarray(ticks.get_segments()[0])[1]) * artists.radius_px
+    box = north.get_window_extent()
+    assert 0.5 * (box.x0 + box.x1) == pytest.approx(artists.centre_px[0], abs=1.0)
+    assert artists.centre_px[1] + tick <= box.y0 + 1.0
+    assert box.y0 <= artists.centre_px[1] + tick + box.height
+
+
 @pytest.mark.parametrize("projection", ["area", "angle"])
 def test_a_fold_is_drawn_with_its_axis_its_region_and_its_great_circle(projection: str) -> None:
     fold = folded()
@@ -239,6 +252,15 @@ def test_a_label_stands_beside_its_own_mark_and_on_nothing_else() -> None:
                 assert apart or box[1] >= other[3] or other[1] >= box[3]
             sheet.text_boxes.append(box)
     assert placed > 150
+
+
+def test_a_label_with_room_leaves_its_mark_free_and_stands_near_it() -> None:
+    """The mark of a mean is as wide as a letter is high."""
+    for x, y in ((150.0, 100.0), (120.0, 130.0), (170.0, 60.0)):
+        mark = np.array([x, y])
+        place = free_place(Sheet(), mark, "beta", np.zeros((0, 2)), [mark])
+        assert place is not None
+        assert 6.0 <= away(box_of(place, "beta"), (x, y)) <= 12.0
 
 
 def test_a_label_avoids_poles_and_the_rim_where_it_can() -> None:

@@ -100,7 +100,8 @@ def write_orthophoto(
     targets = [image, depth, sidecar]
     targets += [world] if is_map else []
     targets += [Path(sheet)] if sheet is not None else []
-    for target in targets if is_map or not world.exists() else [*targets, world]:
+    # A world file of an earlier picture would place another one in the landscape.
+    for target in (*targets, world):
         check_target(target, force=force)
     grid = plan.grid
     warnings = [*plan.notes, *([_NO_CRS] if is_map and crs is None else [])]
