@@ -9,6 +9,7 @@ says so with the marker `expects_log`; what Qt warns of is guarded by pytest-qt 
 from __future__ import annotations
 
 import contextlib
+import faulthandler
 import gc
 import logging
 import sys
@@ -20,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from _pytest.faulthandler import fault_handler_stderr_fd_key
 
 _WINDOWS = tuple(str(Path(__file__).parent / name) for name in ("journeys", "rendering", "ui"))
 """Tests of these folders open windows or make pictures: what they leave is looked for in memory."""
@@ -93,12 +95,21 @@ def pytest_runtest_teardown(item: pytest.Item) -> Iterator[None]:
         return (yield)
     finally:
         logging.getLogger("vomstudio").removeHandler(before.records)
+        _watch_for_crashes(item.config)
         if not before.failed and sys.exc_info()[0] is None:
             left = [*_said(item, before), *_threads(before)]
             if before.in_windows:
                 left += _in_memory(item, before)
             if left:
                 pytest.fail("the test leaves behind:\n  " + "\n  ".join(left), pytrace=False)
+
+
+def _watch_for_crashes(config: pytest.Config) -> None:
+    """The program has its own place for the traces of native crashes, and leaves none behind: those
+    of later tests are to be seen again."""
+    out = config.stash.get(fault_handler_stderr_fd_key, None)
+    if out is not None and not faulthandler.is_enabled():
+        faulthandler.enable(out)
 
 
 def _said(item: pytest.Item, before: _Before) -> list[str]:

@@ -100,3 +100,15 @@ def test_what_a_test_clears_away_does_not_fail_it(inner):
     inner.makepyfile(QUIET)
     result = inner.runpytest_subprocess("-q")
     assert result.ret == 0, result.stdout.str()
+
+
+def test_native_crashes_are_traced_again_after_a_test_of_the_programs_own_tracing(
+    request: pytest.FixtureRequest,
+) -> None:
+    import faulthandler
+
+    from tests.guards import _watch_for_crashes
+
+    faulthandler.disable()
+    _watch_for_crashes(request.config)
+    assert faulthandler.is_enabled()
