@@ -14,9 +14,10 @@ from vomstudio.ui.common.widgets import ComboBox
 class TypeBox(ComboBox):
     """`currentData` is a type's id. It says nothing of changes that the project makes in it."""
 
-    def __init__(self, studio: Studio) -> None:
+    def __init__(self, studio: Studio, *, lines_first: bool = False) -> None:
+        """lines_first : types that are lines by nature stand above the others"""
         super().__init__()
-        self._studio = studio
+        self._studio, self._lines_first = studio, lines_first
         studio.project_opened.connect(self.fill)
         studio.edited.connect(self._edited)
         if studio.has_project:
@@ -24,10 +25,12 @@ class TypeBox(ComboBox):
 
     def fill(self) -> None:
         """The same type stays chosen where it is still there."""
-        chosen = self.currentData()
+        chosen, kinds = self.currentData(), self._studio.session.of(FeatureType)
+        if self._lines_first:
+            kinds.sort(key=lambda kind: kind.geometry != "line")
         with QSignalBlocker(self):
             self.clear()
-            for kind in self._studio.session.of(FeatureType):
+            for kind in kinds:
                 self.addItem(theme.type_icon(kind.color, kind.symbol), kind.name, kind.id)
             self.choose(chosen)
 

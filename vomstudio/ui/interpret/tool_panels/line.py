@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QSignalBlocker
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QFormLayout, QLabel, QLineEdit, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
-from vomstudio.document.edit import Edit
-from vomstudio.document.records import FeatureType
 from vomstudio.tools.line import LineTool
-from vomstudio.ui.common import theme
 from vomstudio.ui.common.fit_view import FitView
 from vomstudio.ui.common.plane_box import PlaneBox
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.vertex_table import VertexTable
-from vomstudio.ui.common.widgets import ComboBox, action_buttons
+from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.ui.common.wording import slip_names
+from vomstudio.ui.interpret.tool_panels.common import (
+    hint_label,
+    lay_out_picking,
+    narrow_form,
+    set_field,
+)
 
 
 class LinePanel(QWidget):
@@ -23,12 +26,10 @@ class LinePanel(QWidget):
         super().__init__()
         self._studio = studio
         self._tool = studio.tool_of(LineTool)
-        self.type_box = ComboBox()
+        self.type_box = TypeBox(studio, lines_first=True)
         self.type_box.setObjectName("line_type")
         self.type_box.activated.connect(self._chosen)
-        self.set_edit = QLineEdit()
-        self.set_edit.setPlaceholderText(self.tr("none"))
-        self.set_edit.editingFinished.connect(self._chosen)
+        self.set_edit = set_field(self._chosen)
         self.plane_box = PlaneBox(studio, self.tr("none"), follow=False)
         self.plane_box.setObjectName("line_plane")
         self.plane_box.chosen.connect(lambda id_: self._tool.choose(plane_id=id_))
@@ -38,9 +39,7 @@ class LinePanel(QWidget):
             self.slip_box.addItem(text, value)
         self.slip_box.keep_narrow()
         self.slip_box.activated.connect(self._chosen)
-        self._form = form = QFormLayout()
-        form.setContentsMargins(0, 0, 0, 0)
-        form.setVerticalSpacing(3)
+        form = narrow_form()
         form.addRow(self.tr("Type"), self.type_box)
         form.addRow(self.tr("Set"), self.set_edit)
         form.addRow(self.tr("On plane"), self.plane_box)
@@ -48,36 +47,16 @@ class LinePanel(QWidget):
         self.fit_view = FitView(reasons_shown=2)
         self.table = VertexTable(studio, self._tool)
         self.table.setObjectName("line_vertices")
-        self._hint = QLabel()
-        self._hint.setWordWrap(True)
-        names = ("finish", "cancel", "continue_trace", "delete_vertex")
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(6, 4, 6, 4)
-        layout.setSpacing(4)
-        layout.addLayout(form)
-        layout.addWidget(self.fit_view)
-        layout.addWidget(self.table, 1)
-        layout.addWidget(self._hint)
-        layout.addStretch()
-        layout.addLayout(action_buttons([actions[name] for name in names]))
-        studio.project_opened.connect(self._fill_types)
-        studio.edited.connect(self._edited)
+        self._hint = hint_label()
+        lay_out_picking(self, actions, form, self.fit_view, self.table, self._hint)
+        # After the box, which follows them first.
+        studio.project_opened.connect(self._types_changed)
+        studio.edited.connect(self._types_changed)
         studio.tool_changed_signal.connect(self.refresh)
 
-    def _fill_types(self) -> None:
-        """Those that are lines by nature come first."""
-        kinds = self._studio.session.of(FeatureType)
-        with QSignalBlocker(self.type_box):
-            self.type_box.clear()
-            for kind in sorted(kinds, key=lambda k: k.geometry != "line"):
-                self.type_box.addItem(theme.type_icon(kind.color, kind.symbol), kind.name, kind.id)
-        if kinds and self.type_box.findData(self._tool.next.type_id) < 0:
+    def _types_changed(self, *_: object) -> None:
+        if self.type_box.count() and self.type_box.findData(self._tool.next.type_id) < 0:
             self._tool.choose(type_id=str(self.type_box.itemData(0)))
-        self.refresh()
-
-    def _edited(self, edit: Edit) -> None:
-        if any(isinstance(r, FeatureType) for r in (*edit.before.values(), *edit.after.values())):
-            self._fill_types()
         self.refresh()
 
     def _chosen(self) -> None:
@@ -102,8 +81,7 @@ class LinePanel(QWidget):
             )
         )
         self._hint.setVisible(not tool.open)
-        with QSignalBlocker(self.type_box):
-            self.type_box.setCurrentIndex(max(0, self.type_box.findData(now.type_id)))
+        self.type_box.choose(now.type_id)
         if not self.set_edit.isModified():
             self.set_edit.setText(now.set_name)
         self.plane_box.show_plane(now.plane_id)

@@ -6,14 +6,15 @@ from typing import Any
 
 from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QFormLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from vomstudio.document.kinds.dimension import KINDS, words
 from vomstudio.tools.measure import MeasureTool
 from vomstudio.ui.common.plane_box import PlaneBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import VertexTable
-from vomstudio.ui.common.widgets import ComboBox, action_buttons
+from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.interpret.tool_panels.common import hint_label, lay_out_picking, narrow_form
 
 _HINTS = {
     "distance": "Click two points: the distance between them, its horizontal and vertical parts.",
@@ -37,29 +38,16 @@ class MeasurePanel(QWidget):
         self.plane_box = PlaneBox(studio, None, follow=True)
         self.plane_box.setObjectName("measure_plane")
         self.plane_box.chosen.connect(lambda id_: self._tool.choose(plane_id=id_))
-        self._form = form = QFormLayout()
-        form.setContentsMargins(0, 0, 0, 0)
-        form.setVerticalSpacing(3)
+        self._form = form = narrow_form()
         form.addRow(self.tr("Measure"), self.kind_box)
         form.addRow(self.tr("Across"), self.plane_box)
-        self.figures = QLabel()
-        self.figures.setWordWrap(True)
+        self.figures = hint_label()
         self.figures.setTextFormat(Qt.TextFormat.RichText)
         self.figures.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.table = VertexTable(studio, self._tool)
         self.table.setObjectName("measure_vertices")
-        self._hint = QLabel()
-        self._hint.setWordWrap(True)
-        names = ("finish", "cancel", "continue_trace", "delete_vertex")
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(6, 4, 6, 4)
-        layout.setSpacing(4)
-        layout.addLayout(form)
-        layout.addWidget(self.figures)
-        layout.addWidget(self.table, 1)
-        layout.addWidget(self._hint)
-        layout.addStretch()
-        layout.addLayout(action_buttons([actions[name] for name in names]))
+        self._hint = hint_label()
+        lay_out_picking(self, actions, form, self.figures, self.table, self._hint)
         for signal in (studio.project_opened, studio.edited, studio.tool_changed_signal):
             signal.connect(self.refresh)
 

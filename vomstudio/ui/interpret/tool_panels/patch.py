@@ -6,26 +6,26 @@ from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QDoubleSpinBox,
-    QFormLayout,
     QGridLayout,
     QHBoxLayout,
     QLabel,
-    QLineEdit,
     QSizePolicy,
     QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 
-from vomstudio.document.edit import Edit
 from vomstudio.document.measurements import Measurement
-from vomstudio.document.records import FeatureType
 from vomstudio.tools.patch import LARGEST_RADIUS, SMALLEST_RADIUS, PatchTool
-from vomstudio.ui.common import theme
 from vomstudio.ui.common.fit_view import FitView
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.interpret.tool_panels import patch_commands
+from vomstudio.ui.interpret.tool_panels.common import (
+    hint_label,
+    narrow_column,
+    narrow_form,
+    set_field,
+)
 
 
 class PatchPanel(QWidget):
@@ -45,27 +45,23 @@ class PatchPanel(QWidget):
         brush = QHBoxLayout()
         brush.addWidget(self.radius, 1)
         brush.addWidget(_button(actions["brush_removes"], self.tr("Take away")))
-        self.type_box = ComboBox()
+        self.type_box = TypeBox(studio)
         self.type_box.setObjectName("patch_type")
         self.type_box.currentIndexChanged.connect(self._next_changed)
-        self.set_edit = QLineEdit()
-        self.set_edit.setPlaceholderText(self.tr("none"))
-        self.set_edit.editingFinished.connect(self._next_changed)
-        form = QFormLayout()
-        form.setContentsMargins(0, 0, 0, 0)
+        self.set_edit = set_field(self._next_changed)
+        form = narrow_form()
         form.addRow(self.tr("Brush"), brush)
         form.addRow(self.tr("Type"), self.type_box)
         form.addRow(self.tr("Set"), self.set_edit)
 
         self._name = QLabel()
         self.fit_view = FitView()
-        self._hint = QLabel(
+        self._hint = hint_label(
             self.tr(
                 "Choose Patch (P), then paint over one surface of the outcrop, away from its "
                 "edges. Ctrl takes away; the right button orbits."
             )
         )
-        self._hint.setWordWrap(True)
         buttons = QGridLayout()
         buttons.setSpacing(4)
         for i, name in enumerate(("finish", "cancel", "continue_patch")):
@@ -73,46 +69,31 @@ class PatchPanel(QWidget):
             button = _button(actions[name], text)
             button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
             buttons.addWidget(button, i // 2, i % 2)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(6, 4, 6, 4)
-        layout.setSpacing(4)
+        layout = narrow_column(self)
         layout.addLayout(form)
         layout.addWidget(self._name)
         layout.addWidget(self.fit_view)
         layout.addWidget(self._hint)
         layout.addStretch(1)
         layout.addLayout(buttons)
-        studio.project_opened.connect(self._fill_types)
-        studio.edited.connect(self._edited)
+        # After the box, which follows them first.
+        studio.project_opened.connect(self.refresh)
+        studio.edited.connect(self.refresh)
         studio.tool_changed_signal.connect(self.refresh)
         studio.settings_changed.connect(self.refresh)
         # Live figures come with every step of a stroke, the rest only with its end.
         studio.preview.connect(self._follow)
 
-    def _fill_types(self) -> None:
-        with QSignalBlocker(self.type_box):
-            self.type_box.clear()
-            for kind in self._studio.session.of(FeatureType):
-                self.type_box.addItem(theme.type_icon(kind.color, kind.symbol), kind.name, kind.id)
-        self.refresh()
-
-    def _edited(self, edit: Edit) -> None:
-        if any(isinstance(r, FeatureType) for r in (*edit.before.values(), *edit.after.values())):
-            self._fill_types()
-        self.refresh()
-
     def _next_changed(self) -> None:
         self.set_edit.setModified(False)
         self._studio.set_next(str(self.type_box.currentData()), self.set_edit.text().strip())
 
-    def refresh(self) -> None:
+    def refresh(self, *_: object) -> None:
         tool, studio = self._tool, self._studio
         patch = tool.current
         with QSignalBlocker(self.radius):
             self.radius.setValue(tool.radius)
-        with QSignalBlocker(self.type_box):
-            kind = patch.type_id if patch else studio.next_type_id
-            self.type_box.setCurrentIndex(max(0, self.type_box.findData(kind)))
+        self.type_box.choose(patch.type_id if patch else studio.next_type_id)
         if not self.set_edit.isModified():
             self.set_edit.setText(patch.set_name if patch else studio.next_set)
         for widget in (self.type_box, self.set_edit):

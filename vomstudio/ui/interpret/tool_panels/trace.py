@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QFormLayout, QLabel, QLineEdit, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from vomstudio.tools.trace import TraceTool
 from vomstudio.ui.common.fit_view import FitView
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.vertex_table import VertexTable
-from vomstudio.ui.common.widgets import action_buttons
+from vomstudio.ui.interpret.tool_panels.common import (
+    hint_label,
+    lay_out_picking,
+    narrow_form,
+    set_field,
+)
 
 
 class TracePanel(QWidget):
@@ -21,11 +26,8 @@ class TracePanel(QWidget):
         self.type_box = TypeBox(studio)
         self.type_box.setObjectName("trace_type")
         self.type_box.currentIndexChanged.connect(self._next_changed)
-        self.set_edit = QLineEdit()
-        self.set_edit.setPlaceholderText(self.tr("none"))
-        self.set_edit.editingFinished.connect(self._next_changed)
-        form = QFormLayout()
-        form.setContentsMargins(0, 0, 0, 0)
+        self.set_edit = set_field(self._next_changed)
+        form = narrow_form()
         form.addRow(self.tr("Type"), self.type_box)
         form.addRow(self.tr("Set"), self.set_edit)
 
@@ -34,17 +36,8 @@ class TracePanel(QWidget):
         self.table = VertexTable(studio, self._tool)
         self.table.setObjectName("trace_vertices")
 
-        names = ("finish", "cancel", "continue_trace", "delete_vertex")
-        self._hint = QLabel()
-        self._hint.setWordWrap(True)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(6, 4, 6, 4)
-        layout.setSpacing(4)
-        layout.addLayout(form)
-        layout.addWidget(self.fit_view)
-        layout.addWidget(self.table, 1)
-        layout.addWidget(self._hint)
-        layout.addLayout(action_buttons([actions[name] for name in names]))
+        self._hint = hint_label()
+        lay_out_picking(self, actions, form, self.fit_view, self.table, self._hint)
         # After the box, which follows them first.
         studio.project_opened.connect(self.refresh)
         studio.edited.connect(self.refresh)
