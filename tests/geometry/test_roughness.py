@@ -135,37 +135,6 @@ def compared(traces: list[Trace], dof: np.ndarray) -> None:
         np.testing.assert_allclose(own, wanted, rtol=2e-4, err_msg=f"{len(each[0])} points")
 
 
-def test_the_calibration_is_the_one_that_the_published_table_was_made_with() -> None:
-    """The coverage in docs/plane_errors.md holds for these numbers; others need another table."""
-    assert {
-        name: getattr(roughness, name)
-        for name in (
-            *("LONG", "MIXED_WHITE", "FEWEST", "MOST", "UNEVEN", "FINE", "HEARD", "FLOOR"),
-            *("KIND_WEIGHT", "KIND_SLOPE", "LONG_WEIGHT", "MIXED_WEIGHT", "MIXED_SLOPE"),
-            *("WHITE_POINTS", "WHITE_POWER", "WHITE_LEAST", "SHARPNESS", "FREEDOM"),
-        )
-    } == {
-        "LONG": (0.25, 0.5),
-        "MIXED_WHITE": (0.25, 0.5),
-        "FEWEST": 12,
-        "MOST": 256,
-        "UNEVEN": 0.25,
-        "FINE": 16,
-        "HEARD": 127,
-        "FLOOR": 0.05,
-        "KIND_WEIGHT": (1.0, 0.38),
-        "KIND_SLOPE": (0.33, 0.0),
-        "LONG_WEIGHT": (0.75, 0.035),
-        "MIXED_WEIGHT": (0.37, 0.036),
-        "MIXED_SLOPE": 0.48,
-        "WHITE_POINTS": 43.0,
-        "WHITE_POWER": 2.0,
-        "WHITE_LEAST": 0.083,
-        "SHARPNESS": 2.0,
-        "FREEDOM": 0.74,
-    }
-
-
 @pytest.mark.parametrize("n", [12, 13, 31, 100, 255, 256])
 @pytest.mark.parametrize("length", [0.0, 0.03, 0.1, 0.5])
 def test_every_trace_of_a_batch_costs_what_plain_matrices_say(n: int, length: float) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -186,24 +187,30 @@ def test_damaged_rows_are_not_thrown_away(worn: Project) -> None:
     assert not worn.is_compacted
 
 
+@contextlib.contextmanager
+def no_space(monkeypatch: pytest.MonkeyPatch, when: str) -> Iterator[None]:
+    """The disk is full while rows are written, the old journal is kept, or files take places."""
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left") if when == "replacing" else TargetError("No space left")
+
+    step = {"writing": "copy_row", "keeping": "copy_to"}.get(when)
+    with monkeypatch.context() as patch:
+        if step is None:
+            patch.setattr(Path, "replace", full)
+        else:
+            patch.setattr(SqliteJournal, step, full)
+        yield
+
+
 @pytest.mark.parametrize("when", ["writing", "keeping", "replacing"])
 def test_a_compaction_that_fails_has_changed_nothing(
     worn: Project, monkeypatch: pytest.MonkeyPatch, when: str
 ) -> None:
     before, records = rows(worn), dict(worn.session.records)
 
-    def full(*_: object, **__: object) -> None:
-        raise OSError(28, "No space left") if when == "replacing" else TargetError("No space left")
-
-    with monkeypatch.context() as patch:
-        if when == "writing":
-            patch.setattr(SqliteJournal, "copy_row", full)
-        elif when == "keeping":
-            patch.setattr(SqliteJournal, "copy_to", full)
-        else:
-            patch.setattr(Path, "replace", full)
-        with pytest.raises(TargetError, match="No space left"):
-            worn.compact()
+    with no_space(monkeypatch, when), pytest.raises(TargetError, match="No space left"):
+        worn.compact()
     assert not worn.is_compacted
     assert rows(worn) == before
     note(worn, "since")
@@ -262,16 +269,8 @@ def test_a_way_back_that_fails_can_be_tried_again_and_adds_nothing_twice(
     note(worn, "since")
     now = rows(worn)
 
-    def full(*_: object) -> None:
-        raise OSError(28, "No space left") if when == "replacing" else TargetError("No space left")
-
-    with monkeypatch.context() as patch:
-        if when == "replacing":
-            patch.setattr(Path, "replace", full)
-        else:
-            patch.setattr(SqliteJournal, "copy_row", full)
-        with pytest.raises(TargetError, match="No space left"):
-            worn.take_back_compaction()
+    with no_space(monkeypatch, when), pytest.raises(TargetError, match="No space left"):
+        worn.take_back_compaction()
     assert rows(worn) == now
     assert worn.is_compacted
     assert not (worn.folder / "journal-compacted.sqlite").exists()
