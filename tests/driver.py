@@ -7,6 +7,7 @@ import shutil
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import shiboken6
@@ -23,6 +24,7 @@ LEFT = Qt.MouseButton.LeftButton
 NONE = Qt.KeyboardModifier.NoModifier
 CTRL = Qt.KeyboardModifier.ControlModifier
 CRS = "EPSG:32633"
+Panel = TypeVar("Panel", bound=QWidget)
 
 
 def wait(until: Callable[[], object], what: str = "", seconds: float = 30.0) -> None:
@@ -76,6 +78,12 @@ def dismiss(window: MainWindow) -> None:
     window.close()
     QApplication.processEvents()
     delete(window)
+
+
+def tool_panel(window: MainWindow, kind: type[Panel]) -> Panel:
+    """The panel of a tool, by its class."""
+    widgets = (dock.widget() for dock in window.docks.values())
+    return next(widget for widget in widgets if isinstance(widget, kind))
 
 
 def close(window: QWidget) -> None:

@@ -60,7 +60,9 @@ def test_a_line_is_picked_moved_kept_and_taken_back(picked, picks):
     at = spots(window, picks["B01"])
     key(window, Qt.Key.Key_L)
     assert studio.tool_name == "line"
-    assert not window.tool_panel(LinePanel).visibleRegion().isEmpty(), "its panel came forward"
+    assert not driver.tool_panel(window, LinePanel).visibleRegion().isEmpty(), (
+        "its panel came forward"
+    )
     click(viewport, at[0])
     move(viewport, at[1])
     assert "/" in reading(window)[0], "the direction to the cursor"
@@ -127,11 +129,11 @@ def test_distances_and_areas_are_measured_with_the_mouse(picked, picks):
     assert studio.measured([first.id])[first.id].dimension["distance_m"] == pytest.approx(
         np.linalg.norm(ends[1] - ends[0]), abs=1e-9
     )
-    window.tool_panel(MeasurePanel).kind_box.setCurrentIndex(
-        window.tool_panel(MeasurePanel).kind_box.findData("area")
+    driver.tool_panel(window, MeasurePanel).kind_box.setCurrentIndex(
+        driver.tool_panel(window, MeasurePanel).kind_box.findData("area")
     )
-    window.tool_panel(MeasurePanel).kind_box.activated.emit(
-        window.tool_panel(MeasurePanel).kind_box.currentIndex()
+    driver.tool_panel(window, MeasurePanel).kind_box.activated.emit(
+        driver.tool_panel(window, MeasurePanel).kind_box.currentIndex()
     )
     driver.focus(window)
     for spot in (at[0], at[3], at[3] + QPoint(0, 40), at[0] + QPoint(0, 40)):

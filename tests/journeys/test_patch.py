@@ -63,7 +63,7 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     assert window.docks["patch"].isVisible()
     move(viewport, at)
     assert viewport.preview.brush is not None
-    window.tool_panel(PatchPanel).radius.setValue(0.25)
+    driver.tool_panel(window, PatchPanel).radius.setValue(0.25)
     assert tool.radius == 0.25
 
     # The view stands still while the left button paints.
@@ -72,7 +72,7 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     assert tool.open
     assert viewport.preview.area is not None
     assert viewport.preview.reading[1].startswith("95 %: ")
-    assert window.tool_panel(PatchPanel).fit_view.isVisible()
+    assert driver.tool_panel(window, PatchPanel).fit_view.isVisible()
     driver.keep_picture(window, "patch-1-painting")
     drag(viewport, at, at + QPoint(60, 20))
     QTest.mouseRelease(viewport, driver.LEFT, driver.NONE, at + QPoint(60, 20))
@@ -107,7 +107,7 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     # The keys of the brush; one click is one place.
     key(window, Qt.Key.Key_BracketLeft)
     assert tool.radius == pytest.approx(0.2)
-    assert window.tool_panel(PatchPanel).radius.value() == pytest.approx(0.2)
+    assert driver.tool_panel(window, PatchPanel).radius.value() == pytest.approx(0.2)
     key(window, Qt.Key.Key_BracketRight)
     assert tool.radius == pytest.approx(0.25)
     click(viewport, at + NORTH)
@@ -129,8 +129,8 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     # Another one, of another type, in an orthographic view.
     key(window, Qt.Key.Key_Return)
     assert tool.current is None
-    window.tool_panel(PatchPanel).type_box.setCurrentIndex(
-        window.tool_panel(PatchPanel).type_box.findData("joint")
+    driver.tool_panel(window, PatchPanel).type_box.setCurrentIndex(
+        driver.tool_panel(window, PatchPanel).type_box.findData("joint")
     )
     window.actions_table.run("orthographic")
     still(window)
@@ -153,7 +153,7 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     window.actions_table.run("continue_patch")
     assert studio.tool_name == "patch"
     assert tool.continued
-    assert not window.tool_panel(PatchPanel).type_box.isEnabled()
+    assert not driver.tool_panel(window, PatchPanel).type_box.isEnabled()
     QTest.qWait(QApplication.doubleClickInterval() + 50)
     click(viewport, place + QPoint(30, 0))
     assert [p.name for p in patches(window)] == ["B01", "J01"]

@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit, QToolButton
 
+from tests import driver
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Frame
@@ -93,7 +94,7 @@ def test_letters_typed_into_a_field_stay_letters(window, studio):
     for field in (
         window.table._filter,
         window.view_panel.typed,
-        window.tool_panel(TracePanel).set_edit,
+        driver.tool_panel(window, TracePanel).set_edit,
     ):
         field.setFocus()
         field.clear()

@@ -8,6 +8,7 @@ from PySide6.QtGui import QDragEnterEvent, QDragMoveEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
+from tests import driver
 from tests.driver import click
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
@@ -52,9 +53,9 @@ def combos(window) -> list[list[str]]:
     return [
         [box.itemText(i) for i in range(box.count())]
         for box in (
-            window.tool_panel(TracePanel).type_box,
-            window.tool_panel(PatchPanel).type_box,
-            window.tool_panel(LinePanel).type_box,
+            driver.tool_panel(window, TracePanel).type_box,
+            driver.tool_panel(window, PatchPanel).type_box,
+            driver.tool_panel(window, LinePanel).type_box,
             window.properties.fields["type_id"],
         )
     ]
@@ -154,7 +155,7 @@ def test_names_and_colours_of_types_change_everywhere_at_once(window, studio):
 
     assert studio.attempt(edits.change_type, replace(kind, name="Strata", color="#123456"))
     assert all("Strata" in names and "Bedding" not in names for names in combos(window))
-    assert window.tool_panel(TracePanel).type_box.currentData() == "fault"
+    assert driver.tool_panel(window, TracePanel).type_box.currentData() == "fault"
     assert window.properties.fields["type_id"].currentData() == "bedding"
     assert window.tree._items["bedding"].text(0) == "Strata (1)"
     model = window.table.model
@@ -210,7 +211,7 @@ def test_empty_types_are_shown_on_demand_and_one_is_chosen_for_what_is_next(wind
     menu = tree.menu_for("vein")
     next(a for a in menu.actions() if a.text().startswith("&Next")).trigger()
     assert studio.next_type_id == "vein"
-    assert window.tool_panel(TracePanel).type_box.currentData() == "vein"
+    assert driver.tool_panel(window, TracePanel).type_box.currentData() == "vein"
     assert tree._items["vein"].font(0).bold()
     assert not tree._items["bedding"].font(0).bold()
 

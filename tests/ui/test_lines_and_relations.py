@@ -6,6 +6,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
+from tests import driver
 from tests.tools.fakes import event
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
@@ -48,7 +49,7 @@ def planes(window, studio):
 
 # --- line ----------------------------------------------------------------------------------------
 def test_types_that_are_lines_stand_first(window, planes):
-    box = window.tool_panel(LinePanel).type_box
+    box = driver.tool_panel(window, LinePanel).type_box
     names = [box.itemText(i) for i in range(box.count())]
     assert names[:2] == ["Fold axis", "Lineation"]
     assert set(names[2:]) >= {"Bedding", "Fault"}
@@ -58,7 +59,7 @@ def test_types_that_are_lines_stand_first(window, planes):
 
 
 def test_slip_waits_for_a_plane_and_says_so(window, planes):
-    panel = window.tool_panel(LinePanel)
+    panel = driver.tool_panel(window, LinePanel)
     assert not panel.slip_box.isEnabled()
     assert "choose the plane" in panel.slip_box.toolTip()
     choose(panel.plane_box, "f1")
@@ -84,7 +85,7 @@ def test_slip_waits_for_a_plane_and_says_so(window, planes):
 
 
 def test_the_selected_plane_is_followed_and_stays_when_a_line_is_made(window, planes):
-    panel = window.tool_panel(LinePanel)
+    panel = driver.tool_panel(window, LinePanel)
     planes.selection.set(["f1"])
     assert planes.tool_of(LineTool).next.plane_id == "", "not before it is asked for"
     choose(panel.plane_box, SELECTED)
@@ -149,7 +150,7 @@ def test_measurements_stand_in_the_tree_with_their_value(window, planes):
 
 
 def test_a_thickness_is_measured_across_the_selected_plane(window, planes):
-    panel = window.tool_panel(MeasurePanel)
+    panel = driver.tool_panel(window, MeasurePanel)
     assert not panel._form.isRowVisible(panel.plane_box)
     choose(panel.kind_box, "thickness")
     assert panel._form.isRowVisible(panel.plane_box)
@@ -165,12 +166,12 @@ def test_a_thickness_is_measured_across_the_selected_plane(window, planes):
 
 def test_what_is_typed_into_the_vertices_moves_them(window, planes):
     planes.activate("measure")
-    choose(window.tool_panel(MeasurePanel).kind_box, "polyline")
+    choose(driver.tool_panel(window, MeasurePanel).kind_box, "polyline")
     click(planes, (0, 0, 0), (0, 3, 4))
-    table = window.tool_panel(MeasurePanel).table
+    table = driver.tool_panel(window, MeasurePanel).table
     table.item(1, 2).setText("0,5")
     assert planes.tool_of(MeasureTool).vertices[1] == (0.0, 3.0, 0.5)
-    assert "3.04 m" in window.tool_panel(MeasurePanel).figures.text()
+    assert "3.04 m" in driver.tool_panel(window, MeasurePanel).figures.text()
     planes.cancel_tool()
     assert not table.isVisible()
 

@@ -7,6 +7,7 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QApplication
 
+from tests import driver
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.ui.interpret.tool_panels.trace import TracePanel
@@ -41,7 +42,9 @@ def test_the_wheel_over_a_choice_changes_nothing(window, studio, box):
     add_bed(studio)
     studio.selection.set(["t1"])
     choice = (
-        window.tool_panel(TracePanel).type_box if box == "trace" else window.properties.fields[box]
+        driver.tool_panel(window, TracePanel).type_box
+        if box == "trace"
+        else window.properties.fields[box]
     )
     assert isinstance(choice, ComboBox)
     before = choice.currentIndex(), studio.records["t1"]

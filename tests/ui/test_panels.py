@@ -7,6 +7,7 @@ from PySide6.QtCore import QLocale, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit
 
+from tests import driver
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
@@ -304,7 +305,7 @@ def test_a_vertex_shown_in_any_locale_is_read_back_as_the_same_number(window, st
     try:
         studio.activate("trace")
         studio.tool_of(TraceTool).continue_trace("t1")
-        table = window.tool_panel(TracePanel).table
+        table = driver.tool_panel(window, TracePanel).table
         for row in range(4):
             for col in range(3):
                 assert parse_number(table.item(row, col).text()) == pytest.approx(
@@ -373,7 +374,7 @@ def test_the_row_is_written_before_any_view_hears_of_it(window, studio):
 def test_the_trace_panel_shows_the_type_and_set_of_the_open_trace(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1", "main", type_id="fault", set_name="F")
-    panel = window.tool_panel(TracePanel)
+    panel = driver.tool_panel(window, TracePanel)
     assert panel.type_box.currentData() == "bedding"
     studio.activate("trace")
     studio.tool_of(TraceTool).continue_trace("t1")
@@ -402,8 +403,8 @@ def test_typing_a_set_for_a_restored_trace_keeps_its_type(window, studio, tmp_pa
     studio.set_next("bedding", "")
     studio.open_project(tmp_path / "p.vom")
     assert studio.tool_of(TraceTool).trace.type_id == "fault"
-    assert window.tool_panel(TracePanel).type_box.currentData() == "fault"
-    type_into(window.tool_panel(TracePanel).set_edit, "G")
+    assert driver.tool_panel(window, TracePanel).type_box.currentData() == "fault"
+    type_into(driver.tool_panel(window, TracePanel).set_edit, "G")
     assert (studio.tool_of(TraceTool).trace.type_id, studio.tool_of(TraceTool).trace.set_name) == (
         "fault",
         "G",

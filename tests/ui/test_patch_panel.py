@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from PySide6.QtTest import QTest
 
+from tests import driver
 from tests.geometry.test_brush import centre_of, grid
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document.kinds.patch import Patch
@@ -53,7 +54,7 @@ def test_the_dock_comes_forward_with_its_tool_and_the_left_button_paints(window,
 
 
 def test_the_radius_is_typed_shown_and_changed_by_its_commands(window, painting):
-    panel, tool = window.tool_panel(PatchPanel), painting.tool_of(PatchTool)
+    panel, tool = driver.tool_panel(window, PatchPanel), painting.tool_of(PatchTool)
     panel.radius.setValue(0.8)
     assert tool.radius == pytest.approx(0.8)
     window.actions_table.run("brush_larger")
@@ -69,7 +70,7 @@ def test_the_radius_is_typed_shown_and_changed_by_its_commands(window, painting)
 
 
 def test_the_panel_shows_the_fit_while_the_stroke_is_made(window, painting):
-    panel = window.tool_panel(PatchPanel)
+    panel = driver.tool_panel(window, PatchPanel)
     assert not panel.fit_view.isVisibleTo(panel)
     painting.pointer(event(Pointer.DRAG_START, 900))
     QTest.qWait(50)
@@ -84,14 +85,14 @@ def test_the_panel_shows_the_fit_while_the_stroke_is_made(window, painting):
 
 
 def test_type_and_set_of_what_is_made_next(window, painting):
-    panel = window.tool_panel(PatchPanel)
+    panel = driver.tool_panel(window, PatchPanel)
     panel.type_box.setCurrentIndex(panel.type_box.findData("joint"))
     panel.set_edit.setText("J1")
     panel.set_edit.editingFinished.emit()
     dab(painting, 900)
     (patch,) = patches(painting)
     assert (patch.name, patch.type_id, patch.set_name) == ("J01", "joint", "J1")
-    assert window.tool_panel(TracePanel).type_box.currentData() == "joint"
+    assert driver.tool_panel(window, TracePanel).type_box.currentData() == "joint"
 
 
 def test_finish_cancel_and_continue_are_offered_when_they_can_be_done(window, painting):
@@ -122,7 +123,9 @@ def test_undo_and_redo_take_strokes(window, painting):
     assert patches(painting) == one
     window.actions_table.run("undo")
     assert patches(painting) == []
-    assert not window.tool_panel(PatchPanel)._name.isVisibleTo(window.tool_panel(PatchPanel))
+    assert not driver.tool_panel(window, PatchPanel)._name.isVisibleTo(
+        driver.tool_panel(window, PatchPanel)
+    )
     window.actions_table.run("redo")
     window.actions_table.run("redo")
     assert patches(painting) == two

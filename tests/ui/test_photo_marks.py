@@ -53,8 +53,7 @@ class Opened:
         studio.attempt(add_photo_set, made, beside.points, beside.pixels)
         self.document.look_at(folder)
         rows = [PhotoRow(n, str(folder / n), 100, 80, "", "", "", False, None) for n in PHOTOS]
-        self.exports.begin(rows, given=taken)
-        self.exports.seen(beside.unread)
+        self.exports.begin(rows, given=taken, just_read=beside)
         self.marks = PhotoMarks(self.document, PHOTOS)
 
     @property

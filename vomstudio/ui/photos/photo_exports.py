@@ -17,7 +17,7 @@ from vomstudio.files.backup import set_aside
 from vomstudio.io.control.points import CONTROL, MARKS
 from vomstudio.io.control.writing import write_control, write_marks
 from vomstudio.io.photos.drawn_masks import keep_mask, load_mask, mask_place
-from vomstudio.io.project.taking_in import read_beside, spare_folder
+from vomstudio.io.project.taking_in import Beside, read_beside, spare_folder
 from vomstudio.photogrammetry.place.mark_prediction import Marking
 from vomstudio.ui.common.background import Background
 from vomstudio.ui.photos.photo_document import PhotoDocument
@@ -59,10 +59,12 @@ class PhotoExports(QObject):
         self._soon.setInterval(_SOON_MS)
         self._soon.timeout.connect(self._next_mask)
 
-    def begin(self, rows: Sequence[PhotoRow], *, given: bool) -> None:
+    def begin(
+        self, rows: Sequence[PhotoRow], *, given: bool, just_read: Beside | None = None
+    ) -> None:
         """The photos are taken in: from now on their files follow the records. given: the points
         came from files elsewhere, which are never written; with the first change all are written.
-        """
+        just_read: what lies beside the photos, where it has been taken in now"""
         self._rows = {row.name: row for row in rows}
         paths = [Path(row.path) for row in rows]
         self._places = {row.name: mask_place(Path(row.path), paths) for row in rows}
@@ -73,7 +75,10 @@ class PhotoExports(QObject):
         self._given = now if given else None
         self._on_disk = Marking() if given else now
         self._known = self._document.written()
-        self.foreign = self._foreign()
+        if just_read is None:
+            self.foreign = self._foreign()
+        else:
+            self._seen(just_read.unread)
 
     def _foreign(self) -> list[str]:
         """Names of files beside the photos that are neither what was taken in nor what was written
@@ -115,7 +120,7 @@ class PhotoExports(QObject):
             others.remove(name)
         return others
 
-    def seen(self, unread: Sequence[str] = ()) -> None:
+    def _seen(self, unread: Sequence[str]) -> None:
         """What lies beside the photos now was taken in, but for tables that cannot be read."""
         for name in {CONTROL, MARKS} - set(unread):
             self._known[name] = _sum(self.table(name))

@@ -97,9 +97,7 @@ class PhotoIntake:
     def _taken_in(self, rows: Sequence[PhotoRow], *, just_read: Beside | None = None) -> None:
         """The records are what is shown."""
         self._document.look_at(self._document.folder)
-        self._exports.begin(rows, given=self.given_from is not None)
-        if just_read is not None:
-            self._exports.seen(just_read.unread)
+        self._exports.begin(rows, given=self.given_from is not None, just_read=just_read)
         names = self._exports.foreign
         if self._document.taken_in and names:
             more = f" and {len(names) - 3} more" if len(names) > 3 else ""

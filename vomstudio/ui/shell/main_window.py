@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import (
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
 # A viewport that cannot draw must not keep the net away.
 _LONGEST_WAIT_MS = 5000
-Panel = TypeVar("Panel", bound=QWidget)
 
 
 class MainWindow(QMainWindow):
@@ -86,10 +85,6 @@ class MainWindow(QMainWindow):
     def filled(self) -> bool:
         """Whether the studio and the panels are there."""
         return self._filled
-
-    def tool_panel(self, kind: type[Panel]) -> Panel:
-        """The panel of this class."""
-        return next(panel for panel in self._tool_panels.values() if isinstance(panel, kind))
 
     # --- parts -------------------------------------------------------------------------------
     def _make_models(self) -> None:
