@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.cli import words
+from vomstudio.cli import text_tables
 from vomstudio.cli.arguments import Subparsers, add_command, progress_of
 from vomstudio.cli.output import Output
 from vomstudio.errors import UsageError
@@ -69,17 +69,17 @@ def _in_words(report: SurveyReport) -> str:
     rows = [
         (
             photo.name,
-            words.number(None if photo.gsd_m is None else 1000 * photo.gsd_m, 2),
-            words.number(photo.blur, 2),
-            words.number(photo.views, 1),
-            words.number(None if photo.overlap is None else 100 * photo.overlap, 0),
+            text_tables.number(None if photo.gsd_m is None else 1000 * photo.gsd_m, 2),
+            text_tables.number(photo.blur, 2),
+            text_tables.number(photo.views, 1),
+            text_tables.number(None if photo.overlap is None else 100 * photo.overlap, 0),
         )
         for photo in report.photos
     ]
     lines = []
     if rows:
         heads = ("photo", "pixel", "blur", "views", "overlap")
-        lines = [words.table(heads, ("", "mm", "px", "", "%"), rows), ""]
+        lines = [text_tables.table(heads, ("", "mm", "px", "", "%"), rows), ""]
     for finding in report.findings:
         lines.append(f"{finding.severity}: {finding.text}")
     lines += ["", report.verdict]

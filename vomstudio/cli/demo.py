@@ -113,7 +113,7 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
         sample_photos,
     )
     from vomstudio.jobs.reconstruction_tasks import RECONSTRUCT, ReconstructionOrder
-    from vomstudio.jobs.running import run_job
+    from vomstudio.jobs.run_job import run_job
     from vomstudio.products.sample.photo_check import check_photos, in_words
 
     order = ReconstructionOrder(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.cli import words
+from vomstudio.cli import text_tables
 from vomstudio.cli.arguments import Subparsers, add_command, add_output
 from vomstudio.cli.output import Output
 from vomstudio.errors import GeometryError
@@ -92,13 +92,13 @@ def _in_words(rows: list[dict[str, Any]]) -> str:
         [
             str(row["id"]),
             str(row["n_points"]),
-            words.azimuth(row["strike_rhr_deg"], 3),
-            words.inclination(row["dip_deg"], 3),
-            "undefined" if row["undefined"] else words.azimuth(row["dip_direction_deg"], 3),
+            text_tables.azimuth(row["strike_rhr_deg"], 3),
+            text_tables.inclination(row["dip_deg"], 3),
+            "undefined" if row["undefined"] else text_tables.azimuth(row["dip_direction_deg"], 3),
             _pair(row, "confidence95"),
             _pair(row, "angular_error"),
-            words.figures(row["rms_m"]),
-            words.figures(row["extent_m"]),
+            text_tables.figures(row["rms_m"]),
+            text_tables.figures(row["extent_m"]),
             row["quality"],
         ]
         for row in rows
@@ -108,9 +108,9 @@ def _in_words(rows: list[dict[str, Any]]) -> str:
         for row in rows
         if row["quality_reason"]
     ]
-    return "\n".join([words.table(heads, units, body), *reasons])
+    return "\n".join([text_tables.table(heads, units, body), *reasons])
 
 
 def _pair(row: dict[str, Any], name: str) -> str:
     largest, smallest = row[f"max_{name}_deg"], row[f"min_{name}_deg"]
-    return f"{words.number(largest, 4)}/{words.number(smallest, 4)}"
+    return f"{text_tables.number(largest, 4)}/{text_tables.number(smallest, 4)}"

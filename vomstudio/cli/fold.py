@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
-from vomstudio.cli import words
+from vomstudio.cli import text_tables
 from vomstudio.cli.arguments import Subparsers, add_azimuth, add_command
 from vomstudio.cli.output import Output
 from vomstudio.errors import GeometryError, UsageError, VomError
@@ -179,11 +179,12 @@ def _in_words(result: dict[str, Any]) -> str:
     lines = [
         f"planes used   {result['used']} of {result['n']}",
         *(f"  left out    {o['n']} {o['what']} ({o['reason']})" for o in result["left_out"]),
-        f"beta          {words.line(beta)}  trend/plunge, deg",
+        f"beta          {text_tables.line(beta)}  trend/plunge, deg",
         f"  confidence  {confidence}",
-        f"pi-plane      {words.azimuth(plane['dip_direction_deg'])}/"
-        f"{words.inclination(plane['dip_deg'])} dip direction/dip = "
-        f"{words.azimuth(plane['strike_rhr_deg'])}/{words.inclination(plane['dip_deg'])} "
+        f"pi-plane      {text_tables.azimuth(plane['dip_direction_deg'])}/"
+        f"{text_tables.inclination(plane['dip_deg'])} dip direction/dip = "
+        f"{text_tables.azimuth(plane['strike_rhr_deg'])}/"
+        f"{text_tables.inclination(plane['dip_deg'])} "
         "strike (RHR)/dip, deg",
         f"verdict       {result['verdict']}; view along beta valid: {result['valid']}",
         *(f"  - {reason}" for reason in result["reasons"]),

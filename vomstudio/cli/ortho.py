@@ -14,12 +14,12 @@ from vomstudio.cli.arguments import (
     progress_of,
 )
 from vomstudio.cli.output import Output
-from vomstudio.cli.words import azimuth
+from vomstudio.cli.text_tables import azimuth
 from vomstudio.errors import InputError, UsageError
 
 if TYPE_CHECKING:
     from vomstudio.io.models.reader import LoadedModel
-    from vomstudio.products.ortho.views import View
+    from vomstudio.products.ortho.view_directions import View
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -59,7 +59,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.files.atomic import check_target
     from vomstudio.io.models.opening import read_model
     from vomstudio.io.photos.cameras_file import scale_known
-    from vomstudio.products.ortho import orthophoto, planning, views
+    from vomstudio.products.ortho import orthophoto, planning, view_directions
     from vomstudio.products.ortho.sheet import format_of
 
     _one_direction(args)
@@ -101,7 +101,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
     if fold is not None:
         deep = float(plan.points[:, 2].max() - plan.points[:, 2].min())
-        fold["cost"] = views.cost_of_direction(
+        fold["cost"] = view_directions.cost_of_direction(
             fold["beta"]["max_confidence95_deg"], deep, metric=view.metric
         )
         warnings.append(fold["cost"])
@@ -153,7 +153,7 @@ def _one_direction(args: argparse.Namespace) -> None:
 
 def _fixed_view(args: argparse.Namespace) -> View | None:
     from vomstudio.geology.notation import parse_plane
-    from vomstudio.products.ortho.views import view_along_line, view_of_plane
+    from vomstudio.products.ortho.view_directions import view_along_line, view_of_plane
 
     if args.fold is not None:
         return None
@@ -181,7 +181,7 @@ def _fold(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
 
 
 def _fold_view(fold: dict[str, Any] | None, loaded: LoadedModel, to_world: Any) -> View:
-    from vomstudio.products.ortho.views import view_along_axis
+    from vomstudio.products.ortho.view_directions import view_along_axis
 
     assert fold is not None
     beta = fold["beta"]

@@ -13,8 +13,8 @@ from vomstudio.cli.output import Output
 from vomstudio.geometry.units import METRES
 
 if TYPE_CHECKING:
-    from vomstudio.workspace.desk import ProjectDesk
-    from vomstudio.workspace.summary import ProjectSummary
+    from vomstudio.workspace.headless_project import ProjectDesk
+    from vomstudio.workspace.project_summary import ProjectSummary
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -84,7 +84,7 @@ def _list(args: argparse.Namespace, out: Output) -> None:
 
 
 def _fit(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.workspace.summary import fitted
+    from vomstudio.workspace.project_summary import fitted
 
     found = fitted(Path(args.project), args.ids)
     result = {
@@ -112,7 +112,7 @@ def _verify(args: argparse.Namespace, out: Output) -> None:
 
 # --- changing ------------------------------------------------------------------------------------
 def _add_model(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.workspace.declared import Declared
+    from vomstudio.workspace.frame_declaration import Declared
 
     with _changing(args, out) as desk:
         added = desk.add_model(Path(args.file), Declared(args.crs, args.up, args.unit))
@@ -123,7 +123,7 @@ def _add_model(args: argparse.Namespace, out: Output) -> None:
 
 def _add_picks(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.text.tables import read_points
-    from vomstudio.workspace.desk import Picks
+    from vomstudio.workspace.headless_project import Picks
 
     groups = read_points(args.table, args.by)
     names = groups.ids if args.by is not None else ("",)
@@ -190,8 +190,8 @@ def _changing(
 ) -> Iterator[ProjectDesk]:
     """The open project; what was done to it is saved, and its layers are brought up to date."""
     from vomstudio.io.settings import read_settings
-    from vomstudio.workspace.desk import ProjectDesk
-    from vomstudio.workspace.layers import written_layers
+    from vomstudio.workspace.headless_project import ProjectDesk
+    from vomstudio.workspace.layer_export import written_layers
 
     settings, problems = read_settings()
     out.warn(problems)
@@ -213,7 +213,7 @@ def _report(args: argparse.Namespace, out: Output, what: dict[str, Any], words: 
 
 # --- in words ------------------------------------------------------------------------------------
 def _summary(args: argparse.Namespace) -> ProjectSummary:
-    from vomstudio.workspace.summary import summarise
+    from vomstudio.workspace.project_summary import summarise
 
     return summarise(Path(args.project))
 
@@ -238,15 +238,16 @@ def _in_words(summary: ProjectSummary) -> str:
 
 
 def _row_in_words(row: dict[str, Any]) -> str:
-    from vomstudio.cli import words
+    from vomstudio.cli import text_tables
 
     def angle(name: str, show: Callable[[float, int], str]) -> str:
         return "–" if row.get(name) is None else show(row[name], 3)
 
     if row["geometry"] == "line":
-        place = f"{angle('trend_deg', words.azimuth)}/{angle('plunge_deg', words.inclination)}"
+        plunge = angle("plunge_deg", text_tables.inclination)
+        place = f"{angle('trend_deg', text_tables.azimuth)}/{plunge}"
     else:
-        dip = angle("dip_deg", words.inclination)
-        place = f"{angle('dip_direction_deg', words.azimuth)}/{dip}"
+        dip = angle("dip_deg", text_tables.inclination)
+        place = f"{angle('dip_direction_deg', text_tables.azimuth)}/{dip}"
     quality = f", {row['quality']}" if row.get("quality") else ""
     return f"{row['name']} ({row['kind']}): {place}{quality}"

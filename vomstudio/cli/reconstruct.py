@@ -58,7 +58,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.jobs.reconstruction_tasks import RECONSTRUCT, ReconstructionOrder
-    from vomstudio.jobs.running import run_job
+    from vomstudio.jobs.run_job import run_job
 
     photos, folder = Path(args.photos), Path(args.output)
     if not photos.is_dir():

@@ -13,7 +13,7 @@ from vomstudio.document.edit import Edit, change
 from vomstudio.document.kind import kind_of
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.measurements import measure_one
+from vomstudio.document.measurement_cache import measure_one
 from vomstudio.document.records import (
     Feature,
     FeatureType,

@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from vomstudio.errors import Cancelled, WorkerError
-from vomstudio.jobs import wire
+from vomstudio.jobs import serialisation
 from vomstudio.jobs.events import LIFELINE, Done, Event, Failed, Fault, from_line
 from vomstudio.jobs.job import Job, Request, Result
 
@@ -50,7 +50,7 @@ class Worker:
     def submit(self, job: Job[Request, Result], request: Request, listener: Listener) -> int:
         """Returns the job's number. Raises WorkerError where the request cannot cross, or no
         process can be had for it."""
-        args = wire.encode(request)
+        args = serialisation.encode(request)
         with self._lock:
             if self._closed:
                 raise WorkerError("the program is closing; nothing more is begun")
@@ -230,7 +230,7 @@ class Worker:
 
 def _typed(event: Done, result: type[Any]) -> Event:
     try:
-        return Done(event.job, wire.decode(result, event.result))
+        return Done(event.job, serialisation.decode(result, event.result))
     except WorkerError as error:
         return Failed(event.job, error.as_dict(), error.exit_code)
 

@@ -18,8 +18,8 @@ import traceback
 from typing import Any, TextIO
 
 from vomstudio.errors import VomError, WorkerError
-from vomstudio.failures import crashes, hooks
-from vomstudio.failures.desk import DESK
+from vomstudio.failures import crashes, exception_hooks
+from vomstudio.failures.error_collector import DESK
 from vomstudio.jobs.events import LIFELINE, Done, Event, Failed, Fault, Stage, Step, to_line
 from vomstudio.jobs.tasks import TASKS
 from vomstudio.progress import CancelToken
@@ -56,7 +56,7 @@ def main() -> int:
             out.flush()
 
     job = 0
-    hooks.install(crashes.WORKER)
+    exception_hooks.install(crashes.WORKER)
     DESK.listen(lambda failure: send(Fault(job, failure.what)))
     jobs: queue.SimpleQueue[tuple[int, str, dict[str, Any], CancelToken]] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(sys.stdin, jobs), daemon=True).start()
@@ -74,7 +74,7 @@ def main() -> int:
             fault = WorkerError("there is not enough memory for this; close other programs")
             send(Failed(job, fault.as_dict(), fault.exit_code))
         except BrokenPipeError:
-            hooks.uninstall()
+            exception_hooks.uninstall()
             return 0
         except Exception as error:  # noqa: BLE001  a worker answers for every job it was given
             traceback.print_exc(file=sys.stderr)
@@ -117,5 +117,5 @@ def _listen(stdin: TextIO, jobs: queue.SimpleQueue[Any]) -> None:
             continue
         token = tokens[job[0]] = CancelToken()
         jobs.put((*job, token))
-    hooks.uninstall()
+    exception_hooks.uninstall()
     os._exit(0)

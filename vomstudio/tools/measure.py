@@ -16,9 +16,9 @@ from vomstudio.document.kinds.dimension import KINDS as DIMENSION_KINDS
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Model, Point
 from vomstudio.errors import GeometryError
-from vomstudio.geometry.discs import disc
-from vomstudio.tools.entry import ToolEntry
+from vomstudio.geometry.plane_discs import disc
 from vomstudio.tools.polyline import PolylineTool, plane_of, points_text
+from vomstudio.tools.tool_entry import ToolEntry
 
 KINDS: tuple[DimensionKind, ...] = tuple(kind for kind, _ in DIMENSION_KINDS)
 TWO_ENDS = ("distance", "thickness")

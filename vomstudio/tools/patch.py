@@ -24,12 +24,12 @@ from vomstudio.errors import DocumentError, VomError
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.geometry.units import area_text
-from vomstudio.tools.context import ToolContext
-from vomstudio.tools.entry import ToolEntry
-from vomstudio.tools.fit_words import WIDTH, error_text, first_reason, indices_text
+from vomstudio.tools.brush_stroke import Stroke
+from vomstudio.tools.fit_summary import WIDTH, error_text, first_reason, indices_text
+from vomstudio.tools.interaction_types import BrushRing, Button, Hit, Pointer, PointerEvent, Preview
 from vomstudio.tools.polyline import rgb
-from vomstudio.tools.stroke import Stroke
-from vomstudio.tools.types import BrushRing, Button, Hit, Pointer, PointerEvent, Preview
+from vomstudio.tools.tool_context import ToolContext
+from vomstudio.tools.tool_entry import ToolEntry
 
 SMALLEST_RADIUS, LARGEST_RADIUS = 1e-3, 1e4
 STEP = 1.25

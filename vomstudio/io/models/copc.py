@@ -30,14 +30,14 @@ from vomstudio.geometry.streaming.octree import (
     parts_of,
 )
 from vomstudio.io.gis.crs import parse_crs, sidecar_crs
-from vomstudio.io.models.formats._las_records import Choice, Layout, choose, cloud_of, layout_of
-from vomstudio.io.models.formats._las_top import (
+from vomstudio.io.models.formats._las_header import (
     MAX_CHUNK_POINTS,
     Top,
     is_sound_chunk,
     read_top,
     unpack,
 )
+from vomstudio.io.models.formats._las_records import Choice, Layout, choose, cloud_of, layout_of
 
 Array = npt.NDArray[Any]
 Key = tuple[int, int, int, int]

@@ -20,9 +20,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError, TargetError
-from vomstudio.geometry.arrangement import Arrangement, arrange
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
+from vomstudio.geometry.progressive_order import Arrangement, arrange
 from vomstudio.io.models import image_store
 from vomstudio.io.models.offset_file import checked_origin, offset_path
 from vomstudio.io.models.opening import file_hash, read_model, resolution

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from vomstudio.document.measurements import Measurements
+from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, Record
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.atomic import check_target

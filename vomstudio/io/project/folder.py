@@ -26,7 +26,7 @@ from vomstudio.io.project.assets import FOLDER as ASSETS
 from vomstudio.io.project.journal import NAME as JOURNAL
 from vomstudio.io.project.journal import TAKING_IN, SqliteJournal, read_replay
 from vomstudio.io.project.repair import Repaired, repair
-from vomstudio.io.project.taking_in import PHOTO_TABLES, RECONSTRUCTIONS, take_in_earlier
+from vomstudio.io.project.sidecar_import import PHOTO_TABLES, RECONSTRUCTIONS, take_in_earlier
 
 SUFFIX = ".vom"
 _MODELS = "models"

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.document.measurements import Measurements
+from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Record
 from vomstudio.errors import TargetError
 from vomstudio.files.atomic import atomic_write

@@ -13,7 +13,7 @@ from vomstudio.document import catalogue
 from vomstudio.document.records import FeatureType, Record
 from vomstudio.errors import UsageError
 from vomstudio.files.atomic import atomic_group
-from vomstudio.geometry.discs import disc
+from vomstudio.geometry.plane_discs import disc
 from vomstudio.io.gis import dxf, shapefile
 from vomstudio.io.models.writers._common import prj_text, says_the_same
 from vomstudio.tables.project_layers import Layer

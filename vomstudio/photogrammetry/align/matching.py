@@ -21,7 +21,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.photogrammetry.align.features import Features, sizes
-from vomstudio.photogrammetry.base.engine import cancellable, colmap
+from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 from vomstudio.progress import Progress, Silent
 
 Pair = tuple[int, int]

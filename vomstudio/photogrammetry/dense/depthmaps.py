@@ -14,7 +14,7 @@ from vomstudio.errors import GeometryError, InputError
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.io.photos.cameras_file import view_from_dict, view_to_dict
-from vomstudio.photogrammetry.dense.fringes import sky_fringe
+from vomstudio.photogrammetry.dense.foreground_fattening import sky_fringe
 from vomstudio.photogrammetry.dense.pairs import PATCHMATCH, SGBM, SOURCES, Plan
 from vomstudio.photogrammetry.dense.undistortion import Undistorted
 

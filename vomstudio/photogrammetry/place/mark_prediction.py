@@ -17,7 +17,7 @@ from vomstudio.geometry.cameras import View
 from vomstudio.io.control.control_files import read_control, read_marks
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.photos.cameras_file import FILE_NAME, Cameras, read_cameras
-from vomstudio.io.photos.names import photo_finder
+from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.photogrammetry.place.ground_adjustment import triangulate
 from vomstudio.registration.similarity import Similarity, fit_robustly, nearly_on_a_line
 

@@ -15,7 +15,7 @@ from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.photogrammetry.surface.atlas import Atlas, AtlasOptions, make_atlas, uv_mesh
 from vomstudio.photogrammetry.surface.blending import Blend, blend
-from vomstudio.photogrammetry.surface.pages import draw_pages
+from vomstudio.photogrammetry.surface.texture_pages import draw_pages
 from vomstudio.photogrammetry.surface.topology import Array, Faces, cross_products
 from vomstudio.photogrammetry.surface.visibility import (
     Look,

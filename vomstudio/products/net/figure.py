@@ -20,8 +20,8 @@ from vomstudio.errors import UsageError
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.orientation import Array, Line
 from vomstudio.products.net.contents import AnyEllipse, NetContents
-from vomstudio.products.net.emphasis import draw_emphasis
 from vomstudio.products.net.page import Page
+from vomstudio.products.net.selection_highlight import draw_emphasis
 from vomstudio.products.net.style import PRINT, NetStyle
 
 if TYPE_CHECKING:

@@ -13,8 +13,8 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.view_frame import ViewFrame
 from vomstudio.products.ortho.tiles import Grid
-from vomstudio.products.ortho.views import View
-from vomstudio.products.ortho.world import in_world
+from vomstudio.products.ortho.view_directions import View
+from vomstudio.products.ortho.world_points import in_world
 
 Array = npt.NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from vomstudio.errors import UsageError
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.geometry.view_frame import STEEP_DEG
-from vomstudio.products.ortho.views import View
+from vomstudio.products.ortho.view_directions import View
 
 FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".pdf": "PDF"}
 

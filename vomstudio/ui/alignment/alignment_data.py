@@ -34,10 +34,10 @@ from vomstudio.jobs.inspection_tasks import (
     PhotoIn,
 )
 from vomstudio.jobs.job import Request, Result
-from vomstudio.ui.common.background import Background
+from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.picture_panes import Picture
 from vomstudio.ui.common.studio import Studio
-from vomstudio.workspace.jobs import RunningJob
+from vomstudio.workspace.running_jobs import RunningJob
 
 LONG_SIDE = 3200
 _KEPT = 4

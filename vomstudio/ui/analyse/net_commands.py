@@ -10,12 +10,12 @@ import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QWidget
 
-from vomstudio.document import comparison, edits
+from vomstudio.document import edits, reading_comparison
 from vomstudio.document.records import Model
 from vomstudio.errors import VomError
 from vomstudio.geometry import transform
 from vomstudio.ui.common.actions import Command
-from vomstudio.ui.common.chosen import start_folder
+from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.studio import Studio
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def import_readings(parent: QWidget, studio: Studio, path: Path) -> None:
         if studio.attempt(edits.add_readings, dialog.readings, dialog.types):
             studio.selection.set(ids)
             picks = {i: found for i in ids if (found := studio.nearest_pick(i)) is not None}
-            studio.info(comparison.summary(ids, picks))
+            studio.info(reading_comparison.summary(ids, picks))
 
     dialog.accepted.connect(add)
     dialog.open()

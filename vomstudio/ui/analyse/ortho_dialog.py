@@ -31,9 +31,9 @@ from vomstudio.geometry.units import length_text as length
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.product_tasks import ORTHOPHOTO, OrthophotoOrder, WrittenOrthophoto
-from vomstudio.products.ortho import orthophoto, planning, views
+from vomstudio.products.ortho import orthophoto, planning, view_directions
 from vomstudio.rendering.qt.viewport import Viewport
-from vomstudio.ui.common.chosen import current_model, start_folder
+from vomstudio.ui.common.command_targets import current_model, start_folder
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import ComboBox, file_field
@@ -153,7 +153,9 @@ class OrthoDialog(QDialog):
         low, high = self._studio.models[model.id].data.bounds
         grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
         corners = transform.apply(model.to_world, np.where(grid == 1, high, low))
-        view = views.view_along_line(self._direction.trend_deg, self._direction.plunge_deg)
+        view = view_directions.view_along_line(
+            self._direction.trend_deg, self._direction.plunge_deg
+        )
         return view.frame.to_view(corners, np.asarray(self._seen.centre))
 
     def _extent(self) -> tuple[float, float]:
@@ -175,7 +177,7 @@ class OrthoDialog(QDialog):
         deep = float(np.ptp(box[:, 2]))
         metric = model.frame.has_metres
         self._unit.setText("m  " if metric else self.tr("units  "))
-        cost = views.cost_of_direction(self._error_deg, deep, metric=metric)
+        cost = view_directions.cost_of_direction(self._error_deg, deep, metric=metric)
         self._cost.setText(cost[:1].upper() + cost[1:])
         self._check()
         # Labels of several lines have their text only now.
@@ -221,7 +223,7 @@ class OrthoDialog(QDialog):
             studio.warn(f"The file of {model.name} is not where it was; locate it first.")
             return
         out = Path(self.target.text()).expanduser()
-        view = views.View(
+        view = view_directions.View(
             self._direction.trend_deg, self._direction.plunge_deg, "as given", self._words
         )
         if self.flip.isChecked():

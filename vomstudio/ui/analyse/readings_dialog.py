@@ -37,8 +37,8 @@ from vomstudio.io.project.readings import (
     what_is_missing,
 )
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.number_formatting import length
 from vomstudio.ui.common.widgets import ComboBox
-from vomstudio.ui.common.wording import length
 
 _PREVIEW_ROWS = 200
 _FAR_M = 10_000.0

@@ -50,9 +50,9 @@ from vomstudio.products.net.contents import (
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
 from vomstudio.products.net.style import NetStyle
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
-from vomstudio.ui.common.wording import natural
 
 _MARKERS = {"circle": "o", "square": "s", "triangle": "^", "diamond": "D", "pentagon": "p",
             "star": "*"}  # fmt: skip

@@ -12,7 +12,7 @@ from vomstudio.document.figures import Figure, Subject
 from vomstudio.document.kinds import kind_named
 from vomstudio.document.measurement import Measurement
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.wording import orientation_text
+from vomstudio.ui.common.number_formatting import orientation_text
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from vomstudio.document import catalogue as of
 from vomstudio.document.figures import Figure, Form
 from vomstudio.document.kinds import FIGURES
 from vomstudio.errors import UsageError
-from vomstudio.ui.common.wording import orientation_text
+from vomstudio.ui.common.number_formatting import orientation_text
 from vomstudio.ui.interpret.feature_row import CLASS, Row
 
 _WORDS = (of.NAME, of.KIND, of.SET, CLASS, of.QUALITY, of.REASONS, of.NOTES, of.OVERTURNED)

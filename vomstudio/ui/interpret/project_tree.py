@@ -32,8 +32,8 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.kinds import GROUPS, KINDS, group_of, kind_of
 from vomstudio.document.records import Feature, FeatureType, Model, Record, Typed
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.number_formatting import natural, orientation_text
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.wording import natural, orientation_text
 from vomstudio.ui.interpret.feature_row import row_of
 from vomstudio.ui.interpret.filter_line import FilterLine
 from vomstudio.ui.interpret.tree_menus import TreeMenus

@@ -26,12 +26,12 @@ from vomstudio.document.records import Feature, Model, get_feature
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
 from vomstudio.ui.common.fit_view import FitView
+from vomstudio.ui.common.number_formatting import length
 from vomstudio.ui.common.plane_box import PlaneBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.widgets import ComboBox
-from vomstudio.ui.common.wording import length
-from vomstudio.ui.interpret import relations
+from vomstudio.ui.interpret import plane_relations
 
 
 class PropertiesPanel(QWidget):
@@ -170,14 +170,16 @@ class PropertiesPanel(QWidget):
 
     def _show_relation(self) -> None:
         """Of two selected planes."""
-        relation = relations.of_selected(self._studio)
+        relation = plane_relations.of_selected(self._studio)
         self._relation.setVisible(relation is not None)
         self._keep.setVisible(relation is not None)
         if relation is None:
             return
         names = " and ".join(self._studio.records[i].name for i in self._studio.selection.ids)
         measured = self._studio.measure(relation)
-        self._relation.setText("<br>".join([f"<b>{escape(names)}</b>", *relations.words(measured)]))
+        self._relation.setText(
+            "<br>".join([f"<b>{escape(names)}</b>", *plane_relations.words(measured)])
+        )
         self._keep.setEnabled(measured.line is not None)
 
     def _show_feature(self, feature: Feature) -> None:

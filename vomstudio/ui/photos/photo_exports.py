@@ -17,9 +17,9 @@ from vomstudio.files.backup import set_aside
 from vomstudio.io.control.points import CONTROL, MARKS
 from vomstudio.io.control.writing import write_control, write_marks
 from vomstudio.io.photos.drawn_masks import keep_mask, load_mask, mask_place
-from vomstudio.io.project.taking_in import Beside, read_beside, spare_folder
+from vomstudio.io.project.sidecar_import import Beside, read_beside, spare_folder
 from vomstudio.photogrammetry.place.mark_prediction import Marking
-from vomstudio.ui.common.background import Background
+from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_row import PhotoRow
 

@@ -14,7 +14,7 @@ from vomstudio.errors import VomError
 from vomstudio.geometry.pixel_areas import Area, changed_by
 from vomstudio.io.photos.drawn_masks import load_mask, mask_png
 from vomstudio.io.project.assets import keep_asset
-from vomstudio.ui.common.background import Background
+from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_row import PhotoRow
 

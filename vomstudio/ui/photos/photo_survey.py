@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from vomstudio.io.control.control_files import find_control
 from vomstudio.io.control.points import CONTROL, MARKS
-from vomstudio.io.project.taking_in import RECONSTRUCTIONS
+from vomstudio.io.project.sidecar_import import RECONSTRUCTIONS
 from vomstudio.jobs import job as jobs
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.job import Lane, Result
@@ -19,13 +19,13 @@ from vomstudio.jobs.reconstruction_tasks import RECONSTRUCT, Reconstruction
 from vomstudio.jobs.survey_tasks import FORESEE, ControlFacts, Forecast, ForecastOrder
 from vomstudio.survey.check_results import Finding, SurveyReport
 from vomstudio.ui.common.studio import Notice, Studio
-from vomstudio.ui.photos import made_models
-from vomstudio.ui.photos.make_settings import MakeSettings
+from vomstudio.ui.photos import reconstruction_folders
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_exports import PhotoExports
-from vomstudio.ui.photos.photo_intake import PhotoIntake
+from vomstudio.ui.photos.photo_import import PhotoIntake
 from vomstudio.ui.photos.photo_row import PhotoRow, tell_rows
-from vomstudio.workspace.jobs import RunningJob
+from vomstudio.ui.photos.reconstruction_settings import MakeSettings
+from vomstudio.workspace.running_jobs import RunningJob
 
 # What does not listen is stopped the hard way before that.
 _STOPPING_S = 10.0
@@ -121,7 +121,9 @@ class PhotoSurvey(QObject):
         """Where the model of these photos in this quality is made, or was begun."""
         if self.folder is None:
             return None
-        return made_models.folder_for(self._studio.project.folder, self.folder, self.quality)
+        return reconstruction_folders.folder_for(
+            self._studio.project.folder, self.folder, self.quality
+        )
 
     def choose_quality(self, quality: str) -> None:
         self.choose(replace(self.settings, quality=quality))
@@ -140,7 +142,7 @@ class PhotoSurvey(QObject):
     def begun(self) -> bool:
         """An earlier run has finished some stages and no more."""
         out = self.out()
-        return out is not None and made_models.is_begun(out)
+        return out is not None and reconstruction_folders.is_begun(out)
 
     # --- photos ------------------------------------------------------------------------------
     def open(self, folder: Path, settings: MakeSettings | None = None) -> None:
@@ -198,7 +200,7 @@ class PhotoSurvey(QObject):
     def _checked(self, report: SurveyReport) -> None:
         self._take(report)
         out = self.out()
-        if out is not None and (after := made_models.earlier_survey(out)) is not None:
+        if out is not None and (after := reconstruction_folders.earlier_survey(out)) is not None:
             self._take(after)
         self._show_cameras()
         self.rows_changed.emit()
@@ -335,7 +337,11 @@ class PhotoSurvey(QObject):
     def aligned_folder(self) -> Path | None:
         """A reconstruction of these photos with cameras: in this quality, else the newest one."""
         out = self.out()
-        return None if out is None or self.folder is None else made_models.aligned(out, self.folder)
+        return (
+            None
+            if out is None or self.folder is None
+            else reconstruction_folders.aligned(out, self.folder)
+        )
 
     def check_again(self) -> None:
         """Masks have changed what the photos are worth."""
@@ -378,7 +384,7 @@ class PhotoSurvey(QObject):
             # The project may have been saved under another name meanwhile.
             place = self._studio.project.folder / RECONSTRUCTIONS / out.name
             if (photo_set := self.document.photo_set) is not None:
-                made_models.record(self._studio, photo_set.id, place, name)
+                reconstruction_folders.record(self._studio, photo_set.id, place, name)
             self._studio.open_model(place / Path(result.mesh).name, name)
 
         def failed(event: Failed) -> None:
@@ -413,7 +419,7 @@ class PhotoSurvey(QObject):
 
     def _show_cameras(self) -> None:
         out = self.out()
-        known = None if out is None else made_models.show_cameras(out, self.rows)
+        known = None if out is None else reconstruction_folders.show_cameras(out, self.rows)
         if known is not None:
             self.has_north = known
 
@@ -427,7 +433,7 @@ class PhotoSurvey(QObject):
         self.rows_changed.emit()
         # The newest is the one that the user was at.
         project = self._studio.project.folder
-        if (made := made_models.newest(project)) is not None:
+        if (made := reconstruction_folders.newest(project)) is not None:
             self.open(*made)
         elif (photos := self.document.last_folder()) is not None:
             self.open(photos)

@@ -21,7 +21,7 @@ from vomstudio.errors import VomError
 from vomstudio.io.photos.cameras_file import FILE_NAME
 from vomstudio.photogrammetry.place.mark_prediction import PlacedPhotos
 from vomstudio.ui.common.actions import Actions
-from vomstudio.ui.common.background import Background
+from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.messages_panel import MessageBar
 from vomstudio.ui.common.studio import Notice
 from vomstudio.ui.common.widgets import ElidedLabel

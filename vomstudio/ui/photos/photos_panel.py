@@ -24,10 +24,10 @@ from PySide6.QtWidgets import (
 
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.widgets import ComboBox, ElidedLabel
-from vomstudio.ui.photos.make_settings import QUALITIES
 from vomstudio.ui.photos.photo_row import PhotoRow
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.photos.plan_view import PlanView
+from vomstudio.ui.photos.reconstruction_settings import QUALITIES
 
 _THUMBNAIL = QSize(72, 48)
 _COLUMNS = (

@@ -15,8 +15,8 @@ from vomstudio.geometry.frusta import Frustum, frusta
 from vomstudio.io.photos.cameras_file import Cameras, read_cameras
 from vomstudio.rendering.qt.photo_cameras import PhotoCameras
 from vomstudio.rendering.qt.viewport import Viewport
-from vomstudio.tools.types import Button, Pointer, PointerEvent
-from vomstudio.ui.common.background import Background
+from vomstudio.tools.interaction_types import Button, Pointer, PointerEvent
+from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.studio import Studio
 from vomstudio.workspace.photos import PhotoLinks
 

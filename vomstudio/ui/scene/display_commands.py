@@ -9,9 +9,9 @@ from PySide6.QtWidgets import QMenu
 
 from vomstudio.rendering.view.scalars import ELEVATION, FieldStyle, field_names, title_of
 from vomstudio.ui.common.actions import Command
-from vomstudio.ui.common.chosen import current_model
-from vomstudio.ui.common.ports import Docks
+from vomstudio.ui.common.command_targets import current_model
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.window_protocols import Docks
 from vomstudio.ui.scene.camera_view import CameraView
 from vomstudio.ui.scene.outcrop_view import OutcropView
 from vomstudio.workspace import display

@@ -28,8 +28,8 @@ from vomstudio.geology.orientation import Line, Plane, angle_between_lines, norm
 from vomstudio.geometry import transform
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.vectors import wrap360
+from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.wording import degrees
 from vomstudio.ui.scene.first_view import first_view
 
 SAME_DEG = 0.5

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
 from vomstudio.errors import VomError
 from vomstudio.failures import crashes, report
-from vomstudio.failures.desk import DESK, Failure
+from vomstudio.failures.error_collector import DESK, Failure
 from vomstudio.files.atomic import write_bytes
 from vomstudio.workspace.notices import Notice
 

@@ -16,7 +16,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.ui.common import theme
-from vomstudio.workspace.jobs import Jobs, RunningJob
+from vomstudio.workspace.running_jobs import Jobs, RunningJob
 
 _COLUMNS = ("Job", "Doing", "Progress", "Time", "")
 _KEPT = 50

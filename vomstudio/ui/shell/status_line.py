@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QLabel, QProgressBar, QStatusBar, QToolButton
 
 from vomstudio.document.records import Model
 from vomstudio.geometry import transform
-from vomstudio.tools.types import Pointer, PointerEvent
+from vomstudio.tools.interaction_types import Pointer, PointerEvent
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ElidedLabel
 

@@ -12,7 +12,7 @@ from PySide6.QtCore import QObject, Qt, Signal
 from vomstudio.document.records import Model
 from vomstudio.geometry import transform
 from vomstudio.rendering.qt.viewport import Viewport
-from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent, Preview
+from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent, Preview
 from vomstudio.ui.common.photo_canvas import Drawn, PhotoCanvas, PhotoPointer
 from vomstudio.ui.common.photo_images import PhotoImages, Picture
 from vomstudio.ui.common.studio import Studio

@@ -8,9 +8,9 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from vomstudio.ui.common.actions import Command
-from vomstudio.ui.common.chosen import current_model, start_folder, why_no_model
-from vomstudio.ui.common.ports import Docks
+from vomstudio.ui.common.command_targets import current_model, start_folder, why_no_model
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.window_protocols import Docks
 from vomstudio.ui.sight.feature_photo import FeaturePhoto
 from vomstudio.ui.sight.sighting_list import SightingList
 from vomstudio.workspace.photos import PhotoLinks

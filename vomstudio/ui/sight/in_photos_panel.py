@@ -19,11 +19,11 @@ from PySide6.QtWidgets import (
 from vomstudio.document.records import Feature, Model
 from vomstudio.geometry import transform
 from vomstudio.rendering.qt.viewport import Viewport
-from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent
+from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
+from vomstudio.ui.common.number_formatting import drawn_points
 from vomstudio.ui.common.photo_canvas import PhotoPointer
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ElidedLabel
-from vomstudio.ui.common.wording import drawn_points
 from vomstudio.ui.sight.feature_photo import FeaturePhoto, world_of
 from vomstudio.ui.sight.sighting_list import SightingList, sighting_words
 from vomstudio.workspace.photos import ModelPhotos, PhotoLinks

@@ -31,8 +31,8 @@ from vomstudio.io.photos.camera_table import camera_models
 from vomstudio.products.report.field_sheet import figures, write_field_sheet
 from vomstudio.survey.plan_camera import camera_of
 from vomstudio.survey.planning import LEAST_OVERLAP, MANNERS, MOST_OVERLAP, SurveyPlan, plan_survey
-from vomstudio.ui.common.background import Background
-from vomstudio.ui.common.chosen import start_folder
+from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import ComboBox

@@ -10,10 +10,10 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 
 from vomstudio.io.project.folder import SUFFIX, is_project
 from vomstudio.ui.common.actions import Command
-from vomstudio.ui.common.chosen import start_folder
+from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.open_dialogs import OpenDialogs
-from vomstudio.ui.common.ports import Docks
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.window_protocols import Docks
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 
 _DOCK = "photos"
@@ -93,7 +93,7 @@ class SurveyDialogs:
         )
 
     def settings(self) -> None:
-        from vomstudio.ui.survey.make_dialog import MakeDialog
+        from vomstudio.ui.survey.reconstruct_dialog import MakeDialog
 
         make = self._actions["make_model"]
         self._dialogs.show(MakeDialog, lambda: MakeDialog(self.parent, self._survey, make))

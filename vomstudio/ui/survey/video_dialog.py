@@ -23,10 +23,10 @@ from PySide6.QtWidgets import (
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.survey_tasks import TAKE_FRAMES, FramesOrder, TakenFrames
 from vomstudio.survey.video import DEFAULT_FPS, is_ours
-from vomstudio.ui.common.chosen import start_folder
+from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.studio import Notice, Studio
 from vomstudio.ui.common.widgets import file_field
-from vomstudio.workspace.jobs import RunningJob
+from vomstudio.workspace.running_jobs import RunningJob
 
 _VIDEOS = "Videos (*.mp4 *.MP4 *.mov *.MOV *.avi *.AVI *.mkv *.m4v *.mts *.MTS);;All files (*)"
 _SHOWN_GAPS = 6

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from vomstudio.errors import InputError
 from vomstudio.io.control.format import ControlFormat
-from vomstudio.io.control.metres import in_metres
 from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.io.control.projection import in_metres
 from vomstudio.io.text.xml_tree import (
     Element,
     Once,

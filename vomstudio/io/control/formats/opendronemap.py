@@ -10,8 +10,8 @@ from pathlib import Path
 
 from vomstudio.errors import InputError
 from vomstudio.io.control.format import ControlFormat
-from vomstudio.io.control.metres import in_metres
 from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.io.control.projection import in_metres
 
 _LARGEST = 64 << 20
 _UTM = re.compile(r"WGS84\s+UTM\s+(\d{1,2})\s*([NS])", re.IGNORECASE)

@@ -15,8 +15,8 @@ import numpy as np
 
 from vomstudio.errors import InputError, UsageError
 from vomstudio.io.control.format import ControlFormat
-from vomstudio.io.control.metres import in_metres
 from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.io.control.projection import in_metres
 from vomstudio.io.text.tables import TextTable, read_table
 
 _IN_COMMENT = re.compile(r"[#\s]*(?:CRS\s*[:=]?\s*)?(EPSG:\d+\b|[A-Z]+CRS\[.*\])", re.IGNORECASE)

@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.io.models.formats._clean import read_whole
+from vomstudio.io.models.formats._common import read_whole
 from vomstudio.io.models.mtl import find_beside
 from vomstudio.progress import Progress, Silent
 

@@ -12,8 +12,8 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.io.models.formats._clean import scale_colors
-from vomstudio.io.models.formats._las_top import Top
+from vomstudio.io.models.formats._common import scale_colors
+from vomstudio.io.models.formats._las_header import Top
 
 Array = npt.NDArray[Any]
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.io.models.formats._clean import some
+from vomstudio.io.models.formats._common import some
 from vomstudio.io.models.formats._ply_header import Element, Header
 from vomstudio.progress import Progress
 

@@ -13,7 +13,7 @@ from vomstudio.errors import InputError
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import parse_crs
 from vomstudio.io.gis.raster import libtiff_silent
-from vomstudio.io.models.formats._clean import drop_unsound, some
+from vomstudio.io.models.formats._common import drop_unsound, some
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
 

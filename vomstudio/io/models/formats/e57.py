@@ -11,7 +11,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.gis.crs import parse_crs
-from vomstudio.io.models.formats._clean import Columns, drop_unsound_points, some
+from vomstudio.io.models.formats._common import Columns, drop_unsound_points, some
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
 

@@ -16,10 +16,10 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.models.formats._clean import drop_unsound, drop_unsound_points
+from vomstudio.io.models.formats._common import drop_unsound, drop_unsound_points
 from vomstudio.io.models.formats._gltf_document import Document
 from vomstudio.io.models.formats._gltf_materials import materials_of
-from vomstudio.io.models.formats._gltf_pieces import Piece, pieces_of
+from vomstudio.io.models.formats._gltf_primitives import Piece, pieces_of
 from vomstudio.io.models.offset_file import checked_origin, crs_or_problem, offset_path, read_offset
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress

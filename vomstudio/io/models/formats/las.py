@@ -12,9 +12,9 @@ import numpy.typing as npt
 
 from vomstudio.errors import Cancelled, InputError
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.io.models.formats._clean import Columns, drop_unsound_points, scale_colors
+from vomstudio.io.models.formats._common import Columns, drop_unsound_points, scale_colors
+from vomstudio.io.models.formats._las_header import check_header, mended
 from vomstudio.io.models.formats._las_records import STANDARD_FIELDS
-from vomstudio.io.models.formats._las_top import check_header, mended
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
 

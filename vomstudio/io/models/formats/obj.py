@@ -17,7 +17,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
-from vomstudio.io.models.formats._clean import drop_unsound, read_whole, scale_colors, some
+from vomstudio.io.models.formats._common import drop_unsound, read_whole, scale_colors, some
 from vomstudio.io.models.mtl import decode, find_beside, read_library, unquote
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress

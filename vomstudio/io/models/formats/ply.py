@@ -13,7 +13,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
-from vomstudio.io.models.formats._clean import (
+from vomstudio.io.models.formats._common import (
     drop_unsound,
     drop_unsound_points,
     read_whole,

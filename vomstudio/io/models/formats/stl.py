@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.models.formats._clean import drop_unsound, read_whole, some
+from vomstudio.io.models.formats._common import drop_unsound, read_whole, some
 from vomstudio.io.models.offset_file import read_offset
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress

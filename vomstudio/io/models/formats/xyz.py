@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.io.models.formats._clean import drop_unsound_points, read_whole, scale_colors, some
+from vomstudio.io.models.formats._common import drop_unsound_points, read_whole, scale_colors, some
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.io.text.rows import (
     LARGEST_FILE,

@@ -7,12 +7,12 @@ from PySide6.QtWidgets import QWidget
 
 from vomstudio.tools.line import LineTool
 from vomstudio.ui.common.fit_view import FitView
+from vomstudio.ui.common.number_formatting import slip_names
 from vomstudio.ui.common.plane_box import PlaneBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.vertex_table import VertexTable
 from vomstudio.ui.common.widgets import ComboBox
-from vomstudio.ui.common.wording import slip_names
 from vomstudio.ui.interpret.tool_panels.common import (
     hint_label,
     lay_out_picking,

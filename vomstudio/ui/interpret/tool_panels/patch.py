@@ -14,7 +14,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.document.measurements import Measurement
+from vomstudio.document.measurement_cache import Measurement
 from vomstudio.tools.patch import LARGEST_RADIUS, SMALLEST_RADIUS, PatchTool
 from vomstudio.ui.common.fit_view import FitView
 from vomstudio.ui.common.studio import Studio
