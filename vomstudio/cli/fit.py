@@ -9,19 +9,22 @@ from vomstudio.cli import text_tables
 from vomstudio.cli.arguments import Subparsers, add_command, add_output
 from vomstudio.cli.output import Output
 from vomstudio.errors import GeometryError
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.io.text.tables import PointGroups
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    parser = add_command(subparsers, "fit", run, help_="Fit planes to points and judge them")
-    parser.add_argument("points", metavar="POINTS", help="text table with x, y, z")
+    parser = add_command(subparsers, "fit", run, help_=tr("Fit planes to points and judge them"))
+    parser.add_argument("points", metavar="POINTS", help=tr("text table with x, y, z"))
     parser.add_argument(
         "--by",
         metavar="COLUMN",
-        help="name or number of the column that tells the planes apart "
-        "(segment: the parts between --- lines)",
+        help=tr(
+            "name or number of the column that tells the planes apart (segment: the "
+            "parts between --- lines)"
+        ),
     )
     parser.add_argument("--method", choices=["pca", "regression"], default="pca")
     add_output(parser, "write the orientation table as CSV")
@@ -76,9 +79,13 @@ def _fitted(groups: PointGroups, method: Any) -> tuple[list[dict[str, Any]], lis
 def _nothing_fitted(path: str, by: str | None, skipped: list[dict[str, str]]) -> GeometryError:
     first = skipped[0]
     if by is None:
-        return GeometryError(f"no plane: {first['reason']}.", file=path)
+        return GeometryError(tr("no plane: {reason}.", reason=first["reason"]), file=path)
     return GeometryError(
-        f"none of its {len(skipped)} planes can be fitted; the first: {first['reason']}.",
+        tr(
+            "none of its {count} planes can be fitted; the first: {reason}.",
+            count=len(skipped),
+            reason=first["reason"],
+        ),
         file=path,
         field=f"{by} {first['id']}",
     )

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from vomstudio.cli.arguments import Run, Subparsers, add_command, progress_of
 from vomstudio.cli.output import Output
 from vomstudio.geometry.units import METRES
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.workspace.headless_project import ProjectDesk
@@ -19,9 +20,9 @@ if TYPE_CHECKING:
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
-        subparsers, "project", _run, help_="Look into a project, change it, and keep it sound"
+        subparsers, "project", _run, help_=tr("Look into a project, change it, and keep it sound")
     )
-    parser.add_argument("project", metavar="PROJECT", help="the folder NAME.vom")
+    parser.add_argument("project", metavar="PROJECT", help=tr("the folder NAME.vom"))
     actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
 
     def add(name: str, act: Run, help_: str) -> argparse.ArgumentParser:
@@ -29,45 +30,49 @@ def add_parser(subparsers: Subparsers) -> None:
         made: argparse.ArgumentParser = actions.add_parser(
             name, help=help_, description=f"{help_}.", argument_default=argparse.SUPPRESS
         )
-        made.add_argument("--json", action="store_true", help="print one JSON object on stdout")
+        made.add_argument("--json", action="store_true", help=tr("print one JSON object on stdout"))
         made.add_argument(
-            "--progress", choices=["json"], help="report progress as JSON lines on stderr"
+            "--progress", choices=["json"], help=tr("report progress as JSON lines on stderr")
         )
         made.set_defaults(act=act)
         return made
 
     add("list", _list, "Say what is in it")
     model = add("add-model", _add_model, "Make a model part of it")
-    model.add_argument("file", metavar="FILE", help="model or cloud in any format that is read")
-    model.add_argument("--crs", metavar="EPSG", default=None, help="the projected CRS of FILE")
+    model.add_argument("file", metavar="FILE", help=tr("model or cloud in any format that is read"))
+    model.add_argument("--crs", metavar="EPSG", default=None, help=tr("the projected CRS of FILE"))
     model.add_argument(
-        "--up", choices=["y", "z"], default=None, help="the axis of FILE that points up"
+        "--up", choices=["y", "z"], default=None, help=tr("the axis of FILE that points up")
     )
     model.add_argument(
-        "--unit", choices=sorted(METRES), default=None, help="the unit of FILE's coordinates"
+        "--unit", choices=sorted(METRES), default=None, help=tr("the unit of FILE's coordinates")
     )
     picks = add("add-picks", _add_picks, "Add traces: points in World along beds or fractures")
-    picks.add_argument("table", metavar="TABLE", help="text table with x, y, z")
+    picks.add_argument("table", metavar="TABLE", help=tr("text table with x, y, z"))
     picks.add_argument(
-        "--model", default=None, help="name or id of the model they lie on (default: the only one)"
+        "--model",
+        default=None,
+        help=tr("name or id of the model they lie on (default: the only one)"),
     )
-    picks.add_argument("--type", required=True, help="feature type, such as bedding")
+    picks.add_argument("--type", required=True, help=tr("feature type, such as bedding"))
     picks.add_argument(
         "--by",
         metavar="COLUMN",
         default=None,
-        help="name or number of the column that tells the traces apart, and names them",
+        help=tr("name or number of the column that tells the traces apart, and names them"),
     )
-    picks.add_argument("--set", default="", help="the set that they belong to")
+    picks.add_argument("--set", default="", help=tr("the set that they belong to"))
     fit = add("fit", _fit, "Fit and judge its features")
-    fit.add_argument("ids", metavar="ID", nargs="*", default=[], help="ids or names (default: all)")
+    fit.add_argument(
+        "ids", metavar="ID", nargs="*", default=[], help=tr("ids or names (default: all)")
+    )
     add("undo", _undo, "Take the last step back")
     add("redo", _redo, "Do the step that was taken back again")
     add("verify", _verify, "Read every row and file of it and say what is not as it was written")
     add("repair", _repair, "Write a journal with damaged rows anew, and keep the damaged one")
     compact = add("compact", _compact, "Take away rows and files that nothing can reach any more")
     compact.add_argument(
-        "--dry-run", action="store_true", default=False, help="only say what would go"
+        "--dry-run", action="store_true", default=False, help=tr("only say what would go")
     )
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from vomstudio.cli import text_tables
 from vomstudio.cli.arguments import Subparsers, add_azimuth, add_command
 from vomstudio.cli.output import Output
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     import numpy as np
@@ -20,14 +21,14 @@ UNNAMED = "unassigned"
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
-        subparsers, "stats", run, help_="Orientation tensor, Fisher mean and shape of each set"
+        subparsers, "stats", run, help_=tr("Orientation tensor, Fisher mean and shape of each set")
     )
-    parser.add_argument("table", metavar="TABLE", help="table of planes or lines")
+    parser.add_argument("table", metavar="TABLE", help=tr("table of planes or lines"))
     parser.add_argument(
-        "--set", metavar="COLUMN", dest="set_column", help="name or number of the set column"
+        "--set", metavar="COLUMN", dest="set_column", help=tr("name or number of the set column")
     )
     parser.add_argument(
-        "--directed", action="store_true", help="lines have a head and a tail: don't flip them"
+        "--directed", action="store_true", help=tr("lines have a head and a tail: don't flip them")
     )
     add_azimuth(parser)
 

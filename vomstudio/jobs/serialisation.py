@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from vomstudio.errors import WorkerError
+from vomstudio.words import tr
 
 T = TypeVar("T")
 
@@ -29,7 +30,13 @@ def encode(value: Any, place: str = "") -> Any:
             for field in dataclasses.fields(value)
         }
     if isinstance(value, float) and not math.isfinite(value):
-        raise WorkerError(f"{place or 'the value'} is {value}, which cannot cross as JSON")
+        raise WorkerError(
+            tr(
+                "{value} is {value_2}, which cannot cross as JSON",
+                value=place or "the value",
+                value_2=value,
+            )
+        )
     if value is None or isinstance(value, str | int | float):
         return value
     if isinstance(value, Path):
@@ -39,7 +46,11 @@ def encode(value: Any, place: str = "") -> Any:
     if isinstance(value, list | tuple):
         return [encode(each, f"{place}[{number}]") for number, each in enumerate(value)]
     raise WorkerError(
-        f"{place or 'the value'} is of the type {type(value).__name__}, which cannot cross as JSON"
+        tr(
+            "{value} is of the type {name__}, which cannot cross as JSON",
+            value=place or "the value",
+            name__=type(value).__name__,
+        )
     )
 
 
@@ -80,11 +91,25 @@ def _dataclass(cls: Any, plain: Any, place: str) -> Any:
     hints, inside = _hints(cls), f"{place}." if place else ""
     fields = {field.name: field for field in dataclasses.fields(cls) if field.init}
     if unknown := sorted(set(plain) - set(fields)):
-        raise WorkerError(f"{cls.__name__} has no field {inside}{unknown[0]}")
+        raise WorkerError(
+            tr(
+                "{name__} has no field {inside}{unknown}",
+                name__=cls.__name__,
+                inside=inside,
+                unknown=unknown[0],
+            )
+        )
     for name, field in fields.items():
         needed = field.default is dataclasses.MISSING
         if name not in plain and needed and field.default_factory is dataclasses.MISSING:
-            raise WorkerError(f"{inside}{name} of {cls.__name__} is missing")
+            raise WorkerError(
+                tr(
+                    "{inside}{name} of {name__} is missing",
+                    inside=inside,
+                    name=name,
+                    name__=cls.__name__,
+                )
+            )
     return cls(**{name: _decode(hints[name], plain[name], inside + name) for name in plain})
 
 
@@ -129,4 +154,11 @@ def _misfit(wanted: Any, plain: Any, place: str) -> Any:
     shown = repr(plain)
     shown = shown if len(shown) <= 40 else f"{shown[:39]}…"
     name = getattr(wanted, "__name__", str(wanted))
-    raise WorkerError(f"{place or 'the value'} should be {name}, and is {shown}")
+    raise WorkerError(
+        tr(
+            "{value} should be {name}, and is {shown}",
+            value=place or "the value",
+            name=name,
+            shown=shown,
+        )
+    )

@@ -23,6 +23,7 @@ from vomstudio.failures.error_collector import DESK
 from vomstudio.jobs.events import LIFELINE, Done, Event, Failed, Fault, Stage, Step, to_line
 from vomstudio.jobs.tasks import TASKS
 from vomstudio.progress import CancelToken
+from vomstudio.words import tr
 
 
 class _Reporter:
@@ -66,12 +67,14 @@ def main() -> int:
         try:
             token.check()
             if name not in TASKS:
-                raise WorkerError(f"this version has no task “{name}”; restart the program")
+                raise WorkerError(
+                    tr("this version has no task “{name}”; restart the program", name=name)
+                )
             send(Done(job, TASKS[name].carry_out(args, _Reporter(job, token, send))))
         except VomError as error:
             send(Failed(job, error.as_dict(), error.exit_code))
         except MemoryError:
-            fault = WorkerError("there is not enough memory for this; close other programs")
+            fault = WorkerError(tr("there is not enough memory for this; close other programs"))
             send(Failed(job, fault.as_dict(), fault.exit_code))
         except BrokenPipeError:
             exception_hooks.uninstall()
@@ -79,7 +82,14 @@ def main() -> int:
         except Exception as error:  # noqa: BLE001  a worker answers for every job it was given
             traceback.print_exc(file=sys.stderr)
             DESK.report(error, f"in the task {name}")
-            fault = WorkerError(f"{name} failed: {type(error).__name__}: {error}")
+            fault = WorkerError(
+                tr(
+                    "{name} failed: {name__}: {error}",
+                    name=name,
+                    name__=type(error).__name__,
+                    error=error,
+                )
+            )
             send(Failed(job, fault.as_dict(), fault.exit_code))
 
 

@@ -30,6 +30,7 @@ from vomstudio.tools.interaction_types import BrushRing, Button, Hit, Pointer, P
 from vomstudio.tools.polyline import rgb
 from vomstudio.tools.tool_context import ToolContext
 from vomstudio.tools.tool_entry import ToolEntry
+from vomstudio.words import tr
 
 SMALLEST_RADIUS, LARGEST_RADIUS = 1e-3, 1e4
 STEP = 1.25
@@ -266,12 +267,12 @@ class PatchTool:
     def take_up(self, patch_id: str) -> None:
         """Go on painting a patch of the document."""
         if self._down:
-            raise DocumentError("a stroke is being made: release it first")
+            raise DocumentError(tr("a stroke is being made: release it first"))
         patch = get(self._context.session.records, patch_id, Patch)
         if patch is None:
-            raise DocumentError("only a patch can be painted on")
+            raise DocumentError(tr("only a patch can be painted on"))
         if self._context.surface(patch.model_id) is None:
-            raise DocumentError(f"the model of {patch.name} is not open")
+            raise DocumentError(tr("the model of {patch} is not open", patch=patch.name))
         self._id, self._before, self._hover = patch.id, patch, None
         self._show()
         self._context.tool_changed()

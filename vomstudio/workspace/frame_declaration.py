@@ -8,6 +8,7 @@ from pathlib import Path
 from vomstudio.document.records import Frame, UpAxis
 from vomstudio.errors import UsageError
 from vomstudio.geometry.units import METRES
+from vomstudio.words import tr
 from vomstudio.workspace.models import frame_of
 
 
@@ -34,8 +35,10 @@ def placed(path: Path, file_crs: str | None, turned: bool, declared: Declared) -
     if turned:
         if declared.up == "z":
             raise UsageError(
-                "this format is Y-up by itself and is turned when it is read; write the model in "
-                "another format first: vomstudio convert --up z.",
+                tr(
+                    "this format is Y-up by itself and is turned when it is read; write the "
+                    "model in another format first: vomstudio convert --up z."
+                ),
                 field="--up",
             )
         up = "z"
@@ -60,7 +63,12 @@ def _in_crs(crs: str, file_crs: str | None, up: UpAxis, unit: str | None) -> Pla
     code, metres = parse_crs(crs)
     if unit is not None and METRES[unit] != metres:
         raise UsageError(
-            f"the unit of {code} is {metres:g} m, not {unit}; leave one of them out.",
+            tr(
+                "the unit of {code} is {metres:g} m, not {unit}; leave one of them out.",
+                code=code,
+                metres=metres,
+                unit=unit,
+            ),
             field="--unit",
         )
     warnings: tuple[str, ...] = ()

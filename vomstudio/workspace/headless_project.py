@@ -28,6 +28,7 @@ from vomstudio.io.project.folder import Project
 from vomstudio.io.settings import Settings
 from vomstudio.progress import Progress, Silent
 from vomstudio.tools.local_surface import around
+from vomstudio.words import tr
 from vomstudio.workspace.frame_declaration import Declared, placed
 from vomstudio.workspace.models import name_of, new_model
 
@@ -95,15 +96,23 @@ class ProjectDesk:
             return found[0]
         names = ", ".join(model.name for model in models)
         if not models:
-            raise UsageError("the project has no model yet; add one first.", field="--model")
+            raise UsageError(tr("the project has no model yet; add one first."), field="--model")
         if wanted is None:
-            raise UsageError(f"name one of the models: {names}.", field="--model")
+            raise UsageError(tr("name one of the models: {names}.", names=names), field="--model")
         if found:
             ids = ", ".join(model.id for model in found)
             raise UsageError(
-                f"several models are called {wanted}; name one by its id: {ids}.", field="--model"
+                tr(
+                    "several models are called {wanted}; name one by its id: {ids}.",
+                    wanted=wanted,
+                    ids=ids,
+                ),
+                field="--model",
             )
-        raise UsageError(f"no model is called {wanted}; there are {names}.", field="--model")
+        raise UsageError(
+            tr("no model is called {wanted}; there are {names}.", wanted=wanted, names=names),
+            field="--model",
+        )
 
     def find_type(self, wanted: str) -> FeatureType:
         """By name or id, whatever its case. Raises UsageError."""
@@ -111,7 +120,12 @@ class ProjectDesk:
         if found := _matching(types, wanted):
             return found[0]
         names = ", ".join(kind.name for kind in types)
-        raise UsageError(f"no feature type is called {wanted}; there are {names}.", field="--type")
+        raise UsageError(
+            tr(
+                "no feature type is called {wanted}; there are {names}.", wanted=wanted, names=names
+            ),
+            field="--type",
+        )
 
     # --- changes -----------------------------------------------------------------------------
     def add_model(self, path: Path, declared: Declared | None = None) -> AddedModel:
@@ -160,7 +174,13 @@ class ProjectDesk:
             traces.append(named)
         if not traces:
             first = f"; the first, {skipped[0][0]}: {skipped[0][1]}" if skipped else ""
-            raise GeometryError(f"none of the {len(picks)} lines of points is a plane{first}.")
+            raise GeometryError(
+                tr(
+                    "none of the {count} lines of points is a plane{first}.",
+                    count=len(picks),
+                    first=first,
+                )
+            )
         after: dict[str, Record | None] = {trace.id: trace for trace in traces}
         what = traces[0].name if len(traces) == 1 else f"{len(traces)} traces"
         self.session.apply(change(self.session.records, f"Add {what}", after))
@@ -170,7 +190,7 @@ class ProjectDesk:
         """The label of what was undone. Raises DocumentError where there is nothing."""
         label = self.session.undo_label
         if label is None:
-            raise DocumentError("there is nothing to undo")
+            raise DocumentError(tr("there is nothing to undo"))
         self.session.undo()
         return label
 
@@ -178,7 +198,7 @@ class ProjectDesk:
         """The label of what was done again. Raises DocumentError where there is nothing."""
         label = self.session.redo_label
         if label is None:
-            raise DocumentError("there is nothing to do again")
+            raise DocumentError(tr("there is nothing to do again"))
         self.session.redo()
         return label
 

@@ -16,6 +16,7 @@ from vomstudio.io.project.export import thresholds_of
 from vomstudio.io.project.journal import read_replay, read_schema_and_replay
 from vomstudio.tables.orientation_table import Row
 from vomstudio.tables.project_table import project_table
+from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,8 @@ def _chosen(records: Any, wanted: Sequence[str], folder: Path) -> set[str]:
         found = {f.id for f in features if word in (f.id, getattr(f, "name", None))}
         if not found:
             raise InputError(
-                f"there is no feature {word}; see vomstudio project list.", file=folder
+                tr("there is no feature {word}; see vomstudio project list.", word=word),
+                file=folder,
             )
         chosen |= found
     return chosen

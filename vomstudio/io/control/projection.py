@@ -8,6 +8,7 @@ from pathlib import Path
 
 from vomstudio.errors import InputError
 from vomstudio.io.control.points import ControlPoint
+from vomstudio.words import tr
 
 
 def in_metres(
@@ -32,8 +33,11 @@ def in_metres(
         horizontal = crs.sub_crs_list[0] if crs.is_compound else crs
         if horizontal.is_geographic and not points:
             raise InputError(
-                f"{crs.name} is in degrees, and a table is read in metres; give the points in "
-                "metres, such as those of their UTM zone, and its code",
+                tr(
+                    "{crs} is in degrees, and a table is read in metres; give the points in "
+                    "metres, such as those of their UTM zone, and its code",
+                    crs=crs.name,
+                ),
                 file=path,
                 line=line,
             )
@@ -55,14 +59,21 @@ def in_metres(
         if isinstance(error, InputError) and error.file is not None:
             raise
         raise InputError(
-            f"its projection '{text[:60]}' is not known here; write a code such as EPSG:32633",
+            tr(
+                "its projection '{text}' is not known here; write a code such as EPSG:32633",
+                text=text[:60],
+            ),
             file=path,
             line=line,
         ) from error
     if unit != 1.0:
-        raise InputError(f"{crs.name} is not in metres; convert the points", file=path, line=line)
+        raise InputError(
+            tr("{crs} is not in metres; convert the points", crs=crs.name), file=path, line=line
+        )
     return list(points), code
 
 
 def _nowhere(path: Path, line: int | None, point: ControlPoint) -> InputError:
-    return InputError(f"{point.label} is at no longitude and latitude", file=path, line=line)
+    return InputError(
+        tr("{label} is at no longitude and latitude", label=point.label), file=path, line=line
+    )

@@ -15,6 +15,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.geometry.view_frame import ViewFrame
 from vomstudio.products.ortho.world_points import in_world
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -64,7 +65,7 @@ def view_along_line(trend_deg: float, plunge_deg: float) -> View:
     """A view as typed. Raises UsageError for a plunge beyond 90 degrees."""
     if not (math.isfinite(trend_deg) and math.isfinite(plunge_deg)) or abs(plunge_deg) > 90:
         raise UsageError(
-            "a view needs a trend in degrees and a plunge from -90 (up) to 90 (down).",
+            tr("a view needs a trend in degrees and a plunge from -90 (up) to 90 (down)."),
             field="--plunge",
         )
     return View(
@@ -124,14 +125,14 @@ def _facing_away(
         from vomstudio.products.ortho import mesh_picture
 
         if not len(data.faces):
-            raise InputError("there is no surface in this model to look at.")
+            raise InputError(tr("there is no surface in this model to look at."))
         world = in_world(to_world, data.vertices)
         return mesh_picture.share_facing_away(frame.to_view(world, world[0]), data.faces), False
     from vomstudio.geometry.transform import rotate
     from vomstudio.products.ortho import cloud_picture
 
     if not len(data.points):
-        raise InputError("there is no point in this model to look at.")
+        raise InputError(tr("there is no point in this model to look at."))
     world = in_world(to_world, data.points)
     normals = None
     if data.normals is not None:

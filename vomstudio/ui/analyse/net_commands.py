@@ -17,6 +17,7 @@ from vomstudio.geometry import transform
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.studio import Studio
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.ui.analyse.readings_dialog import Place
@@ -51,7 +52,7 @@ def commands(
 def choose_readings(parent: QWidget, studio: Studio) -> None:
     name, _ = QFileDialog.getOpenFileName(
         parent,
-        parent.tr("Import field measurements"),
+        tr("Import field measurements"),
         start_folder(studio),
         "Tables (*.csv *.txt *.tsv *.dat);;All files (*)",
     )
@@ -119,7 +120,7 @@ def choose_picture(parent: QWidget, studio: Studio, panel: StereonetPanel) -> No
     stem = "stereonet" if project.untitled else f"{project.name}-stereonet"
     name, pattern = QFileDialog.getSaveFileName(
         parent,
-        parent.tr("Export stereonet"),
+        tr("Export stereonet"),
         str(Path(start_folder(studio)) / f"{stem}.svg"),
         ";;".join(_PATTERNS),
     )

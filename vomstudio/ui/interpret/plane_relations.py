@@ -23,6 +23,7 @@ from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_formatting import degrees, natural
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.words import tr
 
 NOT_TWO = "select two planes first"
 
@@ -83,19 +84,19 @@ class IntersectionDialog(QDialog):
     def __init__(self, studio: Studio, parent: QWidget) -> None:
         super().__init__(parent)
         self._studio = studio
-        self.setWindowTitle(self.tr("Intersection of sets"))
+        self.setWindowTitle(tr("Intersection of sets"))
         self.first, self.second, self.type_box = ComboBox(), ComboBox(), ComboBox()
         self.result_text = QLabel()
         self.result_text.setWordWrap(True)
         self.result_text.setMinimumWidth(380)
         self.result_text.setTextFormat(Qt.TextFormat.RichText)
         self.name = QLineEdit()
-        self.name.setPlaceholderText(self.tr("next free name"))
+        self.name.setPlaceholderText(tr("next free name"))
         buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
         )
         self.keep_button = buttons.button(QDialogButtonBox.StandardButton.Ok)
-        self.keep_button.setText(self.tr("Keep intersection"))
+        self.keep_button.setText(tr("Keep intersection"))
         buttons.accepted.connect(self._keep)
         buttons.rejected.connect(self.reject)
         groups = groups_of(studio)
@@ -110,10 +111,10 @@ class IntersectionDialog(QDialog):
         self.first.setCurrentIndex(self._find(groups, "bedding", 0))
         self.second.setCurrentIndex(self._find(groups, "fault", min(1, len(groups) - 1)))
         form = QFormLayout()
-        form.addRow(self.tr("Planes of"), self.first)
-        form.addRow(self.tr("meet planes of"), self.second)
-        form.addRow(self.tr("Kept as"), self.type_box)
-        form.addRow(self.tr("Name"), self.name)
+        form.addRow(tr("Planes of"), self.first)
+        form.addRow(tr("meet planes of"), self.second)
+        form.addRow(tr("Kept as"), self.type_box)
+        form.addRow(tr("Name"), self.name)
         layout = QVBoxLayout(self)
         layout.addLayout(form)
         layout.addWidget(self.result_text)
@@ -140,7 +141,7 @@ class IntersectionDialog(QDialog):
     def _refresh(self, *_: object) -> None:
         relation = self.relation()
         if relation is None:
-            self.result_text.setText(self.tr("Choose two different groups of planes."))
+            self.result_text.setText(tr("Choose two different groups of planes."))
             self.keep_button.setEnabled(False)
             return
         measured = self._studio.measure(relation)

@@ -25,6 +25,7 @@ from vomstudio.ui.photos.photo_exports import PhotoExports
 from vomstudio.ui.photos.photo_import import PhotoIntake
 from vomstudio.ui.photos.photo_row import PhotoRow, tell_rows
 from vomstudio.ui.photos.reconstruction_settings import MakeSettings
+from vomstudio.words import tr
 from vomstudio.workspace.running_jobs import RunningJob
 
 # What does not listen is stopped the hard way before that.
@@ -95,21 +96,23 @@ class PhotoSurvey(QObject):
 
     def why_not_make(self) -> str | None:
         if self._making is not None:
-            return self.tr("a model is being made")
+            return tr("a model is being made")
         if self.folder is None:
-            return self.tr("choose a folder of photos first")
+            return tr("choose a folder of photos first")
         if self.reading:
-            return self.tr("the photos are being looked at")
+            return tr("the photos are being looked at")
         if len(self.rows) < 2:
-            return self.tr("a model needs at least two photos that overlap")
+            return tr("a model needs at least two photos that overlap")
         if self._tables_soon.isActive():
-            return self.tr("the control points are being looked at")
+            return tr("the control points are being looked at")
         if self.settings.control is not None:
             if self._foreseeing is not None:
-                return self.tr("the control points are being looked at")
+                return tr("the control points are being looked at")
             facts = self.control_facts
             if facts is not None and (problem := facts.problem):
-                return self.tr("{0} (Settings of the model: other files, or none)").format(problem)
+                return tr(
+                    "{problem} (Settings of the model: other files, or none)", problem=problem
+                )
         return None
 
     @property
@@ -158,7 +161,7 @@ class PhotoSurvey(QObject):
         self.verdict, self.problem, self.result = "", "", None
         self.has_north = True
         self.rows_changed.emit()
-        self._read(LIST_PHOTOS, self.tr("Looking at photos"), self._listed)
+        self._read(LIST_PHOTOS, tr("Looking at photos"), self._listed)
 
     def _read(
         self, job: jobs.Job[PhotosIn, Result], title: str, then: Callable[[Result], None]
@@ -223,8 +226,10 @@ class PhotoSurvey(QObject):
             if settings.found and facts is not None and facts.problem:
                 # Nobody asked for these files: they are in the way of no model.
                 self.settings = settings.without_control()
-                self.control_note = self.tr("{0} beside the photos is not used: {1}").format(
-                    Path(str(settings.control)).name, facts.problem
+                self.control_note = tr(
+                    "{name} beside the photos is not used: {problem}",
+                    name=Path(str(settings.control)).name,
+                    problem=facts.problem,
                 )
                 found = replace(found, control=None)
             self.forecast = found
@@ -250,7 +255,7 @@ class PhotoSurvey(QObject):
                 settings.marks,
                 settings.threads,
             ),
-            title=self.tr("Looking at what the model needs"),
+            title=tr("Looking at what the model needs"),
             on_done=done,
             on_failed=failed,
             quiet=True,
@@ -275,9 +280,11 @@ class PhotoSurvey(QObject):
             return [("warning", self.control_note)] if self.control_note else []
         if facts.problem:
             return [("error", facts.problem)]
-        frame = facts.crs or self.tr("a local frame")
-        words = self.tr("The model is placed by ground control in {0}: {1}.").format(
-            frame, facts.summary
+        frame = facts.crs or tr("a local frame")
+        words = tr(
+            "The model is placed by ground control in {frame}: {summary}.",
+            frame=frame,
+            summary=facts.summary,
         )
         return [("info", words), *(("warning", text) for text in facts.warnings)]
 
@@ -315,7 +322,7 @@ class PhotoSurvey(QObject):
             elif failed is None:
                 self._show_masks()
                 self.rows_changed.emit()
-                self._read(CHECK_PHOTOS, self.tr("Checking the survey"), self._checked)
+                self._read(CHECK_PHOTOS, tr("Checking the survey"), self._checked)
             self.changed.emit()
 
         given = self.settings.control, self.settings.marks
@@ -346,7 +353,7 @@ class PhotoSurvey(QObject):
     def check_again(self) -> None:
         """Masks have changed what the photos are worth."""
         if not self.reading and self.making is None and self.rows:
-            self._read(CHECK_PHOTOS, self.tr("Checking the survey"), self._checked)
+            self._read(CHECK_PHOTOS, tr("Checking the survey"), self._checked)
 
     # --- the model ---------------------------------------------------------------------------
     def make(self) -> None:
@@ -367,11 +374,15 @@ class PhotoSurvey(QObject):
 
         def done(result: Reconstruction) -> None:
             self._making, self._goes_on = None, False
-            words = self.tr("The model of {0} is made: {1} of {2} photos, {3:,} faces.").format(
-                name, result.registered, result.photos, result.faces
+            words = tr(
+                "The model of {name} is made: {registered} of {photos} photos, {faces:,} faces.",
+                name=name,
+                registered=result.registered,
+                photos=result.photos,
+                faces=result.faces,
             )
             if self._studio.session is not session:
-                where = self.tr("It belongs to another project: {0}").format(result.mesh)
+                where = tr("It belongs to another project: {mesh}", mesh=result.mesh)
                 self._studio.notice.emit(Notice(f"{words} {where}"))
                 self.changed.emit()
                 return
@@ -399,7 +410,7 @@ class PhotoSurvey(QObject):
         self._making = self._studio.jobs.submit(
             RECONSTRUCT,
             order,
-            title=self.tr("Making a model of {0}").format(name),
+            title=tr("Making a model of {name}", name=name),
             on_done=done,
             on_failed=failed,
         )

@@ -14,16 +14,17 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.ui.common.actions import Actions
+from vomstudio.words import tr
 
 
 class CommandPalette(QDialog):
     def __init__(self, parent: QWidget, actions: Actions) -> None:
         super().__init__(parent)
-        self.setWindowTitle(self.tr("Find a command"))
+        self.setWindowTitle(tr("Find a command"))
         self.resize(520, 420)
         self._actions = actions
         self._words = QLineEdit()
-        self._words.setPlaceholderText(self.tr("Type what you want to do"))
+        self._words.setPlaceholderText(tr("Type what you want to do"))
         self._words.textChanged.connect(self._fill)
         self._words.installEventFilter(self)
         # Rows with and without an icon stand in one line.

@@ -26,6 +26,7 @@ from vomstudio.ui.shell import thread_switching, window_state
 from vomstudio.ui.shell.background_imports import LateImport
 from vomstudio.ui.shell.docks import WindowDocks
 from vomstudio.ui.shell.drag_and_drop import dragged_files
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.rendering.qt.viewport import Viewport
@@ -54,12 +55,12 @@ class MainWindow(QMainWindow):
         self._late.net_imported.connect(self._bring_net, Qt.ConnectionType.QueuedConnection)
         self._late.all_imported.connect(self._be_ready, Qt.ConnectionType.QueuedConnection)
         self.viewport: Viewport | None = None
-        self.setWindowTitle("VOM Studio")
+        self.setWindowTitle(tr("VOM Studio"))
         self.setAcceptDrops(True)
         self.setDockNestingEnabled(True)
         self.resize(1400, 900)
         window_state.restore_geometry(self, settings.window)
-        starting = QLabel(self.tr("VOM Studio is starting…"))
+        starting = QLabel(tr("VOM Studio is starting…"))
         starting.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.setCentralWidget(starting)
 
@@ -227,22 +228,22 @@ class MainWindow(QMainWindow):
         left = partial(self.docks.add, area.LeftDockWidgetArea)
         right = partial(self.docks.add, area.RightDockWidgetArea)
         bottom = partial(self.docks.add, area.BottomDockWidgetArea)
-        left("project", self.tr("Project"), self.tree)
+        left("project", tr("Project"), self.tree)
         front = None
         for entry in TOOLS:
             if entry.name in self._tool_panels:
                 panel = self._tool_panels[entry.name]
-                left(entry.name, self.tr(entry.title), panel, behind=front)
+                left(entry.name, tr(entry.title), panel, behind=front)
                 front = front or entry.name
-        right("stereonet", self.tr("Stereonet"), self._net_place)
-        right("view", self.tr("View direction"), self.view_panel)
-        right("display", self.tr("Display"), self.display_panel)
-        right("properties", self.tr("Properties"), self.properties)
-        bottom("table", self.tr("Orientations"), self.table)
-        bottom("photos", self.tr("Photos"), self.photos_panel)
-        bottom("in_photos", self.tr("In the photos"), self.in_photos)
-        bottom("jobs", self.tr("Jobs"), JobsPanel(self.studio.jobs))
-        bottom("messages", self.tr("Messages"), self.messages)
+        right("stereonet", tr("Stereonet"), self._net_place)
+        right("view", tr("View direction"), self.view_panel)
+        right("display", tr("Display"), self.display_panel)
+        right("properties", tr("Properties"), self.properties)
+        bottom("table", tr("Orientations"), self.table)
+        bottom("photos", tr("Photos"), self.photos_panel)
+        bottom("in_photos", tr("In the photos"), self.in_photos)
+        bottom("jobs", tr("Jobs"), JobsPanel(self.studio.jobs))
+        bottom("messages", tr("Messages"), self.messages)
 
     def _make_bars(self) -> None:
         from vomstudio.tools.registry import TOOLS
@@ -350,7 +351,7 @@ class MainWindow(QMainWindow):
             self.studio.jobs.submit(
                 job,
                 Nothing(),
-                title="Getting ready",
+                title=tr("Getting ready"),
                 on_done=lambda _: None,
                 on_failed=lambda _: None,
                 quiet=True,
@@ -397,7 +398,13 @@ class MainWindow(QMainWindow):
     def _refresh(self, *_: object) -> None:
         self.actions_table.refresh()
         star = "*" if self.studio.session.dirty else ""
-        self.setWindowTitle(f"{self.files.project_name()}{star} – VOM Studio")
+        self.setWindowTitle(
+            tr(
+                "{project_name}{star} – VOM Studio",
+                project_name=self.files.project_name(),
+                star=star,
+            )
+        )
         self._show_start_page()
 
     def _show_start_page(self) -> None:

@@ -20,6 +20,7 @@ from vomstudio.ui.common.command_targets import current_model, start_folder
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.shell.frame_dialog import FrameDialog
+from vomstudio.words import tr
 
 _EXPORTS = {
     "csv": "Orientation table (*.csv)",
@@ -38,7 +39,7 @@ class Files(QObject):
 
     def project_name(self) -> str:
         project = self._studio.project
-        return self.tr("untitled") if project.untitled else project.name
+        return tr("untitled") if project.untitled else project.name
 
     def open_path(self, path: Path) -> None:
         if is_project(path) and not self.ask_to_keep():
@@ -49,7 +50,7 @@ class Files(QObject):
         patterns = " ".join(f"*{e} *{e.upper()}" for e in extensions())
         names, _ = QFileDialog.getOpenFileNames(
             self._parent,
-            self.tr("Open a model"),
+            tr("Open a model"),
             start_folder(self._studio),
             f"Models ({patterns});;All files (*)",
         )
@@ -58,7 +59,7 @@ class Files(QObject):
 
     def choose_project(self) -> None:
         name = QFileDialog.getExistingDirectory(
-            self._parent, self.tr("Open a project (a folder NAME.vom)"), start_folder(self._studio)
+            self._parent, tr("Open a project (a folder NAME.vom)"), start_folder(self._studio)
         )
         if name:
             self.open_path(Path(name))
@@ -75,7 +76,7 @@ class Files(QObject):
     def save_as(self) -> bool:
         name, _ = QFileDialog.getSaveFileName(
             self._parent,
-            self.tr("Save the project as"),
+            tr("Save the project as"),
             str(Path(start_folder(self._studio)) / f"outcrop{SUFFIX}"),
             f"VOM Studio project (*{SUFFIX})",
         )
@@ -90,7 +91,7 @@ class Files(QObject):
         stem = "orientations" if self._studio.project.untitled else self._studio.project.name
         name, _ = QFileDialog.getSaveFileName(
             self._parent,
-            self.tr("Export"),
+            tr("Export"),
             str(Path(start_folder(self._studio)) / f"{stem}.{format_}"),
             pattern,
         )
@@ -117,7 +118,7 @@ class Files(QObject):
         patterns = [f"{w.name} ({' '.join(f'*{e}' for e in w.extensions)})" for w in find_writers()]
         name, _ = QFileDialog.getSaveFileName(
             self._parent,
-            self.tr("Export {0} as").format(model.name),
+            tr("Export {model} as", model=model.name),
             str(Path(start_folder(self._studio)) / f"{model.name}_export"),
             ";;".join(patterns),
         )
@@ -136,7 +137,7 @@ class Files(QObject):
             ModelExport(
                 path, self._studio.project.cache, model.to_world, model.frame.crs, Path(name)
             ),
-            title=f"Exporting {model.name}",
+            title=tr("Exporting {model}", model=model.name),
             on_done=done,
             on_failed=failed,
         )
@@ -155,9 +156,9 @@ class Files(QObject):
         if studio.worth_asking:
             box = QMessageBox(self._parent)
             box.setIcon(QMessageBox.Icon.Question)
-            box.setText(self.tr("Save the changes to {0}?").format(self.project_name()))
+            box.setText(tr("Save the changes to {project_name}?", project_name=self.project_name()))
             box.setInformativeText(
-                self.tr("What is not saved now is kept in the project's history and can be "
+                tr("What is not saved now is kept in the project's history and can be "
                         "brought back with Undo.")
             )  # fmt: skip
             box.setStandardButtons(
@@ -191,11 +192,13 @@ class Files(QObject):
         if registration is not None:
             answer = QMessageBox.question(
                 self._parent,
-                self.tr("Give up the registration?"),
-                self.tr(
-                    "{0} is placed by its registration ({1}). Declaring a frame gives that up; "
-                    "undoing brings it back."
-                ).format(model.name, registration.name),
+                tr("Give up the registration?"),
+                tr(
+                    "{model} is placed by its registration ({registration}). Declaring a frame "
+                    "gives that up; undoing brings it back.",
+                    model=model.name,
+                    registration=registration.name,
+                ),
             )
             if answer != QMessageBox.StandardButton.Yes:
                 return
@@ -208,7 +211,7 @@ class Files(QObject):
         if model is None:
             return
         name, _ = QFileDialog.getOpenFileName(
-            self._parent, self.tr("Where is {0}?").format(model.name), start_folder(self._studio)
+            self._parent, tr("Where is {model}?", model=model.name), start_folder(self._studio)
         )
         if name:
             self._studio.locate_model(model.id, Path(name))
@@ -225,13 +228,13 @@ class Files(QObject):
             action.setEnabled(Path(text).exists())
             action.triggered.connect(lambda _=False, p=text: self.open_path(Path(p)))
         if menu.isEmpty():
-            menu.addAction(self.tr("Nothing yet")).setEnabled(False)
+            menu.addAction(tr("Nothing yet")).setEnabled(False)
 
     def fill_discarded(self, menu: QMenu) -> None:
         menu.clear()
         for folder in untitled_projects(finished=True)[:20]:
             action = menu.addAction(folder.stem)
-            action.setToolTip(self.tr("Opens as it was left; Undo brings the discarded work back"))
+            action.setToolTip(tr("Opens as it was left; Undo brings the discarded work back"))
             action.triggered.connect(lambda _=False, p=folder: self.open_path(p))
         if menu.isEmpty():
-            menu.addAction(self.tr("Nothing was discarded")).setEnabled(False)
+            menu.addAction(tr("Nothing was discarded")).setEnabled(False)

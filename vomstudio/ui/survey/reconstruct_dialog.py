@@ -37,6 +37,7 @@ from vomstudio.ui.common.number_formatting import gigabytes
 from vomstudio.ui.common.widgets import ComboBox, file_field
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.photos.reconstruction_settings import QUALITIES, MakeSettings
+from vomstudio.words import tr
 
 _FILES = "Ground control (*.csv *.txt *.xml);;All files (*)"
 _TYPING_MS = 400
@@ -50,7 +51,7 @@ class MakeDialog(QDialog):
     def __init__(self, parent: QWidget, survey: PhotoSurvey, make: QAction) -> None:
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle(self.tr("Settings of the model"))
+        self.setWindowTitle(tr("Settings of the model"))
         self.setMinimumWidth(720)
         self._survey, self._make_model = survey, make
         self._filling = False
@@ -83,28 +84,26 @@ class MakeDialog(QDialog):
         survey = self._survey
         form = QFormLayout()
         name = "" if survey.folder is None else survey.folder.name
-        form.addRow(self.tr("Photos"), QLabel(f"<b>{html.escape(name)}</b>, {len(survey.rows)}"))
+        form.addRow(tr("Photos"), QLabel(f"<b>{html.escape(name)}</b>, {len(survey.rows)}"))
         self.quality = ComboBox()
         self.quality.setObjectName("make_quality")
         for title, key, tip in QUALITIES:
-            self.quality.addItem(f"{self.tr(title)}: {self.tr(tip)}", key)
+            self.quality.addItem(f"{tr(title)}: {tr(tip)}", key)
         self.quality.currentIndexChanged.connect(self._choose)
-        form.addRow(self.tr("Quality"), self.quality)
+        form.addRow(tr("Quality"), self.quality)
         return form
 
     def _make_place(self) -> QGroupBox:
-        box = QGroupBox(self.tr("Where it is, how large, and which way is up"))
+        box = QGroupBox(tr("Where it is, how large, and which way is up"))
         self.by_gps = QRadioButton(
-            self.tr("by the cameras' GPS; without it a local frame, upright as photos were held")
+            tr("by the cameras' GPS; without it a local frame, upright as photos were held")
         )
-        self.by_control = QRadioButton(self.tr("by ground control points"))
-        self.control, control_row = file_field(
-            "control_file", self.tr("Choose…"), self._browse_control
-        )
-        self.control.setPlaceholderText(self.tr("label, x, y, z, or XML of MicMac or Metashape, …"))
-        self.marks, marks_row = file_field("marks_file", self.tr("Choose…"), self._browse_marks)
+        self.by_control = QRadioButton(tr("by ground control points"))
+        self.control, control_row = file_field("control_file", tr("Choose…"), self._browse_control)
+        self.control.setPlaceholderText(tr("label, x, y, z, or XML of MicMac or Metashape, …"))
+        self.marks, marks_row = file_field("marks_file", tr("Choose…"), self._browse_marks)
         self.marks.setPlaceholderText(
-            self.tr("where they are in the photos; empty: marks.csv beside the control, or in it")
+            tr("where they are in the photos; empty: marks.csv beside the control, or in it")
         )
         self._control_rows = (control_row, marks_row)
         for field in (self.control, self.marks):
@@ -113,7 +112,7 @@ class MakeDialog(QDialog):
         self.crs.setObjectName("make_crs")
         self.crs.textEdited.connect(self._typing)
         self.crs.setMaximumWidth(170)
-        self.crs.setPlaceholderText(self.tr("as stated"))
+        self.crs.setPlaceholderText(tr("as stated"))
         self._crs_words = QLabel()
         self._crs_words.setWordWrap(True)
         crs_row = QHBoxLayout()
@@ -121,9 +120,7 @@ class MakeDialog(QDialog):
         crs_row.addWidget(self._crs_words, 1)
         self.points = QTableWidget(0, 3)
         self.points.setObjectName("control_points")
-        self.points.setHorizontalHeaderLabels(
-            [self.tr("Point"), self.tr("Use"), self.tr("Marked in")]
-        )
+        self.points.setHorizontalHeaderLabels([tr("Point"), tr("Use"), tr("Marked in")])
         self.points.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.points.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
         self.points.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -150,21 +147,21 @@ class MakeDialog(QDialog):
         form.setVerticalSpacing(6)
         form.addRow(self.by_gps)
         form.addRow(self.by_control)
-        form.addRow(self.tr("Points"), control_row)
-        form.addRow(self.tr("Marks"), marks_row)
+        form.addRow(tr("Points"), control_row)
+        form.addRow(tr("Marks"), marks_row)
         form.addRow(self._facts)
-        form.addRow(self.tr("CRS"), crs_row)
+        form.addRow(tr("CRS"), crs_row)
         self.by_control.toggled.connect(self._choose)
         return box
 
     def _make_machine(self) -> QGroupBox:
-        box = QGroupBox(self.tr("This machine"))
+        box = QGroupBox(tr("This machine"))
         processors = os.cpu_count() or 1
         self.threads = QSpinBox()
         self.threads.setObjectName("make_threads")
         self.threads.setRange(0, processors)
-        self.threads.setSpecialValueText(self.tr("all {0}").format(processors))
-        self.threads.setToolTip(self.tr("Processors that work at once; fewer need less memory"))
+        self.threads.setSpecialValueText(tr("all {processors}", processors=processors))
+        self.threads.setToolTip(tr("Processors that work at once; fewer need less memory"))
         self.threads.valueChanged.connect(self._typing)
         self.memory = QLabel()
         self.memory.setObjectName("make_memory")
@@ -172,14 +169,14 @@ class MakeDialog(QDialog):
         self.seed = QSpinBox()
         self.seed.setRange(0, 999_999)
         self.seed.setToolTip(
-            self.tr("Of what is random; with one thread the same seed gives the same model")
+            tr("Of what is random; with one thread the same seed gives the same model")
         )
         self.seed.valueChanged.connect(self._typing)
         self.scheduler = QLineEdit()
         self.scheduler.setObjectName("make_scheduler")
-        self.scheduler.setPlaceholderText(self.tr("none; or tcp://computer:8786"))
+        self.scheduler.setPlaceholderText(tr("none; or tcp://computer:8786"))
         self.scheduler.setToolTip(
-            self.tr("Address of the scheduler of a Dask cluster that takes part of the work")
+            tr("Address of the scheduler of a Dask cluster that takes part of the work")
         )
         self.scheduler.textEdited.connect(self._typing)
         first = QHBoxLayout()
@@ -189,11 +186,11 @@ class MakeDialog(QDialog):
         second = QHBoxLayout()
         second.addWidget(self.seed)
         second.addSpacing(16)
-        second.addWidget(QLabel(self.tr("Cluster")))
+        second.addWidget(QLabel(tr("Cluster")))
         second.addWidget(self.scheduler, 1)
         form = QFormLayout(box)
-        form.addRow(self.tr("Threads"), first)
-        form.addRow(self.tr("Seed"), second)
+        form.addRow(tr("Threads"), first)
+        form.addRow(tr("Seed"), second)
         return box
 
     # --- settings ----------------------------------------------------------------------------
@@ -273,14 +270,14 @@ class MakeDialog(QDialog):
             self.memory.setText(_memory_words(memory))
         why = survey.why_not_make() or self._bad_crs() or self._no_file()
         self.start.setEnabled(why is None)
-        self.start.setToolTip("" if why is None else self.tr("Not now: {0}").format(why))
+        self.start.setToolTip("" if why is None else tr("Not now: {why}", why=why))
 
     def _show_points(self, points: Sequence[PointFacts]) -> None:
         self.points.setRowCount(len(points))
         for row, point in enumerate(points):
             count = point.photos
-            where = self.tr("{0} photos").format(count) if count != 1 else self.tr("1 photo")
-            cells = (point.label, self.tr(point.use), where)
+            where = tr("{count} photos", count=count) if count != 1 else tr("1 photo")
+            cells = (point.label, tr(point.use), where)
             for column, text in enumerate(cells):
                 item = QTableWidgetItem(text)
                 if column == 2:
@@ -289,9 +286,9 @@ class MakeDialog(QDialog):
 
     def _words(self, facts: ControlFacts | None) -> str:
         if self._no_file():
-            return self.tr("Choose the file of the control points.")
+            return tr("Choose the file of the control points.")
         if self._survey.foreseeing:
-            return self.tr("Looking at the control points…")
+            return tr("Looking at the control points…")
         if facts is None:
             return self._survey.control_note
         first = facts.problem or facts.summary
@@ -300,7 +297,7 @@ class MakeDialog(QDialog):
 
     def _no_file(self) -> str | None:
         if self.by_control.isChecked() and not self.control.text().strip():
-            return self.tr("choose the file of the control points")
+            return tr("choose the file of the control points")
         return None
 
     def _bad_crs(self) -> str | None:
@@ -308,7 +305,7 @@ class MakeDialog(QDialog):
         if not text:
             return None
         try:
-            return None if parse_crs(text)[1] == 1.0 else self.tr("the CRS is not in metres")
+            return None if parse_crs(text)[1] == 1.0 else tr("the CRS is not in metres")
         except VomError as error:
             return str(error)
 
@@ -319,22 +316,22 @@ class MakeDialog(QDialog):
             return f"{facts.crs or ''} {facts.crs_reason}".strip()
         if self.crs.text().strip():
             return ""
-        return self.tr("empty: the UTM zone of the cameras' GPS")
+        return tr("empty: the UTM zone of the cameras' GPS")
 
     # --- choosing files ----------------------------------------------------------------------
     def _browse_control(self) -> None:
-        if name := self._browse(self.tr("The control points"), self.control):
+        if name := self._browse(tr("The control points"), self.control):
             self.control.setText(name)
             self._choose()
 
     def _browse_marks(self) -> None:
-        if name := self._browse(self.tr("Where they are seen in the photos"), self.marks):
+        if name := self._browse(tr("Where they are seen in the photos"), self.marks):
             self.marks.setText(name)
             self._choose()
 
     def _browse(self, title: str, field: QLineEdit) -> str:
         start = field.text() or self.control.text() or str(self._survey.folder or "")
-        return QFileDialog.getOpenFileName(self, title, start, self.tr(_FILES))[0]
+        return QFileDialog.getOpenFileName(self, title, start, tr(_FILES))[0]
 
     def _make(self) -> None:
         self._choose()

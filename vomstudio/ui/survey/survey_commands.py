@@ -15,6 +15,7 @@ from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.window_protocols import Docks
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
+from vomstudio.words import tr
 
 _DOCK = "photos"
 # Five photos with their thumbnails.
@@ -29,7 +30,7 @@ def commands(
     def choose() -> None:
         name = QFileDialog.getExistingDirectory(
             show.parent,
-            show.parent.tr("A folder of photos"),
+            tr("A folder of photos"),
             start_folder(studio),
             QFileDialog.Option.ShowDirsOnly,
         )

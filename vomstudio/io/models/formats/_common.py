@@ -14,6 +14,7 @@ from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.progress import Progress
+from vomstudio.words import tr
 
 BLOCK_BYTES = 8 * 1024 * 1024
 READERS = 3
@@ -53,13 +54,17 @@ def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> npt.NDArray
                 for job in jobs:
                     job.cancel()
     except PermissionError:
-        raise InputError("You may not read this file; change its permissions.", file=path) from None
+        raise InputError(
+            tr("You may not read this file; change its permissions."), file=path
+        ) from None
     except MemoryError:
         raise InputError(
-            "The file is larger than the free memory; divide the model into tiles.", file=path
+            tr("The file is larger than the free memory; divide the model into tiles."), file=path
         ) from None
     except OSError as error:
-        raise InputError(f"The file cannot be read ({error.strerror}).", file=path) from error
+        raise InputError(
+            tr("The file cannot be read ({strerror}).", strerror=error.strerror), file=path
+        ) from error
     data = data[: done + len(tail)]
     data[done:] = np.frombuffer(tail, np.uint8)
     return data
@@ -108,7 +113,9 @@ def drop_unsound(mesh: Mesh, said: list[str], path: Path) -> Mesh | PointCloud:
         also = f", and {some(n_faces, 'face')} with them" if n_faces else ""
         said.append(f"{some(n_bad, 'vertex')} left out whose coordinates are no numbers{also}.")
     if len(vertices) == 0:
-        raise InputError("None of its vertices has sound coordinates; export it again.", file=path)
+        raise InputError(
+            tr("None of its vertices has sound coordinates; export it again."), file=path
+        )
     if len(faces) == 0:
         said.append("It has no sound faces, so it is opened as a point cloud.")
         return PointCloud(vertices, colors, None, fields)
@@ -127,7 +134,9 @@ def drop_unsound_points(cloud: PointCloud, said: list[str], path: Path) -> Point
     finite = np.logical_and.reduce(sound, axis=1)
     n_bad = int(len(finite) - np.count_nonzero(finite))
     if n_bad == len(finite):
-        raise InputError("None of its points has sound coordinates; export it again.", file=path)
+        raise InputError(
+            tr("None of its points has sound coordinates; export it again."), file=path
+        )
     said.append(f"{some(n_bad, 'point')} left out whose coordinates are no numbers.")
     return PointCloud(
         cloud.points[finite],

@@ -13,6 +13,7 @@ from vomstudio.errors import InputError
 from vomstudio.io.models.formats._common import scale_colors, some
 from vomstudio.io.models.formats._gltf_document import Document, numbers
 from vomstudio.io.models.formats._gltf_materials import color_map, moved, uv_set
+from vomstudio.words import tr
 
 Array = npt.NDArray[Any]
 
@@ -55,8 +56,11 @@ def pieces_of(document: Document, said: list[str]) -> Iterator[Piece]:
             total += len(piece.positions)
             if total > MAX_VERTICES:
                 raise InputError(
-                    f"The scene has more than {MAX_VERTICES:,} vertices once its meshes are in all"
-                    " their places; divide it.",
+                    tr(
+                        "The scene has more than {MAX_VERTICES:,} vertices once its meshes are in "
+                        "all their places; divide it.",
+                        MAX_VERTICES=MAX_VERTICES,
+                    ),
                     file=document.path,
                 )
             if len(piece.positions):

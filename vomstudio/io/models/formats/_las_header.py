@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.words import tr
 
 MIN_HEADER_BYTES = 227
 MIN_POINT_BYTES = 20
@@ -32,20 +33,29 @@ def check_header(path: Path) -> int:
             head = file.read(MIN_HEADER_BYTES)
             size = file.seek(0, 2)
     except OSError as error:
-        raise InputError(f"The file cannot be read ({error.strerror}).", file=path) from error
+        raise InputError(
+            tr("The file cannot be read ({strerror}).", strerror=error.strerror), file=path
+        ) from error
     if not head.startswith(b"LASF"):
-        raise InputError("This is not a LAS or LAZ file: it does not begin with 'LASF'.", file=path)
+        raise InputError(
+            tr("This is not a LAS or LAZ file: it does not begin with 'LASF'."), file=path
+        )
     if len(head) < MIN_HEADER_BYTES:
-        raise InputError("The file ends within its LAS header; copy it again.", file=path)
+        raise InputError(tr("The file ends within its LAS header; copy it again."), file=path)
     header_size, points_at, n_records = struct.unpack_from("<HII", head, 94)
     if header_size < MIN_HEADER_BYTES or points_at < header_size or points_at > size:
         raise InputError(
-            "The file ends before its first point; copy it again.", file=path, field="LAS header"
+            tr("The file ends before its first point; copy it again."),
+            file=path,
+            field="LAS header",
         )
     if n_records * 54 > size:
         raise InputError(
-            f"The LAS header promises {n_records:,} records that the file cannot hold; export it"
-            " again.",
+            tr(
+                "The LAS header promises {n_records:,} records that the file cannot hold; "
+                "export it again.",
+                n_records=n_records,
+            ),
             file=path,
             field="LAS header",
         )
@@ -69,13 +79,13 @@ def mended(path: Path, size: int) -> io.BytesIO | None:
         file.seek(0)
         top = file.read(points_at + 8)
         if len(top) < points_at + 8:
-            raise InputError("The file ends before its first point; copy it again.", file=path)
+            raise InputError(tr("The file ends before its first point; copy it again."), file=path)
         if head[25] >= 4 and len(top) >= 255:
             (promised,) = struct.unpack_from("<Q", top, 247)
         chunk_points = laszip_chunk_points(top, header_size, n_records, record_bytes)
         if chunk_points is None:
             raise InputError(
-                "Its LAZ header contradicts itself; copy or export it again.",
+                tr("Its LAZ header contradicts itself; copy or export it again."),
                 file=path,
                 field="LAS header",
             )
@@ -94,7 +104,10 @@ def mended(path: Path, size: int) -> io.BytesIO | None:
                 return None
         if chunk_points != USUAL_CHUNK_POINTS:
             raise InputError(
-                "The chunks of the LAZ file do not add up to its points; copy or export it again.",
+                tr(
+                    "The chunks of the LAZ file do not add up to its points; copy or export it "
+                    "again."
+                ),
                 file=path,
             )
         file.seek(0)
@@ -174,7 +187,7 @@ def read_top(path: Path) -> Top:
     numbers = np.array(struct.unpack_from("<6d", head, 131))
     if not (np.isfinite(numbers).all() and (numbers[:3] != 0).all()):
         raise InputError(
-            "The scale or offset of its coordinates is no number; export it again.",
+            tr("The scale or offset of its coordinates is no number; export it again."),
             file=path,
             field="LAS header",
         )
@@ -202,7 +215,9 @@ def read_top(path: Path) -> Top:
 
 def _contradiction(path: Path) -> InputError:
     return InputError(
-        "Its LAZ header contradicts itself; copy or export it again.", file=path, field="LAS header"
+        tr("Its LAZ header contradicts itself; copy or export it again."),
+        file=path,
+        field="LAS header",
     )
 
 

@@ -23,6 +23,7 @@ from vomstudio.io.models.formats._gltf_primitives import Piece, pieces_of
 from vomstudio.io.models.offset_file import checked_origin, crs_or_problem, offset_path, read_offset
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
+from vomstudio.words import tr
 
 Array = npt.NDArray[Any]
 
@@ -45,8 +46,10 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     except (TypeError, ValueError, LookupError, ArithmeticError, AttributeError) as error:
         # Somebody else's JSON can be wrong in more ways than can be asked for one by one.
         raise InputError(
-            f"The scene contradicts itself ({' '.join(str(error).split())[:120]}); export it"
-            " again.",
+            tr(
+                "The scene contradicts itself ({split}); export it again.",
+                split=" ".join(str(error).split())[:120],
+            ),
             file=path,
         ) from error
 
