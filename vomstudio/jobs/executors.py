@@ -155,7 +155,8 @@ class Cluster:
                         if tries == _TRIES:
                             raise WorkerError(
                                 tr(
-                                    "the cluster lost the same part of the work {tries} times ({error}), "
+                                    "the cluster lost the same part of the work {tries} times "
+                                    "({error}), "
                                     "perhaps for want of memory; "
                                     "what is finished is kept, try again",
                                     tries=tries,
