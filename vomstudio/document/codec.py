@@ -70,14 +70,15 @@ def decode(plain: Mapping[str, Any], records: Mapping[str, Record] = NOTHING) ->
     cls = _KINDS.get(kind) if isinstance(kind, str) else None
     if cls is None:
         raise DocumentError(
-            tr("a record of unknown kind {kind!r} cannot be read", kind=kind), field="record"
+            tr("The record is of an unknown kind, {kind!r}, and cannot be read.", kind=kind),
+            field="record",
         )
     values = _known(cls, values)
     try:
         record: Record = cls(**_decoded(values, records))
     except TypeError as error:
         raise DocumentError(
-            tr("a {kind} lacks a field: {error}", kind=kind, error=error)
+            tr("A record of the kind {kind} lacks a field: {error}.", kind=kind, error=error)
         ) from error
     return record
 
@@ -132,7 +133,12 @@ def _read(
         return decode(plain, named)
     record = records.get(id_)
     if record is None:
-        raise DocumentError(tr("it changes {id_}, which an unreadable row has brought", id_=id_))
+        raise DocumentError(
+            tr(
+                "The row changes {record}, which was added by a row that cannot be read.",
+                record=id_,
+            )
+        )
     values = _decoded(_known(type(record), plain), named)
     changed: Record = dataclasses.replace(record, **values)
     return changed
@@ -144,7 +150,8 @@ def _known(cls: type, values: Mapping[str, Any]) -> Plain:
     unknown = set(values) - {field.name for field in dataclasses.fields(cls)}
     if unknown:
         raise DocumentError(
-            tr("a {NAMES} has an unknown field", NAMES=_NAMES[cls]), field=sorted(unknown)[0]
+            tr("A record of the kind {kind} has an unknown field.", kind=_NAMES[cls]),
+            field=sorted(unknown)[0],
         )
     return values
 
@@ -180,17 +187,19 @@ def _decoded(values: Mapping[str, Any], records: Mapping[str, Record]) -> Plain:
 
 def _part(name: str, value: Any, records: Mapping[str, Record]) -> Any:
     if not isinstance(value, Mapping):
-        raise DocumentError(tr("a part of a record cannot be read"), field=name)
+        raise DocumentError(tr("A part of the record cannot be read."), field=name)
     if set(value) == {"registration"}:
         found = records.get(value["registration"])
         if not isinstance(found, Registration):
-            raise DocumentError(tr("it rests on a registration that is not there"), field=name)
+            raise DocumentError(
+                tr("The model rests on a registration that is missing."), field=name
+            )
         return found
     try:
         return _PARTS[name](**{key: _tuples(each) for key, each in value.items()})
     except TypeError as error:
         raise DocumentError(
-            tr("a part of a record cannot be read: {error}", error=error), field=name
+            tr("A part of the record cannot be read: {error}.", error=error), field=name
         ) from error
 
 

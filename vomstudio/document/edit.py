@@ -43,7 +43,11 @@ class Edit:
             for id_, record in self.before.items():
                 if records.get(id_) != record:
                     raise DocumentError(
-                        tr("{label}: {id_} has changed in the meantime", label=self.label, id_=id_)
+                        tr(
+                            "{label}: the record {record} has changed in the meantime. Try again.",
+                            label=self.label,
+                            record=id_,
+                        )
                     )
         for id_, record in self.after.items():
             if record is None:

@@ -136,7 +136,12 @@ def _play(result: Replay, row: Row) -> None:
     elif row.kind == "draft":
         result.draft = None if row.after is None else Draft(row.seq, row.after)
     elif row.kind != "gap":
-        raise DocumentError(tr("is of a kind that this version does not know"))
+        raise DocumentError(
+            tr(
+                "The row is of a kind that this version does not know. Open the project with "
+                "a newer version."
+            )
+        )
 
 
 def _amended(result: Replay, row: Row, edit: Edit) -> Edit:
@@ -152,7 +157,7 @@ def _taken(stack: list[tuple[int, Edit]], row: Row) -> list[tuple[int, Edit]]:
     """Takes row `of_seq` off a stack, and what lies above it, newest first: steps that were left
     out because they are damaged had taken those. Raises DocumentError where it is not there."""
     if all(seq != row.of_seq for seq, _ in stack):
-        raise DocumentError(tr("speaks of row {of_seq}, which is not there", of_seq=row.of_seq))
+        raise DocumentError(tr("The row refers to row {row}, which is missing.", row=row.of_seq))
     taken = [stack.pop()]
     while taken[-1][0] != row.of_seq:
         taken.append(stack.pop())

@@ -35,7 +35,7 @@ def check_target(
     """
     shown = Path(path)
     if not shown.name:
-        raise TargetError(tr("this names no file; give the output a file name."), file=shown)
+        raise TargetError(tr("This does not name a file. Give the output a file name."), file=shown)
     try:
         target = shown.resolve()
         mode = target.stat().st_mode
@@ -45,25 +45,31 @@ def check_target(
         raise _target_error(shown, error) from error
     parent = target.parent
     if not parent.is_dir():
-        what = "is a file, not a folder" if parent.exists() else "does not exist"
-        raise TargetError(
-            tr("the folder {parent} {what}; make it or name another.", parent=parent, what=what),
-            file=shown,
+        said = (
+            tr("{folder} is a file, not a folder. Choose another folder.", folder=parent)
+            if parent.exists()
+            else tr(
+                "The folder {folder} does not exist. Create it, or choose another.", folder=parent
+            )
         )
+        raise TargetError(said, file=shown)
     if mode is None:
         return target
     if stat.S_ISDIR(mode):
-        raise TargetError(tr("this is a folder; give the output a file name."), file=shown)
+        raise TargetError(tr("This is a folder. Give the output a file name."), file=shown)
     if not stat.S_ISREG(mode):
-        raise TargetError(tr("this is a device or pipe; give the output a file name."), file=shown)
+        raise TargetError(
+            tr("This is a device or a pipe. Give the output a file name."), file=shown
+        )
     if any(_is_same_file(target, given) for given in inputs):
-        raise TargetError(tr("this file is read by the command; name another output."), file=shown)
+        raise TargetError(tr("The command reads this file. Choose another output."), file=shown)
     if not force:
         raise TargetError(
-            tr("this file exists already; use --force to replace it, or name another."), file=shown
+            tr("This file exists already. Use --force to replace it, or choose another name."),
+            file=shown,
         )
     if not os.access(target, os.W_OK):
-        raise TargetError(tr("this file is write protected; name another."), file=shown)
+        raise TargetError(tr("This file is write-protected. Choose another name."), file=shown)
     return target
 
 
@@ -91,7 +97,9 @@ def atomic_group(
     given = list(inputs)
     targets = [check_target(path, force=force, inputs=given) for path in paths]
     if len(set(targets)) < len(targets):
-        raise TargetError(tr("two of the outputs have the same name."), file=paths[0])
+        raise TargetError(
+            tr("Two of the outputs have the same name. Give each its own."), file=paths[0]
+        )
     # Short names of their own: the targets' may already be as long as the file system allows.
     key = secrets.token_hex(6)
     temporaries = [t.with_name(f".vom-{key}-{i}.part{t.suffix}") for i, t in enumerate(targets)]
@@ -180,12 +188,12 @@ def _flush_folder(folder: Path) -> None:
 def _target_error(path: Path, error: OSError | RuntimeError | ValueError) -> TargetError:
     number = getattr(error, "errno", None)
     if number in _DISK_FULL:
-        said = "the disk is full; free some space or write elsewhere."
+        said = tr("The disk is full. Free some space, or write elsewhere.")
     elif number in _FORBIDDEN:
-        said = "no permission to write here; choose another folder."
+        said = tr("There is no permission to write here. Choose another folder.")
     elif number == errno.ENAMETOOLONG:
-        said = "this name is too long for the file system; choose a shorter one."
+        said = tr("This name is too long for the file system. Choose a shorter one.")
     else:
         reason = getattr(error, "strerror", None) or error
-        said = f"it cannot be written ({reason}); choose another place."
+        said = tr("The file cannot be written ({reason}). Choose another place.", reason=reason)
     return TargetError(said, file=path)

@@ -21,7 +21,9 @@ def set_aside(path: Path) -> Path:
     except OSError as error:
         raise TargetError(
             tr(
-                "it cannot be put aside before it is replaced ({strerror})", strerror=error.strerror
+                "The file cannot be set aside before it is replaced ({reason}). Check the "
+                "rights of its folder.",
+                reason=error.strerror,
             ),
             file=path,
         ) from error

@@ -173,7 +173,9 @@ def parse_line(text: str) -> Line:
 
 
 def _unclear(text: str, why: str) -> InputError:
-    return InputError(tr("“{split}” cannot be read: {why}.", split=" ".join(text.split()), why=why))
+    return InputError(
+        tr("“{text}” cannot be read: {reason}.", text=" ".join(text.split()), reason=why)
+    )
 
 
 def _kinds(tokens: list[_Token]) -> list[str]:

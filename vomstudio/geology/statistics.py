@@ -32,8 +32,8 @@ def unit_vectors(vectors: npt.ArrayLike) -> Array:
     if bad.any():
         raise GeometryError(
             tr(
-                "Orientation {argmax} of {count} is not a direction; leave it out.",
-                argmax=int(np.argmax(bad)) + 1,
+                "Orientation {number} of {count} is not a direction; leave it out.",
+                number=int(np.argmax(bad)) + 1,
                 count=len(v),
             )
         )

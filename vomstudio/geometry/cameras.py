@@ -54,18 +54,18 @@ class Intrinsics:
         if names is None:
             raise GeometryError(
                 tr(
-                    "the camera model {model} is not one of {MODELS}",
+                    "The camera model {model} is unknown. Known models are {known}.",
                     model=self.model,
-                    MODELS=", ".join(MODELS),
+                    known=", ".join(MODELS),
                 )
             )
         if len(names) != len(self.params):
             raise GeometryError(
                 tr(
-                    "{model} has {count} parameters, not {count_2}",
+                    "The camera model {model} has {count} parameters, but {given} are given.",
                     model=self.model,
                     count=len(names),
-                    count_2=len(self.params),
+                    given=len(self.params),
                 )
             )
 

@@ -160,7 +160,7 @@ def fit_plane(
     fits = fit_planes(array, np.array([0, len(array)]), method=method, axis=axis, ordered=ordered)
     if fits.error[0] is not None:
         raise GeometryError(
-            tr("A plane through {count} points: {error}.", count=len(array), error=fits.error[0])
+            tr("A plane through {count} points: {reason}.", count=len(array), reason=fits.error[0])
         )
     return fits[0]
 
