@@ -16,7 +16,7 @@ from vomstudio.languages import use_users_language
 from vomstudio.words import tr, use_catalogue
 
 ROOT = Path(__file__).resolve().parents[1]
-KEYWORDS = {"tr": None, "tr_n": (1, 2), "to_translate": None}
+KEYWORDS = {"tr": None, "tr_n": (1, 2), "to_translate": None, "_": None}
 
 
 @pytest.fixture(autouse=True)

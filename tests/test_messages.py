@@ -90,7 +90,7 @@ def fields(message: str) -> set[str]:
 
 def messages() -> Iterator[tuple[Call, str]]:
     for call in calls():
-        if call.name in ("tr", "tr_n", "to_translate"):
+        if call.name in ("tr", "tr_n", "to_translate", "_"):
             for argument in call.node.args[: 2 if call.name == "tr_n" else 1]:
                 yield from ((call, text) for text in texts(argument) or [])
 
@@ -103,7 +103,7 @@ def test_messages_are_whole_where_they_are_marked() -> None:
     """A message made of parts, or filled before it is translated, is in no catalogue."""
     wrong = []
     for call in calls():
-        if call.name in ("tr", "tr_n", "to_translate") and call.node.args:
+        if call.name in ("tr", "tr_n", "to_translate", "_") and call.node.args:
             for argument in call.node.args[: 2 if call.name == "tr_n" else 1]:
                 if isinstance(argument, ast.JoinedStr | ast.BinOp):
                     wrong.append(call.place)

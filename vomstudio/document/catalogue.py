@@ -12,9 +12,11 @@ from vomstudio.document.figures import Figure, Form, Subject
 from vomstudio.document.measurement import Floats
 from vomstudio.document.records import OnAModel
 from vomstudio.geometry.planes import PlaneFit
+from vomstudio.words import to_translate, tr
+from vomstudio.words import to_translate as _
 
-NO_MODEL = "local frame: its model is missing"
-IN_WORLD = "grid north, as entered"
+NO_MODEL = to_translate("local frame: its model is missing")
+IN_WORLD = to_translate("grid north, as entered")
 
 Value = Callable[[Subject], Any]
 
@@ -134,8 +136,8 @@ def _model(s: Subject) -> str | None:
 
 def _frame(s: Subject) -> str:
     if not isinstance(s.feature, OnAModel):
-        return IN_WORLD
-    return NO_MODEL if s.model is None else s.model.frame.name()
+        return tr(IN_WORLD)
+    return tr(NO_MODEL) if s.model is None else s.model.frame.name()
 
 
 def _overturned(s: Subject) -> bool | None:
@@ -178,11 +180,12 @@ KIND = _text("kind", "Type", "Feature type", _type, words=("type",),
 GEOMETRY = _text("geometry", "Geometry", "What it is by nature: plane or line", _geometry)
 SET = _text("set", "Set", "Set", _feature("set_name"), words=("set",), attribute="set_name")
 OVERTURNED = Figure(
-    "overturned", "Overturned", "The bed is upside down: its younging is known", _overturned,
+    "overturned", _("Overturned"), _("The bed is upside down: its younging is known"), _overturned,
     "flag", words=("overturned",), attribute="overturned",
 )  # fmt: skip
 UNDEFINED = Figure(
-    "undefined", "Undefined", "Its azimuth means nothing: a horizontal plane, a vertical line",
+    "undefined", _("Undefined"),
+    _("Its azimuth means nothing: a horizontal plane, a vertical line"),
     _undefined, "flag",
 )  # fmt: skip
 DIP_DIRECTION = _degrees(
@@ -214,34 +217,35 @@ X, Y, Z = (
     for i, (axis, towards) in enumerate((("x", "east"), ("y", "north"), ("z", "up")))
 )
 NORMAL_X, NORMAL_Y, NORMAL_Z = (
-    Figure(f"normal_{axis}", f"Normal {axis}", "Of the plane's upward normal", _normal(i))
+    Figure(f"normal_{axis}", f"Normal {axis}", _("Of the plane's upward normal"), _normal(i))
     for i, axis in enumerate("xyz")
 )
-N_POINTS = Figure("n_points", "n", "Number of points", _of_either("n", "n"), "count",
+N_POINTS = Figure("n_points", "n", _("Number of points"), _of_either("n", "n"), "count",
                   words=("n",))  # fmt: skip
 EXTENT = _metres(
     "extent_m", "Extent", "Longest axis of the trace, diameter of the patch",
     _of_either("extent", "length"), short="extent_m", words=("extent",),
 )  # fmt: skip
-AREA = Figure("area_m2", "Area", "Area of the patch's faces", _measured("area_m2"), "area", "m2",
-              words=("area",))  # fmt: skip
+AREA = Figure("area_m2", _("Area"), _("Area of the patch's faces"), _measured("area_m2"),
+              "area", "m2", words=("area",))  # fmt: skip
 RMS = _metres("rms_m", "RMS", "Root mean square distance from the plane",
               _of_either("rms", "rms"), words=("rms",))  # fmt: skip
 LAMBDA_1, LAMBDA_2, LAMBDA_3 = (
-    Figure(f"lambda{i + 1}", f"λ{i + 1}", "Eigenvalue of the points' scatter; the three sum to 1",
+    Figure(f"lambda{i + 1}", f"λ{i + 1}",
+           _("Eigenvalue of the points' scatter; the three sum to 1"),
            _eigenvalue(i))
     for i in range(3)
 )  # fmt: skip
 COPLANARITY = Figure(
-    "coplanarity", "Coplan.", "Coplanarity index 1/l3 (textbook eq. 20)", _fit("coplanarity"),
+    "coplanarity", _("Coplan."), _("Coplanarity index 1/l3 (textbook eq. 20)"), _fit("coplanarity"),
     short="coplanar", words=("coplanarity",),
 )  # fmt: skip
 COLLINEARITY = Figure(
-    "collinearity", "Collin.", "Collinearity index l1/l2 (textbook eq. 21)", _fit("collinearity"),
-    short="collinear", words=("collinearity",),
+    "collinearity", _("Collin."), _("Collinearity index l1/l2 (textbook eq. 21)"),
+    _fit("collinearity"), short="collinear", words=("collinearity",),
 )  # fmt: skip
-M = Figure("M", "M", "ln(l1/l3): over 4 is well defined", _fit("M"), words=("M",))
-K = Figure("K", "K", "ln(l1/l2)/ln(l2/l3): under 0.8 is not a line", _fit("K"), words=("K",))
+M = Figure("M", "M", _("ln(l1/l3): over 4 is well defined"), _fit("M"), words=("M",))
+K = Figure("K", "K", _("ln(l1/l2)/ln(l2/l3): under 0.8 is not a line"), _fit("K"), words=("K",))
 MAX_ANGULAR_ERROR = _degrees(
     "max_angular_error_deg", "Ang. error max",
     "Largest hyperbolic angular error of the scatter (Quinn and Ehlmann 2019)",
@@ -282,7 +286,8 @@ RESOLUTION = _metres(
     _measured("resolution_m"), short="resolution",
 )  # fmt: skip
 EXTENT_OVER_RESOLUTION = Figure(
-    "extent_over_resolution", "Ext./res.", "Extent over the model's resolution: 100 is wanted",
+    "extent_over_resolution", _("Ext./res."),
+    _("Extent over the model's resolution: 100 is wanted"),
     _ratio, "ratio", short="extent_res", words=("resolution", "ext/res", "ratio"),
 )  # fmt: skip
 QUALITY = _text("quality", "Quality", "Verdict on the plane or line, with its reasons", _quality,

@@ -107,7 +107,15 @@ def replay(rows: Iterable[Row]) -> Replay:
                 raise DocumentError(row.problem)
             _play(result, row)
         except DocumentError as error:
-            result.problems.append(f"journal row {row.seq} ({row.kind} {row.label!r}): {error}")
+            result.problems.append(
+                tr(
+                    "journal row {seq} ({kind} {label!r}): {error}",
+                    seq=row.seq,
+                    kind=row.kind,
+                    label=row.label,
+                    error=error,
+                )
+            )
     return result
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from vomstudio.document.figures import Figure, Subject
 from vomstudio.document.measurement import Floats, Measurement, Measuring, Records
 from vomstudio.document.records import Feature, OnAModel, Painted, Picked, Record, Typed
+from vomstudio.words import to_translate as _
 
 Evidence = Literal["", "picked", "read", "derived"]
 """Where an orientation comes from. Picks of a type are pooled (mean planes, fold axes), what was
@@ -41,11 +42,11 @@ class Attribute:
     applies: Callable[[Any], bool] = lambda feature: True
 
 
-NAME = Attribute("name", "Name")
-TYPE = Attribute("type_id", "Type", "type")
-SET = Attribute("set_name", "Set")
-OVERTURNED = Attribute("overturned", "Bed", "flag", text="overturned")
-NOTES = Attribute("notes", "Notes")
+NAME = Attribute("name", _("Name"))
+TYPE = Attribute("type_id", _("Type"), "type")
+SET = Attribute("set_name", _("Set"))
+OVERTURNED = Attribute("overturned", _("Bed"), "flag", text="overturned")
+NOTES = Attribute("notes", _("Notes"))
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,7 +30,7 @@ from vomstudio.geology.orientation import (
     rake_of,
 )
 from vomstudio.geology.statistics import flip_to, orientation_tensor, unit_vectors
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 MIN_ARC = 1e-10
 """S2 below this: the planes are parallel (to 1e-5 rad); any line in them would do."""
@@ -45,9 +45,9 @@ FEW_PLANES = 10
 SHORT_ARC_DEG = 30.0
 """Poles within an arc shorter than this say little of the great circle they lie on."""
 
-JUDGING_LATER = (
-    "whether the poles fit one axis (cylindrical), a cone, one dip or two axes was not tested: "
-    "judge by the net"
+JUDGING_LATER = to_translate(
+    "whether the poles fit one axis (cylindrical), a cone, one dip or two axes "
+    "was not tested: judge by the net"
 )
 
 
@@ -187,20 +187,24 @@ def common_axis(
         semi_axes = float(angles[1]), float(angles[0])
         swing = directions[:, 1] @ across
     reasons = [
-        "means of " + ", ".join(f"{k} (n = {len(m)})" for k, m in zip(names, members, strict=True))
+        tr(
+            "means of {sets}",
+            sets=", ".join(f"{k} (n = {len(m)})" for k, m in zip(names, members, strict=True)),
+        )
     ]
     if len(names) > 2:
         off = np.degrees(np.abs(np.arcsin(np.clip(means @ beta, -1.0, 1.0))))
         reasons.append(
-            "distance of the means from one plane: "
-            + ", ".join(f"{k} {a:.1f}" for k, a in zip(names, off, strict=True))
-            + " degrees"
+            tr(
+                "distance of the means from one plane: {distances} degrees",
+                distances=", ".join(f"{k} {a:.1f}" for k, a in zip(names, off, strict=True)),
+            )
         )
     if semi_axes is None:
-        reasons.append("a set has only one plane: the error of the axis is unknown")
+        reasons.append(tr("a set has only one plane: the error of the axis is unknown"))
     else:
         reasons.extend(_weakness(semi_axes))
-    reasons.append("whether the sets share one axis within their errors was not tested")
+    reasons.append(tr("whether the sets share one axis within their errors was not tested"))
     return _axis(means, values, axes, semi_axes, swing, reasons)
 
 
@@ -238,31 +242,46 @@ def _fold_reasons(
     poles: Array, axes: Array, n: int, semi_axes: tuple[float, float] | None
 ) -> list[str]:
     reasons = [
-        f"n = {n}, poles {_rms_deg(poles, axes):.1f} degrees RMS from the great circle, "
-        f"along {_arc_deg(poles, axes):.0f} degrees of it"
+        tr(
+            "n = {n}, poles {rms_deg:.1f} degrees RMS from the great circle, along "
+            "{arc_deg:.0f} degrees of it",
+            n=n,
+            rms_deg=_rms_deg(poles, axes),
+            arc_deg=_arc_deg(poles, axes),
+        )
     ]
     if semi_axes is None:
-        reasons.append("two planes always meet in a line: its error is unknown")
+        reasons.append(tr("two planes always meet in a line: its error is unknown"))
     else:
         reasons.extend(_weakness(semi_axes))
     if 2 < n < FEW_PLANES:
-        reasons.append(f"only {n} planes: the shape of the scatter cannot be told")
+        reasons.append(tr("only {n} planes: the shape of the scatter cannot be told", n=n))
     if _arc_deg(poles, axes) < SHORT_ARC_DEG:
-        reasons.append(f"the poles cover less than {SHORT_ARC_DEG:.0f} degrees: nearly one dip")
-    reasons.append(JUDGING_LATER)
+        reasons.append(
+            tr("the poles cover less than {limit:.0f} degrees: nearly one dip", limit=SHORT_ARC_DEG)
+        )
+    reasons.append(tr(JUDGING_LATER))
     return reasons
 
 
 def _weakness(semi_axes: tuple[float, float]) -> list[str]:
     major, minor = semi_axes
-    text = f"beta is known to {major:.1f} by {minor:.1f} degrees (joint 95 %)"
+    text = tr(
+        "beta is known to {major:.1f} by {minor:.1f} degrees (joint 95 %)", major=major, minor=minor
+    )
     if major > WEAK_AXIS_DEG:
-        return [f"{text}: over {WEAK_AXIS_DEG:.0f}, too weak to rely on"]
+        return [tr("{text}: over {limit:.0f}, too weak to rely on", text=text, limit=WEAK_AXIS_DEG)]
     cost = 100.0 * (1.0 - math.cos(math.radians(major)))
     shift = 100.0 * math.sin(math.radians(major))
     return [
-        f"{text}: a direction wrong by {major:.1f} shortens lengths by {cost:.1f} % and displaces "
-        f"by {shift:.0f} % of the depth of the view"
+        tr(
+            "{text}: a direction wrong by {major:.1f} shortens lengths by {cost:.1f} % "
+            "and displaces by {shift:.0f} % of the depth of the view",
+            text=text,
+            major=major,
+            cost=cost,
+            shift=shift,
+        )
     ]
 
 

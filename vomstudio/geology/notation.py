@@ -95,19 +95,19 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
         elif labels == {"dipdir", "dip"}:
             tokens, meaning = _unlabel(text, tokens, "dipdir", "dip"), "dipdir/dip"
         else:
-            raise _unclear(text, "a plane has a strike or a dip direction, and a dip")
+            raise _unclear(text, tr("a plane has a strike or a dip direction, and a dip"))
     kinds = _kinds(tokens)
     if kinds == ["number"] or kinds in (["number", "wind"], ["number", "rule"]):
         tokens = _split_comma(text, tokens, "a dip")
         kinds = _kinds(tokens)
     if any(t.signed for t in tokens[:1]):
-        raise _unclear(text, "an azimuth runs from 0 to 360 without a sign")
+        raise _unclear(text, tr("an azimuth runs from 0 to 360 without a sign"))
 
     match kinds:
         case ["number", "number"]:
             azimuth, dip = tokens
             if meaning == "quadrant":
-                raise _unclear(text, "the quadrant it dips to is missing, as in N42E 41SE")
+                raise _unclear(text, tr("the quadrant it dips to is missing, as in N42E 41SE"))
             return _plane_from(text, azimuth, dip, meaning)
         case ["number", "number", "rule"]:
             azimuth, dip, rule = tokens
@@ -120,7 +120,7 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
         case ["number" | "bearing" | "wind", "number", "wind"]:
             strike, dip, side = tokens
             if meaning == "dipdir/dip" and "dipdir" in labels:
-                raise _unclear(text, "a dip direction needs no quadrant")
+                raise _unclear(text, tr("a dip direction needs no quadrant"))
             return _plane_to_side(text, strike, dip, side)
         case ["number" | "bearing" | "wind", "wind", "number"]:
             strike, side, dip = tokens
@@ -135,10 +135,10 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
             value = _steepness(text, dip, "dip")
             if value in (0.0, 90.0):  # the only planes that dip to neither side
                 return Plane.from_strike(_azimuth(text, strike), value)
-            raise _unclear(text, "the quadrant it dips to is missing, as in N42E 41SE")
+            raise _unclear(text, tr("the quadrant it dips to is missing, as in N42E 41SE"))
         case ["number"] | ["bearing"]:
-            raise _unclear(text, "only one angle; a plane needs two, as in 132/41")
-    raise _unclear(text, "write a plane as 132/41, 042/41 RHR, 042/41 SE or N42E 41SE")
+            raise _unclear(text, tr("only one angle; a plane needs two, as in 132/41"))
+    raise _unclear(text, tr("write a plane as 132/41, 042/41 RHR, 042/41 SE or N42E 41SE"))
 
 
 def parse_line(text: str) -> Line:
@@ -151,12 +151,12 @@ def parse_line(text: str) -> Line:
     if labels:
         first = "azimuth" if "azimuth" in labels else "trend"
         if labels != {first, "plunge"}:
-            raise _unclear(text, "a line has a trend and a plunge")
+            raise _unclear(text, tr("a line has a trend and a plunge"))
         tokens = _unlabel(text, tokens, first, "plunge")
     if _kinds(tokens) == ["number"]:
         tokens = _split_comma(text, tokens, "a plunge")
     if any(t.signed for t in tokens[:1]) and "arrow" not in _kinds(tokens):
-        raise _unclear(text, "an azimuth runs from 0 to 360 without a sign")
+        raise _unclear(text, tr("an azimuth runs from 0 to 360 without a sign"))
     match _kinds(tokens):
         case ["number" | "bearing" | "wind", "number"]:
             trend, plunge = tokens
@@ -168,8 +168,8 @@ def parse_line(text: str) -> Line:
             plunge, trend = tokens
             return Line(_azimuth(text, trend), _steepness(text, plunge, "plunge"))
         case ["number"] | ["bearing"]:
-            raise _unclear(text, "only one angle; a line needs two, as in 130/25")
-    raise _unclear(text, "write a line as 130/25 (trend/plunge), 25 → 130 or N50W 25")
+            raise _unclear(text, tr("only one angle; a line needs two, as in 130/25"))
+    raise _unclear(text, tr("write a line as 130/25 (trend/plunge), 25 → 130 or N50W 25"))
 
 
 def _unclear(text: str, why: str) -> InputError:
@@ -218,7 +218,7 @@ def _tokens(text: str) -> list[_Token]:
                 after_mark = True
             raw.append(_Token("mark", found))
         else:
-            raise _unclear(text, f"“{found}” has no meaning here")
+            raise _unclear(text, tr("“{found}” has no meaning here", found=found))
     return _bearings(text, raw)
 
 
@@ -252,7 +252,7 @@ def _word(text: str, word: str) -> list[_Token]:
         return [_Token("label", "DIRECTION")]
     if word in _LABELS:
         return [_Token("label", _LABELS[word])]
-    raise _unclear(text, f"“{word}” is no compass point, rule or name of an angle")
+    raise _unclear(text, tr("“{word}” is no compass point, rule or name of an angle", word=word))
 
 
 def _bearings(text: str, raw: list[_Token]) -> list[_Token]:
@@ -280,7 +280,7 @@ def _bearings(text: str, raw: list[_Token]) -> list[_Token]:
             angle = three[1].value
             name = f"{t.text}{three[1].text}{three[2].text}"
             if not 0.0 <= angle <= 90.0:
-                raise _unclear(text, f"in {name} the angle must be from 0 to 90")
+                raise _unclear(text, tr("in {name} the angle must be from 0 to 90", name=name))
             clockwise = (t.text == "N") == (three[2].text == "E")
             start = 0.0 if t.text == "N" else 180.0
             out.append(_Token("bearing", name, wrap360(start + (angle if clockwise else -angle))))
@@ -288,7 +288,7 @@ def _bearings(text: str, raw: list[_Token]) -> list[_Token]:
         elif t.kind == "mark":
             i += 1
         elif t.text == "DIRECTION":
-            raise _unclear(text, "“direction” of what? Write dip direction 132, dip 41")
+            raise _unclear(text, tr("“direction” of what? Write dip direction 132, dip 41"))
         else:
             out.append(t)
             i += 1
@@ -303,7 +303,7 @@ def _unlabel(text: str, tokens: list[_Token], first: str, second: str) -> list[_
     for token in tokens:
         if token.kind == "label":
             if label is not None or token.text in values:
-                raise _unclear(text, f"no number follows “{label or token.text}”")
+                raise _unclear(text, tr("no number follows “{value}”", value=label or token.text))
             label = token.text
         elif label is not None and token.kind in ("number", "bearing", "wind"):
             values[label] = token
@@ -311,7 +311,7 @@ def _unlabel(text: str, tokens: list[_Token], first: str, second: str) -> list[_
         else:
             rest.append(token)
     if label is not None or set(values) != {first, second}:
-        raise _unclear(text, f"a {first} and a {second} are needed")
+        raise _unclear(text, tr("a {first} and a {second} are needed", first=first, second=second))
     return [values[first], values[second], *rest]
 
 
@@ -329,7 +329,9 @@ def _split_comma(text: str, tokens: list[_Token], missing: str) -> list[_Token]:
 
 def _azimuth(text: str, token: _Token) -> float:
     if not 0.0 <= token.value <= 360.0:
-        raise _unclear(text, f"an azimuth of {token.value:g} is not within 0 to 360")
+        raise _unclear(
+            text, tr("an azimuth of {token:g} is not within 0 to 360", token=token.value)
+        )
     return token.value
 
 
@@ -337,16 +339,20 @@ def _steepness(text: str, token: _Token, name: str, azimuth: _Token | None = Non
     """A dip or plunge; `azimuth` where it was given after an arrow."""
     value = token.value
     if token.signed and value > 0:
-        raise _unclear(text, f"is the minus a sign? Write 130/-25, or 130/25 for {name} 25")
+        raise _unclear(
+            text, tr("is the minus a sign? Write 130/-25, or 130/25 for {name} 25", name=name)
+        )
     if name == "dip" and value < 0:
-        raise _unclear(text, "a dip is from 0 to 90 and has no sign")
+        raise _unclear(text, tr("a dip is from 0 to 90 and has no sign"))
     if abs(value) > 90.0:
-        hint = ""
+        over = tr("a {angle} of {value:g} is over 90", angle=name, value=value)
         if azimuth is not None:
-            hint = f"; before the arrow stands the {name}, as in 41 → 132"
+            hint = tr("before the arrow stands the {angle}, as in 41 → 132", angle=name)
+            over = f"{over}; {hint}"
         elif name == "dip":
-            hint = "; the azimuth goes first, and an overturned bed is flagged beside its plane"
-        raise _unclear(text, f"a {name} of {value:g} is over 90{hint}")
+            hint = tr("the azimuth goes first, and an overturned bed is flagged beside its plane")
+            over = f"{over}; {hint}"
+        raise _unclear(text, over)
     return value
 
 
@@ -367,8 +373,12 @@ def _plane_to_side(text: str, strike: _Token, dip: _Token, side: _Token) -> Plan
     if steep > 0.0 and min(abs(off), 180.0 - abs(off)) > SIDE_REACH_DEG[len(side.text)]:
         raise _unclear(
             text,
-            f"a plane that strikes {strike.text} does not dip to {side.text}; "
-            "a dip direction is written without a side, as in 132/41",
+            tr(
+                "a plane that strikes {strike} does not dip to {side}; a dip direction is "
+                "written without a side, as in 132/41",
+                strike=strike.text,
+                side=side.text,
+            ),
         )
     return Plane(azimuth + 90.0 if abs(off) < 90.0 else azimuth - 90.0, steep)
 

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from vomstudio.geometry.lines import LineFit
 from vomstudio.geometry.planes import PlaneFit
+from vomstudio.words import tr
 
 Quality = Literal["good", "doubtful", "poor"]
 Kind = Literal["trace", "patch"]
@@ -99,7 +100,7 @@ def judge(
     kind : a patch is the outcrop face, so the surface effect is looked for in traces only
     """
     if fit.error is not None:
-        return Verdict("poor", (f"no plane: {fit.error}",))
+        return Verdict("poor", (tr("no plane: {error}", error=fit.error),))
     poor, reasons = _of_direction(fit, kind, thresholds)
     reasons += _of_shape(fit, kind, thresholds)
     extent = feature_extent_m(fit, kind)
@@ -107,16 +108,22 @@ def judge(
         ratio = extent / resolution_m
         if ratio < thresholds.extent_over_resolution:
             reasons.append(
-                f"extent {_number(ratio)} x resolution "
-                f"({thresholds.extent_over_resolution:g} wanted); "
-                "pick a longer one or use a finer model"
+                tr(
+                    "extent {number} x resolution ({extent_over_resolution:g} wanted); pick a "
+                    "longer one or use a finer model",
+                    number=_number(ratio),
+                    extent_over_resolution=thresholds.extent_over_resolution,
+                )
             )
     if kind == "trace" and outcrop_normal is not None:
         angle_to_face = _axial_angle_deg(fit.normal, np.asarray(outcrop_normal, dtype=np.float64))
         if angle_to_face is not None and angle_to_face < thresholds.surface_effect_deg:
             reasons.append(
-                f"only {_deg(angle_to_face)} from the outcrop face: it probably measures the face; "
-                "pick where the trace cuts into the face"
+                tr(
+                    "only {deg} from the outcrop face: it probably measures the face; pick where "
+                    "the trace cuts into the face",
+                    deg=_deg(angle_to_face),
+                )
             )
     if poor:
         return Verdict("poor", tuple(reasons))
@@ -124,23 +131,45 @@ def judge(
 
 
 def _more(kind: Kind) -> str:
-    return "add points where the trace bends" if kind == "trace" else "enlarge the patch"
+    return tr("add points where the trace bends") if kind == "trace" else tr("enlarge the patch")
 
 
 def _of_direction(fit: PlaneFit, kind: Kind, t: Thresholds) -> tuple[bool, list[str]]:
     """Whether the plane is poor for its error, and what is to be said of that."""
-    more_points = "pick more points" if kind == "trace" else "enlarge the patch"
+    more_points = tr("pick more points") if kind == "trace" else tr("enlarge the patch")
     angle = confidence_that_counts_deg(fit, kind)
     if angle is None and fit.n <= 3:
-        return False, [f"three points only: no error can be stated; {more_points}"]
+        return False, [
+            tr("three points only: no error can be stated; {more_points}", more_points=more_points)
+        ]
     if angle is None:
-        return True, [f"only 3 of the {fit.n} points differ: no error can be stated; {more_points}"]
+        return True, [
+            tr(
+                "only 3 of the {n} points differ: no error can be stated; {more_points}",
+                n=fit.n,
+                more_points=more_points,
+            )
+        ]
     if angle > t.poor_confidence95_deg:
         limit = _deg(t.poor_confidence95_deg)
-        return True, [f"direction uncertain by {_deg(angle)} ({limit} is the limit); {_more(kind)}"]
+        return True, [
+            tr(
+                "direction uncertain by {deg} ({limit} is the limit); {more}",
+                deg=_deg(angle),
+                limit=limit,
+                more=_more(kind),
+            )
+        ]
     if angle > t.good_confidence95_deg:
         wanted = _deg(t.good_confidence95_deg)
-        return False, [f"direction uncertain by {_deg(angle)} ({wanted} wanted); {_more(kind)}"]
+        return False, [
+            tr(
+                "direction uncertain by {deg} ({wanted} wanted); {more}",
+                deg=_deg(angle),
+                wanted=wanted,
+                more=_more(kind),
+            )
+        ]
     return False, []
 
 
@@ -150,26 +179,42 @@ def _of_shape(fit: PlaneFit, kind: Kind, t: Thresholds) -> list[str]:
     # None is infinite: points exactly in one plane.
     if fit.M is not None and t.good_M >= fit.M:
         reasons.append(
-            f"points scatter about the plane: M {fit.M:.1f}, coplanarity "
-            f"{_number(fit.coplanarity)} (M above {t.good_M:g} wanted); "
-            "leave out points that are not on the surface"
+            tr(
+                "points scatter about the plane: M {M:.1f}, coplanarity {number} (M above "
+                "{good_M:g} wanted); leave out points that are not on the surface",
+                M=fit.M,
+                number=_number(fit.coplanarity),
+                good_M=t.good_M,
+            )
         )
     if fit.K is None or t.good_K <= fit.K:
         shape = "trace" if kind == "trace" else "patch"
         k = "infinite" if fit.K is None else f"{fit.K:.2g}"
         reasons.append(
-            f"almost straight {shape}: collinearity {_number(fit.collinearity)}, K {k} "
-            f"(below {t.good_K:g} wanted); {_more(kind)}"
+            tr(
+                "almost straight {shape}: collinearity {number}, K {k} (below {good_K:g} "
+                "wanted); {more}",
+                shape=shape,
+                number=_number(fit.collinearity),
+                k=k,
+                good_K=t.good_K,
+                more=_more(kind),
+            )
         )
     if fit.hyperbolic_overflow:
         reasons.append(
-            "scatter off the plane is as large as the bend: the hyperbolic error is 90°; "
-            + _more(kind)
+            tr(
+                "scatter off the plane is as large as the bend: "
+                "the hyperbolic error is 90°; {advice}",
+                advice=_more(kind),
+            )
         )
     if fit.long_roughness:
         reasons.append(
-            "roughness as long as the trace: the wider of the two errors counts; "
-            "pick a longer trace"
+            tr(
+                "roughness as long as the trace: the wider of the two errors counts; pick a "
+                "longer trace"
+            )
         )
     return reasons
 
@@ -206,38 +251,53 @@ def judge_line(
     angle = confidence95_deg
     if angle is None:
         if fit is None:
-            reasons.append("the error of one of its planes is unknown, so that of the line is")
+            reasons.append(tr("the error of one of its planes is unknown, so that of the line is"))
         elif fit.confidence95_deg is None:
             reasons.append(
-                "two points only: no error can be stated; pick more points along the line"
+                tr("two points only: no error can be stated; pick more points along the line")
             )
         if fit is not None and not plane_is_known:
-            reasons.append("the error of the plane it lies on is unknown, so that of the line is")
+            reasons.append(
+                tr("the error of the plane it lies on is unknown, so that of the line is")
+            )
     elif angle > t.good_confidence95_deg:
         poor = angle > t.poor_confidence95_deg
         limit = (
-            f"({_deg(t.poor_confidence95_deg)} is the limit)"
+            tr("({deg} is the limit)", deg=_deg(t.poor_confidence95_deg))
             if poor
-            else f"({_deg(t.good_confidence95_deg)} wanted)"
+            else tr("({deg} wanted)", deg=_deg(t.good_confidence95_deg))
         )
         if fit is None:
-            what = "measure its planes better"
+            what = tr("measure its planes better")
         elif fit.confidence95_deg is not None and angle > fit.confidence95_deg:
-            what = "measure the plane it lies on better"
+            what = tr("measure the plane it lies on better")
         else:
-            what = "pick a longer or straighter line"
-        reasons.append(f"direction uncertain by {_deg(angle)} {limit}; {what}")
+            what = tr("pick a longer or straighter line")
+        reasons.append(
+            tr(
+                "direction uncertain by {deg} {limit}; {what}",
+                deg=_deg(angle),
+                limit=limit,
+                what=what,
+            )
+        )
     if off_plane_deg is not None and off_plane_deg > OFF_PLANE_DEG:
         reasons.append(
-            f"{_deg(off_plane_deg)} off the plane it is said to lie on; pick it on that plane"
+            tr(
+                "{deg} off the plane it is said to lie on; pick it on that plane",
+                deg=_deg(off_plane_deg),
+            )
         )
     if scatter_deg > ONE_SET_DEG:
         reasons.append(
-            f"planes of one set lie {_deg(scatter_deg)} (RMS) from their mean, as those of a fold "
-            "do: that mean is no plane of the outcrop; take one limb, or beta for the fold"
+            tr(
+                "planes of one set lie {deg} (RMS) from their mean, as those of a fold do: "
+                "that mean is no plane of the outcrop; take one limb, or beta for the fold",
+                deg=_deg(scatter_deg),
+            )
         )
     if plane_is_gone:
-        reasons.append("the plane it lay on is gone or has no fit: its rake is not known")
+        reasons.append(tr("the plane it lay on is gone or has no fit: its rake is not known"))
     return Verdict("poor" if poor else "doubtful" if reasons else "good", tuple(reasons))
 
 

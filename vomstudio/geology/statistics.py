@@ -144,18 +144,25 @@ def no_fisher_reason(vectors: npt.ArrayLike, directed: bool) -> str | None:
     v = unit_vectors(vectors)
     n = len(v)
     if n < 2:
-        return "n = 1: a Fisher mean needs at least 2"
+        return tr("n = 1: a Fisher mean needs at least 2")
     if directed:
         if float(np.linalg.norm(v.sum(axis=0))) < 1e-9 * n:
-            return "the directions cancel out: there is no mean"
+            return tr("the directions cancel out: there is no mean")
         return None
     point, girdle, random = vollmer(orientation_tensor(v)[0])
     if max(girdle, random) <= point:
         return None
-    numbers = f"Vollmer P = {point:.2f}, G = {girdle:.2f}, R = {random:.2f}"
+    numbers = tr(
+        "Vollmer P = {point:.2f}, G = {girdle:.2f}, R = {random:.2f}",
+        point=point,
+        girdle=girdle,
+        random=random,
+    )
     if girdle > random:
-        return f"girdle, not a cluster ({numbers}); the tensor's axes describe the set"
-    return f"no preferred orientation, close to a uniform scatter ({numbers})"
+        return tr(
+            "girdle, not a cluster ({numbers}); the tensor's axes describe the set", numbers=numbers
+        )
+    return tr("no preferred orientation, close to a uniform scatter ({numbers})", numbers=numbers)
 
 
 def set_statistics(
@@ -184,9 +191,9 @@ def set_statistics(
             "R": f.R,
         }
         if f.kappa is None:
-            reason = "all orientations are the same: kappa is infinite"
+            reason = tr("all orientations are the same: kappa is infinite")
         elif f.alpha95_deg is None:
-            reason = "too scattered: no cone holds the mean with 95 %"
+            reason = tr("too scattered: no cone holds the mean with 95 %")
     lines = [Line.from_vector(axis) for axis in axes]
     return {
         "n": len(v),

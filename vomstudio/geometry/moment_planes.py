@@ -37,25 +37,25 @@ def fit_moments(
     matrix = np.asarray(scatter, dtype=np.float64)
     if n < 3:
         raise GeometryError(
-            tr("A plane through {count} points: {reason}.", count=n, reason=TOO_FEW)
+            tr("A plane through {count} points: {reason}.", count=n, reason=tr(TOO_FEW))
         )
     if not (np.isfinite(matrix).all() and (np.abs(centroid) < LARGEST).all()):
         raise GeometryError(
-            tr("A plane through {count} points: {reason}.", count=n, reason=NOT_FINITE)
+            tr("A plane through {count} points: {reason}.", count=n, reason=tr(NOT_FINITE))
         )
     matrix = matrix / n
     size = float(np.trace(matrix))
     rounding = ROUNDINGS * float(np.finfo(np.float64).eps) * float(np.abs(centroid).max())
     if size <= max(rounding**2, np.finfo(np.float64).tiny):
         raise GeometryError(
-            tr("A plane through {count} points: {reason}.", count=n, reason=IDENTICAL)
+            tr("A plane through {count} points: {reason}.", count=n, reason=tr(IDENTICAL))
         )
     values, vectors = np.linalg.eigh(matrix / size)
     values, axes = np.maximum(values[::-1], 0.0), vectors.T[::-1].copy()
     thin = 64.0 * float(np.finfo(np.float64).eps)
     if values[1] <= max(thin, (rounding**2) / size):
         raise GeometryError(
-            tr("A plane through {count} points: {reason}.", count=n, reason=COLLINEAR)
+            tr("A plane through {count} points: {reason}.", count=n, reason=tr(COLLINEAR))
         )
     values = np.where(values <= thin, 0.0, values)
     values /= values.sum()

@@ -18,6 +18,7 @@ from vomstudio.geometry.plane_limits import (
     ROUNDINGS,
 )
 from vomstudio.geometry.vectors import TILT_FLOOR, dip_of_normals, upward
+from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -50,10 +51,10 @@ def figures(
     identical = (np.sqrt(values[:, 0]) <= rounding) | (scale.size <= 1.0 / LARGEST)
     collinear = ~identical & (np.sqrt(values[:, 1]) <= rounding)
     for i in np.flatnonzero(identical | collinear).tolist():
-        errors[i] = IDENTICAL if identical[i] else COLLINEAR
+        errors[i] = tr(IDENTICAL if identical[i] else COLLINEAR)
 
-    tr = values.sum(axis=1)
-    tr = np.where(tr > 0.0, tr, 1.0)
+    trace = values.sum(axis=1)
+    trace = np.where(trace > 0.0, trace, 1.0)
     axes = axes.copy()
     axes[:, 2] = upward(axes[:, 2])
     normal = axes[:, 2]
@@ -64,7 +65,7 @@ def figures(
         normal, residual, parallel, leverage = _regress(covariance, axis, rounding)
         rms = residual * np.abs(normal[:, axis])
         for i in np.flatnonzero(parallel & ~identical & ~collinear).tolist():
-            errors[i] = PARALLEL.format(axis="xyz"[axis])
+            errors[i] = tr(PARALLEL, axis="xyz"[axis])
 
     with np.errstate(divide="ignore", invalid="ignore"):
         floor = np.maximum(TILT_FLOOR, rounding / np.sqrt(values[:, 1]))
@@ -84,14 +85,14 @@ def figures(
     return {
         "centroid": scale.centroid,
         "normal": normal,
-        "eigenvalues": values / tr[:, None],
+        "eigenvalues": values / trace[:, None],
         "axes": axes,
-        "trace": tr * unit**2,
+        "trace": trace * unit**2,
         "rms": rms * unit,
         "residual": residual * unit,
         "extent": (high - low) * unit,
         "max_coordinate": scale.max_coordinate,
-        **_indices(values.T / tr),
+        **_indices(values.T / trace),
         "dip_direction_deg": dip_direction,
         "dip_deg": dip,
         "undefined": flat,

@@ -245,5 +245,5 @@ def _sound_groups(xyz: Floats, cuts: Ints, counts: Ints) -> tuple[list[str | Non
         finite = bad[cuts[1:]] == bad[cuts[:-1]]
     reasons: list[str | None] = [None] * len(counts)
     for i in np.flatnonzero(~(many & finite)).tolist():
-        reasons[i] = NOT_FINITE if not finite[i] else TOO_FEW
+        reasons[i] = tr(NOT_FINITE if not finite[i] else TOO_FEW)
     return reasons, many & finite

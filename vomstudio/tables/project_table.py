@@ -14,6 +14,7 @@ from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.reading_comparison import nearest_picks
 from vomstudio.document.records import Feature, Model, OnAModel, Record, get
 from vomstudio.tables.orientation_table import Row, row_of
+from vomstudio.words import tr
 
 __all__ = ["IN_WORLD", "NO_MODEL", "ProjectTable", "feature_row", "project_table"]
 
@@ -47,7 +48,7 @@ def project_table(
         nearest = partial(picks.get, feature.id)
         row = feature_row(Subject(feature, measurement, records, nearest))
         if row is None:
-            reason = measurement.problem or "no plane"
+            reason = measurement.problem or tr("no plane")
             skipped.append({"id": feature.id, "name": feature.name, "reason": reason})
         else:
             rows.append(row)
@@ -72,12 +73,12 @@ def _frame(records: Mapping[str, Record], features: list[Feature]) -> tuple[str 
     models = [get(records, f.model_id, Model) for f in features if isinstance(f, OnAModel)]
     frames = {None if model is None else model.frame for model in models}
     if not models and features:
-        return None, IN_WORLD
+        return None, tr(IN_WORLD)
     if len(frames) != 1:
-        return None, "see the column frame"
+        return None, tr("see the column frame")
     frame = frames.pop()
     if frame is None or not frame.has_north:
-        return None, "unknown: the model is not registered, azimuths are in its local frame"
+        return None, tr("unknown: the model is not registered, azimuths are in its local frame")
     if frame.crs:
-        return frame.crs, f"grid north of {frame.crs}"
-    return None, "local frame whose y axis the user declared as north"
+        return frame.crs, tr("grid north of {crs}", crs=frame.crs)
+    return None, tr("local frame whose y axis the user declared as north")

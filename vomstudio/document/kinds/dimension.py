@@ -35,6 +35,8 @@ from vomstudio.document.records import Picked, Point
 from vomstudio.geology.intersections import stray95, t95
 from vomstudio.geometry.lines import path_length, ring_area
 from vomstudio.geometry.units import area_text, length_text
+from vomstudio.words import to_translate as _
+from vomstudio.words import tr
 
 DimensionKind = Literal["distance", "polyline", "area", "thickness"]
 
@@ -72,14 +74,14 @@ def _measure(at: Measuring, feature: Dimension) -> Measurement:
     figures: dict[str, float] = {}
     if feature.kind == "area":
         if len(points) < 3:
-            problem = "an area needs 3 points or more"
+            problem = tr("an area needs 3 points or more")
         else:
             figures = {
                 "area_m2": ring_area(points),
                 "perimeter_m": path_length(np.vstack([points, points[:1]])),
             }
     elif len(points) < 2:
-        problem = "a length needs 2 points"
+        problem = tr("a length needs 2 points")
     else:
         step = points[-1] - points[0]
         figures = {
@@ -114,8 +116,8 @@ def _thickness(
     plane = at.plane(feature.plane_id)
     if plane is None:
         if not feature.plane_id:
-            return {}, "a thickness needs a plane that it is measured across; choose one"
-        return {}, "its plane is gone, or has none"
+            return {}, tr("a thickness needs a plane that it is measured across; choose one")
+        return {}, tr("its plane is gone, or has none")
     across = float(step @ plane.normal)
     figures = {"thickness_m": abs(across)}
     tilt = stray95(plane, step - across * plane.normal, joint=False)
@@ -166,23 +168,29 @@ def words(measured: Measurement) -> list[str]:
     if (value := figures.get("thickness_m")) is not None:
         error = figures.get("thickness_error95_m")
         lines.append(
-            f"{length(value)} thick, 95 %: "
-            + ("unknown" if error is None else f"± {length(error, 2)}")
+            tr("{length} thick, 95 %: unknown", length=length(value))
+            if error is None
+            else tr("{length} thick, 95 %: ± {error}", length=length(value), error=length(error, 2))
         )
     if (value := figures.get("area_m2")) is not None:
         lines.append(area_text(value, metric=measured.metric))
     for name, said in (
-        ("length_m", "along the line"),
-        ("distance_m", "straight"),
-        ("perimeter_m", "around"),
+        ("length_m", _("{length} along the line")),
+        ("distance_m", _("{length} straight")),
+        ("perimeter_m", _("{length} around")),
     ):
         if name in figures:
-            lines.append(f"{length(figures[name])} {said}")
+            lines.append(tr(said, length=length(figures[name])))
     if "horizontal_m" in figures:
         up = figures["vertical_m"]
         lines.append(
-            f"{length(figures['horizontal_m'])} horizontal, "
-            f"{length(abs(up))} {'up' if up >= 0.0 else 'down'}"
+            tr(
+                "{horizontal} horizontal, {vertical} up"
+                if up >= 0.0
+                else "{horizontal} horizontal, {vertical} down",
+                horizontal=length(figures["horizontal_m"]),
+                vertical=length(abs(up)),
+            )
         )
     return lines
 
@@ -196,33 +204,34 @@ def _length(name: str, title: str, explanation: str) -> Figure:
 
 
 WHAT = replace(
-    of.KIND, title="Kind", explanation="What is measured", value=lambda s: s.feature.kind, words=(),
+    of.KIND, title=_("Kind"), explanation=_("What is measured"), value=lambda s: s.feature.kind,
+    words=(),
     shown=None,
 )  # fmt: skip
 """Of files alone: elsewhere `kind` is the feature type."""
-AREA = replace(of.AREA, explanation="Area inside the points", value=_figure("area_m2"))
+AREA = replace(of.AREA, explanation=_("Area inside the points"), value=_figure("area_m2"))
 FIGURES = (
     AREA,
-    _length("distance_m", "Distance", "Straight from the first point to the last"),
-    _length("horizontal_m", "Horizontal", "Horizontal part of the distance"),
-    _length("length_m", "Length", "Along the line, point after point"),
-    _length("perimeter_m", "Perimeter", "Around the area"),
-    _length("thickness_error95_m", "± thickness", "95 % error of the thickness"),
-    _length("thickness_m", "Thickness", "Distance at right angles to the plane"),
-    _length("vertical_m", "Vertical", "Vertical part of the distance, upward"),
+    _length("distance_m", _("Distance"), _("Straight from the first point to the last")),
+    _length("horizontal_m", _("Horizontal"), _("Horizontal part of the distance")),
+    _length("length_m", _("Length"), _("Along the line, point after point")),
+    _length("perimeter_m", _("Perimeter"), _("Around the area")),
+    _length("thickness_error95_m", _("± thickness"), _("95 % error of the thickness")),
+    _length("thickness_m", _("Thickness"), _("Distance at right angles to the plane")),
+    _length("vertical_m", _("Vertical"), _("Vertical part of the distance, upward")),
 )
 
 KIND = Kind(
     name="dimension",
     order=40,
     record=Dimension,
-    title="Measurement",
+    title=_("Measurement"),
     icon="ruler",
     measure=measure,
     figures=(of.ID, of.NAME, *FIGURES, of.NOTES),
     attributes=(
         kind.NAME,
-        Attribute("plane_id", "Across", "plane", applies=lambda d: d.kind == "thickness"),
+        Attribute("plane_id", _("Across"), "plane", applies=lambda d: d.kind == "thickness"),
         kind.NOTES,
     ),
     sketch=sketch,

@@ -36,6 +36,7 @@ from vomstudio.geology.intersections import (
     scatter_deg,
 )
 from vomstudio.geology.quality import judge_line
+from vomstudio.words import to_translate as _
 
 
 @dataclass(frozen=True)
@@ -168,7 +169,7 @@ KIND = Kind(
     name="intersection",
     order=50,
     record=Intersection,
-    title="Intersection",
+    title=_("Intersection"),
     icon="vector-intersection",
     measure=measure,
     figures=(

@@ -41,6 +41,7 @@ from vomstudio.geology.intersections import UncertainPlane, stray95
 from vomstudio.geology.orientation import Line, Plane, slip_from_rake
 from vomstudio.geology.quality import judge_line
 from vomstudio.geometry.lines import LineFit, fit_line
+from vomstudio.words import to_translate as _
 
 SlipSense = Literal["", "normal", "reverse", "sinistral", "dextral"]
 SENSES: tuple[tuple[SlipSense, str], ...] = (
@@ -204,7 +205,7 @@ KIND = Kind(
     name="lineation",
     order=20,
     record=Lineation,
-    title="Lineation",
+    title=_("Lineation"),
     icon="arrow-top-right",
     measure=measure,
     figures=(
@@ -213,8 +214,8 @@ KIND = Kind(
     ),
     attributes=(
         kind.NAME, kind.TYPE, kind.SET,
-        Attribute("plane_id", "On plane", "plane"),
-        Attribute("slip", "Slip", "choice", SENSES, applies=lambda line: bool(line.plane_id)),
+        Attribute("plane_id", _("On plane"), "plane"),
+        Attribute("slip", _("Slip"), "choice", SENSES, applies=lambda line: bool(line.plane_id)),
         kind.NOTES,
     ),
     sketch=sketch,

@@ -27,6 +27,7 @@ from vomstudio.geology.quality import judge
 from vomstudio.geometry import transform
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.units import area_text
+from vomstudio.words import to_translate as _
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,7 @@ KIND = Kind(
     name="patch",
     order=30,
     record=Patch,
-    title="Patch",
+    title=_("Patch"),
     icon="texture-box",
     measure=measure,
     figures=(

@@ -16,6 +16,8 @@ from vomstudio.document.measurement import Measurement, Measuring, NearestPick
 from vomstudio.document.records import Point, Typed
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.units import length_text
+from vomstudio.words import to_translate as _
+from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
@@ -76,30 +78,52 @@ def remarks(subject: Subject) -> list[str]:
     reading: Reading = subject.feature
     said = []
     if reading.turned_deg:
-        said.append(f"azimuth as read {reading.turned_deg:+.2f} deg")
+        said.append(tr("azimuth as read {turned_deg:+.2f} deg", turned_deg=reading.turned_deg))
     nearest = subject.nearest()
     if nearest is not None:
-        place = "" if nearest.distance_m is None else f", {nearest.distance_m:.2f} m away"
-        said.append(f"{nearest.angle_deg:.1f} deg from {nearest.name}{place}")
+        place = (
+            ""
+            if nearest.distance_m is None
+            else tr(", {distance_m:.2f} m away", distance_m=nearest.distance_m)
+        )
+        said.append(
+            tr(
+                "{angle_deg:.1f} deg from {nearest}{place}",
+                angle_deg=nearest.angle_deg,
+                nearest=nearest.name,
+                place=place,
+            )
+        )
     return said
 
 
 def compared(nearest: NearestPick | None) -> str:
     """How far a reading is from the nearest pick, and from which, in words."""
     if nearest is None:
-        return "No pick of the same type to compare with"
+        return tr("No pick of the same type to compare with")
     away = nearest.distance_m
-    how = "the most alike" if away is None else f"{length_text(away)} away"
-    return f"{degrees(nearest.angle_deg)} from {nearest.name}, {how}"
+    how = (
+        tr("the most alike")
+        if away is None
+        else tr("{length_text} away", length_text=length_text(away))
+    )
+    return tr(
+        "{degrees} from {nearest}, {how}",
+        degrees=degrees(nearest.angle_deg),
+        nearest=nearest.name,
+        how=how,
+    )
 
 
 def about(subject: Subject) -> list[str]:
     reading: Reading = subject.feature
-    lines = [f"Compass reading, {compared(subject.nearest())}"]
+    lines = [tr("Compass reading, {compared}", compared=compared(subject.nearest()))]
     if reading.turned_deg:
-        lines.append(f"Azimuth as read {reading.turned_deg:+.2f}° (to grid north)")
+        lines.append(
+            tr("Azimuth as read {turned_deg:+.2f}° (to grid north)", turned_deg=reading.turned_deg)
+        )
     if reading.source:
-        lines.append(f"From {reading.source}")
+        lines.append(tr("From {source}", source=reading.source))
     return lines
 
 
@@ -107,7 +131,7 @@ KIND = Kind(
     name="reading",
     order=60,
     record=Reading,
-    title="Reading",
+    title=_("Reading"),
     icon="compass-outline",
     measure=measure,
     figures=(

@@ -35,8 +35,13 @@ from vomstudio.document.records import Picked, Point, Typed
 from vomstudio.geology.quality import judge
 from vomstudio.geometry import transform
 from vomstudio.geometry.planes import PlaneFit, fit_planes
+from vomstudio.words import to_translate
+from vomstudio.words import to_translate as _
 
-METHODS = (("pca", "moment of inertia (PCA)"), ("regression", "planar regression of Z"))
+METHODS = (
+    ("pca", to_translate("moment of inertia (PCA)")),
+    ("regression", to_translate("planar regression of Z")),
+)
 
 
 @dataclass(frozen=True)
@@ -133,7 +138,7 @@ KIND = Kind(
     name="trace",
     order=10,
     record=Trace,
-    title="Trace",
+    title=_("Trace"),
     icon="vector-polyline",
     measure=measure,
     figures=(
@@ -142,7 +147,7 @@ KIND = Kind(
     ),
     attributes=(
         kind.NAME, kind.TYPE, kind.SET, kind.OVERTURNED,
-        Attribute("method", "Fit", "choice", METHODS), kind.NOTES,
+        Attribute("method", _("Fit"), "choice", METHODS), kind.NOTES,
     ),
     sketch=sketch,
     orientations=("plane",),

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from vomstudio.document.records.basics import Matrix
+from vomstudio.words import tr
 
 FrameKind = Literal["crs", "local", "scaled", "undeclared"]
 UpAxis = Literal["z", "y"]
@@ -55,12 +56,12 @@ class Frame:
     def name(self) -> str:
         """In a few words, for badges and table headers."""
         if self.kind == "crs":
-            return f"{self.crs}, grid north"
+            return tr("{crs}, grid north", crs=self.crs)
         if self.kind == "local":
-            return "local, north known"
+            return tr("local, north known")
         if self.kind == "scaled":
-            return "local frame in metres: not registered"
-        return "local frame: not registered"
+            return tr("local frame in metres: not registered")
+        return tr("local frame: not registered")
 
 
 UNDECLARED = Frame()
