@@ -71,7 +71,7 @@ def test_a_unit_against_the_crs_is_refused(run, write, tmp_path: Path) -> None:
         (["a.obj", "b.docx"], ".docx"),
         (["none.obj", "b.ply"], "none.obj"),
         (["a.obj", "no/b.ply"], "does not exist"),
-        (["a.obj", "a.obj", "--force"], "read by the command"),
+        (["a.obj", "a.obj", "--force"], "command reads this file"),
         (["a.obj", "bad.obj"], "--force"),
         (["a.obj", "b.ply", "--crs", "4326"], "projected"),
         (["a.obj", "b.ply", "--up", "x"], "--up"),
@@ -98,7 +98,7 @@ def test_the_origin_beside_the_input_is_not_replaced_by_that_of_the_output(
     (tmp_path / "c.offset.txt").write_text("offset 5 0 0")
     shutil.copy(tmp_path / "c.glb", tmp_path / "c.gltf")
     ran = run("convert", tmp_path / "c.gltf", tmp_path / "c.glb", "--force")
-    assert "read by the command" in ran.said
+    assert "command reads this file" in ran.said
     assert (tmp_path / "c.offset.txt").read_text() == "offset 5 0 0"
 
 

@@ -75,7 +75,7 @@ def test_the_journal_of_the_project_is_no_target(run, project: Path) -> None:
     journal = project / "journal.sqlite"
     before = journal.read_bytes()
     ran = run("export", project, "--to", "csv", "-o", journal, "--force")
-    assert "read by the command" in ran.said
+    assert "command reads this file" in ran.said
     assert journal.read_bytes() == before
 
 

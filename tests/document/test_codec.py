@@ -58,7 +58,7 @@ def test_a_placement_by_registration_is_written_as_its_id() -> None:
     assert plain["placement"] == {"registration": "g1"}
     assert decode(plain, {"g1": BY}) == PLACED
     for there in ({}, {"g1": MODEL}):
-        with pytest.raises(DocumentError, match="registration that is not there"):
+        with pytest.raises(DocumentError, match="registration that is missing"):
             decode(plain, there)
 
 
@@ -129,7 +129,7 @@ def test_of_a_changed_record_only_what_differs_is_written() -> None:
 
 def test_a_change_of_what_is_not_there_is_named() -> None:
     _, after = encode_edit(change(START, "Do", {"t1": replace(TRACE, notes="wet")}))
-    with pytest.raises(DocumentError, match="t1, which an unreadable row has brought"):
+    with pytest.raises(DocumentError, match="changes t1, which was added by a row that cannot be read"):
         decode_edit("Do", {}, after, {})
     with pytest.raises(DocumentError, match="unknown field"):
         decode_edit("Do", {}, {"t1": {"colour": 1}}, START)
@@ -259,7 +259,7 @@ def test_a_damaged_row_is_named_and_left_out_and_later_steps_back_take_it_along(
     assert found.problems == ["journal row 2 (do 'Do 2'): its checksum is wrong"]
     played.row("undo", lost)
     found = replay(played.rows)
-    assert found.problems[-1].endswith(f"speaks of row {lost}, which is not there")
+    assert found.problems[-1].endswith(f"refers to row {lost}, which is missing.")
     assert found.top == kept
     played.row("undo", 1)
     found = replay(played.rows)

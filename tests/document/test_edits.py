@@ -57,30 +57,30 @@ def test_no_feature_is_added_under_an_id_that_exists(feature: Record) -> None:
     there = records()
     for id_ in (feature.id, "t1", "m1", "bedding"):
         again = replace(feature, id=id_, notes="another")
-        with pytest.raises(DocumentError, match="is there already"):
+        with pytest.raises(DocumentError, match="is already in the project|exists already"):
             edits.add_features(there, [again])
         if isinstance(again, Reading):
-            with pytest.raises(DocumentError, match="is there already"):
+            with pytest.raises(DocumentError, match="is already in the project|exists already"):
                 edits.add_readings(there, [again])
     trace = replace(bed("x"), id=feature.id, name="another")
-    with pytest.raises(DocumentError, match="another is there already"):
+    with pytest.raises(DocumentError, match="another is already in the project"):
         edits.add_trace(there, trace)
     fresh = replace(feature, id="new")
-    with pytest.raises(DocumentError, match="is there already"):
+    with pytest.raises(DocumentError, match="is already in the project|exists already"):
         edits.add_features(there, [fresh, fresh])
 
 
 def test_no_reading_type_or_model_comes_under_an_id_that_exists() -> None:
     there = records()
     reading = replace(READING, id="new")
-    with pytest.raises(DocumentError, match="is there already"):
+    with pytest.raises(DocumentError, match="is already in the project|exists already"):
         edits.add_readings(there, [reading, reading])
     kind = FeatureType("bedding", "Dyke", "#123456")
-    with pytest.raises(DocumentError, match="Dyke is there already"):
+    with pytest.raises(DocumentError, match="Dyke exists already"):
         edits.add_type(there, kind)
-    with pytest.raises(DocumentError, match="Dyke is there already"):
+    with pytest.raises(DocumentError, match="Dyke exists already"):
         edits.add_readings(there, [reading], [kind])
-    with pytest.raises(DocumentError, match="in the project already"):
+    with pytest.raises(DocumentError, match="already in the project"):
         edits.add_model(there, MODEL)
 
 
@@ -218,7 +218,7 @@ def test_attributes_are_changed_where_all_have_them() -> None:
     ):
         with pytest.raises(DocumentError, match=why):
             edits.set_attributes(there, ["t1"], **values)
-    with pytest.raises(DocumentError, match="nothing is selected"):
+    with pytest.raises(DocumentError, match="Nothing is selected"):
         edits.set_attributes(there, [], notes="x")
     with pytest.raises(DocumentError, match="no feature 'm1'"):
         edits.set_attributes(there, ["m1"], name="x")
@@ -230,7 +230,7 @@ def test_deleting_takes_what_is_named_and_says_how_many() -> None:
     assert edit.label == "Delete 2 features"
     assert set(there) - set(done(there, edit)) == {"t1", "l1"}
     assert edits.delete(there, ["t1"]).label == "Delete B01"
-    with pytest.raises(DocumentError, match="nothing is selected"):
+    with pytest.raises(DocumentError, match="Nothing is selected"):
         edits.delete(there, [])
     with pytest.raises(DocumentError, match="no feature 'bedding'"):
         edits.delete(there, ["bedding"])

@@ -70,7 +70,7 @@ def test_photos_come_with_their_points_marks_and_masks(there: Records) -> None:
 
 
 def test_no_photos_come_under_an_id_that_exists(there: Records) -> None:
-    with pytest.raises(DocumentError, match="cliff photos is in the project already"):
+    with pytest.raises(DocumentError, match="cliff photos is already in the project"):
         photo_edits.add_photo_set(there, SET)
 
 
@@ -163,7 +163,7 @@ def test_photos_that_are_not_there_are_refused(there: Records) -> None:
         lambda: photo_edits.locate_photos(there, "s9", "there"),
         lambda: photo_edits.set_masks(there, point(there, "A").id, {}, "x"),
     ):
-        with pytest.raises(DocumentError, match="not in the project any more"):
+        with pytest.raises(DocumentError, match="no longer in the project"):
             call()
     place = photo_edits.locate_photos(there, "s1", "there")
     assert place.after == {"s1": replace(SET, path="there")}
@@ -192,5 +192,5 @@ def test_a_run_takes_the_place_of_an_earlier_one_in_its_folder(there: Records) -
     model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, by)
     records |= {"m1": model, "m2": replace(model, id="m2", placement=replace(by, id="g2"))}
     assert photo_edits.registered_models(records, by) == [model]
-    with pytest.raises(DocumentError, match="not in the project"):
+    with pytest.raises(DocumentError, match="no longer in the project"):
         photo_edits.add_reconstruction(records, replace(first, photo_set_id="s9"), by)

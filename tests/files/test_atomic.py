@@ -72,7 +72,7 @@ def test_a_file_that_the_work_reads_is_not_replaced_even_by_force(tmp_path: Path
     source.write_text("measured")
     link.symlink_to(source)
     for target in (source, link):
-        with pytest.raises(TargetError, match="read by the command"):
+        with pytest.raises(TargetError, match="command reads this file"):
             check_target(target, force=True, inputs=[source])
     assert check_target(tmp_path / "out.csv", inputs=[source, tmp_path / "gone.csv"])
 

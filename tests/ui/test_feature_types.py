@@ -102,7 +102,7 @@ def test_a_type_in_use_is_kept_and_the_dialog_says_why(studio, dialog):
 def test_a_name_that_is_taken_is_refused_and_the_old_one_stays(studio, dialog):
     dialog.select("joint")
     type_name(dialog, "fault")
-    assert "there is a feature type Fault already" in dialog.says.text().replace("There", "there")
+    assert "A feature type Fault exists already" in dialog.says.text()
     assert dialog.name.text() == "Joint"
     assert "Joint" in kinds(studio)
 
