@@ -274,7 +274,7 @@ def test_a_damaged_row_is_named_and_a_repair_keeps_all_the_rest(run, project: Pa
     assert damaged.code == 2
     assert not damaged.json["sound"]
     assert len(damaged.json["problems"]) == 1
-    assert "repair it first" in run("project", project, "compact").said
+    assert "Repair the project first" in run("project", project, "compact").said
     before = (project / "journal.sqlite").read_bytes()
     repaired = run("project", project, "repair", "--json").json
     assert repaired["sound"]

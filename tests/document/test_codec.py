@@ -129,7 +129,9 @@ def test_of_a_changed_record_only_what_differs_is_written() -> None:
 
 def test_a_change_of_what_is_not_there_is_named() -> None:
     _, after = encode_edit(change(START, "Do", {"t1": replace(TRACE, notes="wet")}))
-    with pytest.raises(DocumentError, match="changes t1, which was added by a row that cannot be read"):
+    with pytest.raises(
+        DocumentError, match="changes t1, which was added by a row that cannot be read"
+    ):
         decode_edit("Do", {}, after, {})
     with pytest.raises(DocumentError, match="unknown field"):
         decode_edit("Do", {}, {"t1": {"colour": 1}}, START)

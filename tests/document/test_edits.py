@@ -57,23 +57,23 @@ def test_no_feature_is_added_under_an_id_that_exists(feature: Record) -> None:
     there = records()
     for id_ in (feature.id, "t1", "m1", "bedding"):
         again = replace(feature, id=id_, notes="another")
-        with pytest.raises(DocumentError, match="is already in the project|exists already"):
+        with pytest.raises(DocumentError, match=r"already in the project|exists already"):
             edits.add_features(there, [again])
         if isinstance(again, Reading):
-            with pytest.raises(DocumentError, match="is already in the project|exists already"):
+            with pytest.raises(DocumentError, match=r"already in the project|exists already"):
                 edits.add_readings(there, [again])
     trace = replace(bed("x"), id=feature.id, name="another")
     with pytest.raises(DocumentError, match="another is already in the project"):
         edits.add_trace(there, trace)
     fresh = replace(feature, id="new")
-    with pytest.raises(DocumentError, match="is already in the project|exists already"):
+    with pytest.raises(DocumentError, match=r"already in the project|exists already"):
         edits.add_features(there, [fresh, fresh])
 
 
 def test_no_reading_type_or_model_comes_under_an_id_that_exists() -> None:
     there = records()
     reading = replace(READING, id="new")
-    with pytest.raises(DocumentError, match="is already in the project|exists already"):
+    with pytest.raises(DocumentError, match=r"already in the project|exists already"):
         edits.add_readings(there, [reading, reading])
     kind = FeatureType("bedding", "Dyke", "#123456")
     with pytest.raises(DocumentError, match="Dyke exists already"):

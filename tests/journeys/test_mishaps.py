@@ -224,7 +224,7 @@ def test_saving_under_a_taken_name_is_refused_and_the_project_stays_what_it_was(
     before = window.studio.project.folder
     for name in ("file.vom", "full.vom"):
         assert not window.files.attempt(lambda name=name: window.studio.save_as(tmp_path / name))
-        assert "choose another name" in window.message_bar.text
+        assert "Choose another name" in window.message_bar.text
         assert window.studio.project.folder == before
     assert bed_on_model(window) is not None
     assert [p.name for p in tmp_path.glob("*.part")] == []
@@ -489,7 +489,7 @@ def test_no_place_for_a_new_project_is_said_and_the_open_one_stays(window, monke
     before = window.studio.project
     window.actions_table.run("new")
     assert window.studio.project is before
-    assert "cannot be made" in window.message_bar.text
+    assert "cannot be created" in window.message_bar.text
 
 
 def test_panels_come_back_where_they_were_and_as_large(own_folders, qtbot):

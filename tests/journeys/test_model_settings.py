@@ -123,7 +123,7 @@ def test_a_crs_that_is_none_is_said_and_threads_change_the_memory(window, sample
     dialog = open_dialog(window)
     retype(dialog.crs, "EPSG:4326")
     driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
-    assert "no East and North in metres" in dialog._crs_words.text()
+    assert "no east and north in metres" in dialog._crs_words.text()
     assert not dialog.start.isEnabled()
     retype(dialog.crs, "32612")
     driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")

@@ -206,7 +206,7 @@ def test_a_photo_that_goes_away_in_mid_run_is_named(photos: Path, tmp_path: Path
             if name == "Straightening photos":
                 (folder / "photo 2.jpg").unlink()
 
-    with pytest.raises(InputError, match="put it back") as caught:
+    with pytest.raises(InputError, match="Put it back") as caught:
         reconstruct_here(folder, tmp_path / "out", Settings("preview"), Inline(), Vanishing())
     assert "photo 2.jpg" in str(caught.value)
 

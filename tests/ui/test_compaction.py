@@ -33,7 +33,7 @@ def test_a_compaction_is_told_done_and_taken_back(studio, monkeypatch, qtbot):
 
     monkeypatch.setattr(QMessageBox, "question", yes)
     compact, back = commands(studio, None)
-    assert compact.why_not() == "save the project first"
+    assert compact.why_not() == "Save the project first"
     assert "not compacted" in back.why_not()
     session.save()
     assert compact.why_not() is None

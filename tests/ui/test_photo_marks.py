@@ -174,7 +174,7 @@ def test_what_can_be_written_nowhere_stays_in_the_project_and_is_tried_again(
 def test_a_table_that_cannot_be_read_is_put_aside_before_it_is_replaced(studio, folder) -> None:
     (folder / "marks.csv").write_text("label,photo,x,y\nA,a.jpg,left,2\n")
     opened = Opened(studio, folder)
-    assert "'left' is not a number" in opened.problems[0]
+    assert "'left' is not a number." in opened.problems[0]
     assert "left" in (folder / "marks.csv").read_text()
     mark(opened.marks, "B")
     assert read_marks(folder / "marks.csv") == [Mark("B", "a.jpg", 1.25, 2.5)]

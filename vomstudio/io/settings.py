@@ -99,7 +99,7 @@ def write_settings(settings: Settings, path: Path | None = None) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise TargetError(
-            tr("the settings cannot be kept ({strerror})", strerror=error.strerror), file=path
+            tr("The settings cannot be saved ({reason}).", reason=error.strerror), file=path
         ) from error
     with atomic_write(path, force=True) as part:
         Path(part).write_text(_toml(asdict(settings)), encoding="utf-8")

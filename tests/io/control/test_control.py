@@ -53,7 +53,7 @@ def test_marks_are_read(tmp_path: Path) -> None:
         ("label,x,y\nA,1,2\n", "no column 'z'"),
         ("1,2,3,4\n5,6,7,8\n", "has no header"),
         ("label,x,y,z\nA,1,2,\n", "line 2, z: is missing"),
-        ("label,x,y,z\nA,1,2,high\n", "'high' is not a number"),
+        ("label,x,y,z\nA,1,2,high\n", "'high' is not a number."),
         ("label,x,y,z\nA,1,2,3\nA,1,2,4\n", "line 3, label: 'A' is in line 2 too"),
         ("label,x,y,z,sigma\nA,1,2,3,0\n", "must be positive"),
         ("label,x,y,z,use\nA,1,2,3,maybe\n", "neither control nor check"),

@@ -88,21 +88,21 @@ BOMB = (
     [
         (micmac(point("A", "1 2")), "line 3, Pt: holds 2 numbers; 3 are needed"),
         (micmac(point("A", "1 2 east")), "line 3, Pt: 'east' is not a number"),
-        (micmac(point("A", "1 2 nan")), "'nan' is not a number"),
+        (micmac(point("A", "1 2 nan")), "'nan' is not a number."),
         (micmac(point("A", "")), "line 3, Pt: is empty"),
         (micmac(point("", "1 2 3")), "line 4, NamePt: is empty"),
         (micmac("\n<OneAppuisDAF><NamePt>A</NamePt></OneAppuisDAF>"), "OneAppuisDAF: has no Pt"),
         (micmac(point("A", "1 2 3"), point("A", "1 2 4")), "'A' is in line 3 too"),
         (micmac(point("A", "1 2 3", "0.1 -1 0.1")), "Incertitude: is the error of a point"),
         (micmac(), "has no ground point"),
-        (micmac(point("A", "1 2 3"))[:-30], "is not sound XML"),
+        (micmac(point("A", "1 2 3"))[:-30], "is not well-formed XML"),
         (marked(mark("A", "1 2")), "name it as the marks"),
         ("<html><body>404</body></html>", "html: has no ground point"),
         (BOMB, "declares an entity"),
         ("<a>" * 200 + "</a>" * 200, "deep"),
         ("<?xml version='1.0' encoding='klingon'?><a/>", "control.xml"),
-        (b"<a>\xff\xfe\x00</a>", "not sound XML"),
-        ("<", "not sound XML"),
+        (b"<a>\xff\xfe\x00</a>", "not well-formed XML"),
+        ("<", "not well-formed XML"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_in_xml_is_named_with_its_line_and_element(
@@ -118,7 +118,7 @@ def test_what_is_wrong_in_xml_is_named_with_its_line_and_element(
     ("text", "said"),
     [
         (marked(mark("A", "1")), "PtIm: holds 1 numbers; 2 are needed"),
-        (marked(mark("A", "1 2"), mark("A", "1 2")), "'A' is marked in a.jpg in line 3 already"),
+        (marked(mark("A", "1 2"), mark("A", "1 2")), "'A' is already marked in a.jpg in line 3."),
         (marked(mark("A", "1 2"), photo=""), "NameIm: is empty"),
         (marked(), "has no mark"),
         (micmac(point("A", "1 2 3")), "name it as the control"),
@@ -206,14 +206,14 @@ def test_degrees_become_metres_of_their_utm_zone(tmp_path: Path) -> None:
         ("EPSG:32633\n1 2 3 4 5 a.jpg p\n1 2 9 4 5 b.jpg p\n", "another place in line 2"),
         ("EPSG:32633\n1 2 3 4 5 a.jpg p\n1 2 3 4 5 a.jpg p\n", "in line 2 already"),
         ("EPSG:32633\n", "has no points"),
-        ("EPSG:999999\n1 2 3 4 5 a.jpg\n", "is not known here"),
-        ("WGS84 UTM 99N\n1 2 3 4 5 a.jpg\n", "is no UTM zone"),
+        ("EPSG:999999\n1 2 3 4 5 a.jpg\n", "is unknown"),
+        ("WGS84 UTM 99N\n1 2 3 4 5 a.jpg\n", "is not a UTM zone"),
         ("EPSG:2229\n1 2 3 4 5 a.jpg\n", "is not in metres"),
-        ("EPSG:4326\n500 4500 3 4 5 a.jpg\n", "no longitude and latitude"),
-        ("EPSG:4326\n-200 45 3 4 5 a.jpg p\n", "p is at no longitude and latitude"),
+        ("EPSG:4326\n500 4500 3 4 5 a.jpg\n", "not at a longitude and latitude"),
+        ("EPSG:4326\n-200 45 3 4 5 a.jpg p\n", "p is not at a longitude and latitude."),
         ("EPSG:4326\n15 45 3 4 5 a.jpg\n181 45 3 4 5 a.jpg p\n", "p is at no longitude"),
-        ("EPSG:4326\n15 -95 3 4 5 a.jpg p\n", "p is at no longitude and latitude"),
-        ("+proj=rubbish +zone=2\n1 2 3 4 5 a.jpg\n", "is not known here"),
+        ("EPSG:4326\n15 -95 3 4 5 a.jpg p\n", "p is not at a longitude and latitude."),
+        ("+proj=rubbish +zone=2\n1 2 3 4 5 a.jpg\n", "is unknown"),
     ],
 )
 def test_what_is_wrong_in_a_list_is_named(tmp_path: Path, text: str, said: str) -> None:
@@ -237,7 +237,7 @@ def test_a_table_may_state_its_crs_in_a_comment(tmp_path: Path) -> None:
         assert crs_of(written(tmp_path, f"{comment}\n{table}", "a.csv")) == "EPSG:32633"
     for comment in ("# measured like EPSG:32633", "# nothing", ""):
         assert crs_of(written(tmp_path, f"{comment}\n{table}", "a.csv")) is None
-    with pytest.raises(InputError, match="line 2: its projection 'EPSG:999999' is not known here"):
+    with pytest.raises(InputError, match="line 2: its projection 'EPSG:999999' is unknown"):
         crs_of(written(tmp_path, f"# levelled\n# EPSG:999999\n{table}", "a.csv"))
 
 
@@ -247,7 +247,7 @@ def test_a_table_in_degrees_is_told_to_be_in_metres(tmp_path: Path, code: str) -
     for asked in (None, "EPSG:32633"):
         with pytest.raises(InputError, match=r"line 2: WGS 84 is in degrees.* UTM zone") as caught:
             agreed_crs(path, asked)
-        assert "not known" not in str(caught.value)
+        assert "unknown" not in str(caught.value)
 
 
 # --- Metashape ---------------------------------------------------------------------------------

@@ -140,12 +140,12 @@ def test_tiled_and_compressed_grids_are_the_same(tmp_path: Path) -> None:
         (np.zeros((3, 9, 9), np.uint8), {"nodata": None}, "picture"),
         (np.zeros((3, 9, 9), np.uint16), {"nodata": None}, "picture"),
         (np.zeros((9, 9), np.uint8), {"nodata": None}, "picture"),
-        (np.ones((9, 9), np.complex64), {"nodata": None}, "no heights"),
+        (np.ones((9, 9), np.complex64), {"nodata": None}, "not heights"),
         (heights(), {"transform": None, "crs": None}, "no place"),
         (heights(), {"crs": "EPSG:4326"}, "degrees"),
         (heights(), {"crs": 'LOCAL_CS["VOM Studio view plane",UNIT["metre",1]]'}, "depths"),
         (np.full((9, 9), -9999.0), {}, "No pixel"),
-        (heights(1, 9), {}, "no surface"),
+        (heights(1, 9), {}, "not a surface"),
     ],
 )
 @pytest.mark.filterwarnings("ignore:The given matrix:rasterio.errors.NotGeoreferencedWarning")

@@ -31,7 +31,7 @@ def test_a_file_that_may_not_be_read_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "model.obj"
     path.write_text("v 0 0 0\n")
     path.chmod(0)
-    with pytest.raises(InputError, match="may not read"):
+    with pytest.raises(InputError, match="no permission to read"):
         read_model(path)
 
 

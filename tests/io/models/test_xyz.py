@@ -103,7 +103,7 @@ def test_rows_without_coordinates_are_left_out_and_counted(tmp_path: Path) -> No
         ("x,y,z\n", "nothing below"),
         ("# nothing\n", "no rows"),
         ("\0\1\2\3", "not a text"),
-        ("x y z\nnan nan nan\n", "None of its points"),
+        ("x y z\nnan nan nan\n", "No point has valid coordinates"),
     ],
 )
 def test_what_is_no_table_of_points_is_refused_with_the_place(

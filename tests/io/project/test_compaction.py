@@ -180,7 +180,7 @@ def test_a_plan_that_only_takes_files_takes_something(worn: Project) -> None:
 def test_damaged_rows_are_not_thrown_away(worn: Project) -> None:
     worn.session.problems = ("journal row 5 is damaged",)
     before = rows(worn)
-    with pytest.raises(DocumentError, match="repair it first"):
+    with pytest.raises(DocumentError, match="Repair the project first"):
         worn.compact()
     worn.session.problems = ()
     assert rows(worn) == before
@@ -329,7 +329,7 @@ def test_without_the_journal_of_before_there_is_no_way_back(worn: Project) -> No
     worn.compact()
     now = rows(worn)
     (worn.folder / "journal-before-compaction.sqlite").unlink()
-    with pytest.raises(DocumentError, match="not there any more"):
+    with pytest.raises(DocumentError, match="no longer exists"):
         worn.take_back_compaction()
     assert rows(worn) == now
 

@@ -266,9 +266,9 @@ def test_names_with_blanks_are_put_together_where_blanks_part_the_cells(book: Pa
 
 
 def test_a_table_without_rows_says_so(book: Path) -> None:
-    with pytest.raises(InputError, match="no rows in it"):
+    with pytest.raises(InputError, match="table has no rows"):
         table_of(book, "# nothing\n\n")
-    with pytest.raises(InputError, match="header and nothing below it"):
+    with pytest.raises(InputError, match="nothing below the header"):
         table_of(book, "strike,dip\n")
 
 

@@ -107,7 +107,7 @@ def test_more_points_than_a_shapefile_holds_are_refused_before_anything_is_writt
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(shapefile, "MOST_BYTES", 30_000)
-    with pytest.raises(TargetError, match="more than a shapefile holds"):
+    with pytest.raises(TargetError, match="A shapefile cannot hold"):
         write_model(cloud(), None, tmp_path / "c.shp")
     assert list(tmp_path.iterdir()) == []
 

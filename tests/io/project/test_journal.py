@@ -153,7 +153,7 @@ def test_what_is_no_project_is_refused(tmp_path, what):
 
 def test_a_project_is_not_made_over_another(tmp_path):
     Project.create(tmp_path / "a.vom").close()
-    with pytest.raises(TargetError, match="project here already"):
+    with pytest.raises(TargetError, match="already a project here"):
         Project.create(tmp_path / "a.vom")
 
 

@@ -408,7 +408,7 @@ def test_what_cannot_be_read_is_refused_with_its_name(tmp_path: Path, what: str)
     if what != "nothing":
         folder.mkdir()
     path = folder / "journal.sqlite"
-    words = {"nothing": "check the name", "folder": "check the name", "newer": "update the program"}
+    words = {"nothing": "Check the name", "folder": "Check the name", "newer": "Update the program"}
     if what == "text":
         path.write_text("notes of the 3rd of May\n" * 40)
     elif what == "other database":
@@ -453,7 +453,7 @@ def test_a_journal_is_made_where_none_is_and_opened_where_one_is(path: Path) -> 
     assert asked(path, "PRAGMA application_id") == [(APPLICATION_ID,)] == [(0x564F4D31,)]
     assert asked(path, "PRAGMA user_version") == [(2,)]
     whole = path.read_bytes()
-    with pytest.raises(TargetError, match="project here already"):
+    with pytest.raises(TargetError, match="already a project here"):
         SqliteJournal(path, create=True)
     assert path.read_bytes() == whole
 

@@ -165,7 +165,7 @@ def test_a_table_that_is_not_one_of_schema_1_is_refused_before_anything_is_made_
         db.execute("ALTER TABLE journal RENAME COLUMN settings TO elsewhere")
         db.commit()
     whole = path.read_bytes()
-    with pytest.raises(InputError, match="the journal is damaged"):
+    with pytest.raises(InputError, match="The journal is damaged"):
         Project.open(old)
     assert path.read_bytes() == whole
     assert not (old / KEPT).exists()

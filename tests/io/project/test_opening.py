@@ -67,7 +67,7 @@ def test_a_project_is_made_with_the_folders_around_it_or_in_one_that_is_there(
 
 def test_where_no_folder_can_be_made_that_is_said(tmp_path: Path) -> None:
     (tmp_path / "file").write_bytes(OF_ANOTHER_DAY)
-    with pytest.raises(TargetError, match="the folder cannot be made") as caught:
+    with pytest.raises(TargetError, match="folder cannot be created") as caught:
         Project.create(tmp_path / "file" / "a.vom")
     assert "a.vom" in str(caught.value)
 
@@ -76,7 +76,7 @@ def test_a_project_that_is_there_is_neither_replaced_nor_locked(project: Project
     add_bed(project)
     for _ in range(2):
         # Whether it is open in a window or not: another name is what is needed.
-        with pytest.raises(TargetError, match="project here already"):
+        with pytest.raises(TargetError, match="already a project here"):
             Project.create(project.folder)
         project.close()
     assert is_free(project.folder)
@@ -446,7 +446,7 @@ def test_what_cannot_be_cleared_away_is_no_reason_to_fail(
             patch.setattr(
                 Path, "rename", lambda s, t: held() if s.name == RECONSTRUCTIONS else rename(s, t)
             )
-            with pytest.raises(TargetError, match="it stays in"):
+            with pytest.raises(TargetError, match="They stay in"):
                 project.save_as(tmp_path / "b.vom")
         else:
             patch.setattr(SqliteJournal, "copy_to", full)

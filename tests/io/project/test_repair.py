@@ -138,7 +138,7 @@ def test_a_repair_that_fails_has_changed_nothing(
             error, words = TargetError, "No space left"
         else:
             patch.setattr(repair_module, "read_replay", lambda _: Replay())
-            error, words = DocumentError, "does not fit together"
+            error, words = DocumentError, "not consistent"
         with pytest.raises(error, match=words):
             damaged.repair()
     assert list(damaged.journal.rows()) == rows
@@ -162,5 +162,5 @@ def test_a_new_journal_that_says_less_than_the_window_shows_is_not_taken(
         return played
 
     monkeypatch.setattr(repair_module, "read_replay", less)
-    with pytest.raises(DocumentError, match="restore it from a copy"):
+    with pytest.raises(DocumentError, match="Restore it from a copy"):
         damaged.repair()

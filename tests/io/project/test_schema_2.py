@@ -388,7 +388,7 @@ def test_a_compaction_is_taken_back_with_what_was_done_since(used: Project) -> N
 
 def test_what_is_not_saved_is_not_compacted(used: Project) -> None:
     used.session.apply(edits.set_attributes(used.session.records, ["t2"], notes="new"))
-    with pytest.raises(DocumentError, match="save the project first"):
+    with pytest.raises(DocumentError, match="Save the project first"):
         used.compact()
 
 

@@ -170,12 +170,12 @@ def test_photos_that_cannot_be_used_are_named_with_a_reason(tmp_path: Path) -> N
     other = make(tmp_path / "photos", elsewhere, face(seed=9))
     photos = made.photos[:4] + other.photos + made.photos[4:]
     gone = replace(made.photos[0], path=tmp_path / "gone.jpg", name="gone.jpg")
-    finder = Finder([made, other], problems={"torn.jpg": "cannot be read (torn)"})
+    finder = Finder([made, other], problems={"torn.jpg": "The file cannot be read (torn)."})
     alignment = align([*photos, gone], tmp_path / "work", ONE, finder, Silent())
     assert alignment.registered == 8
     reasons = dict(alignment.unregistered)
     assert set(reasons) == {"elsewhere.jpg", "torn.jpg", "gone.jpg"}
-    assert reasons["torn.jpg"] == "cannot be read (torn)"
+    assert reasons["torn.jpg"] == "The file cannot be read (torn)."
     assert "nothing that another photo shows" in reasons["elsewhere.jpg"]
     assert "No such file" in reasons["gone.jpg"]
 

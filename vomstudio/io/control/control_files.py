@@ -59,14 +59,16 @@ def agreed_crs(control: Path, crs: str | None) -> str | None:
         return stated
     code, unit = parse_crs(crs)
     if unit != 1.0:
-        raise UsageError(tr("is not in metres; choose one that is"), field="CRS")
+        raise UsageError(
+            tr("The coordinate reference system is not in metres. Choose one that is."), field="CRS"
+        )
     if stated not in (None, code):
         raise UsageError(
             tr(
-                "{code} is not that of {control}, which is in {stated}; leave it out, or "
-                "convert the points",
+                "{code} is not the coordinate reference system of {file}, which is in "
+                "{stated}. Leave it out, or convert the points.",
                 code=code,
-                control=control.name,
+                file=control.name,
                 stated=stated,
             ),
             field="CRS",

@@ -34,8 +34,8 @@ def in_metres(
         if horizontal.is_geographic and not points:
             raise InputError(
                 tr(
-                    "{crs} is in degrees, and a table is read in metres; give the points in "
-                    "metres, such as those of their UTM zone, and its code",
+                    "{crs} is in degrees, but a table is read in metres. Give the points in "
+                    "metres, such as those of their UTM zone, and its code.",
                     crs=crs.name,
                 ),
                 file=path,
@@ -60,7 +60,7 @@ def in_metres(
             raise
         raise InputError(
             tr(
-                "its projection '{text}' is not known here; write a code such as EPSG:32633",
+                "The projection '{text}' is unknown. Write a code such as EPSG:32633.",
                 text=text[:60],
             ),
             file=path,
@@ -68,12 +68,12 @@ def in_metres(
         ) from error
     if unit != 1.0:
         raise InputError(
-            tr("{crs} is not in metres; convert the points", crs=crs.name), file=path, line=line
+            tr("{crs} is not in metres. Convert the points.", crs=crs.name), file=path, line=line
         )
     return list(points), code
 
 
 def _nowhere(path: Path, line: int | None, point: ControlPoint) -> InputError:
     return InputError(
-        tr("{label} is at no longitude and latitude", label=point.label), file=path, line=line
+        tr("{label} is not at a longitude and latitude.", label=point.label), file=path, line=line
     )

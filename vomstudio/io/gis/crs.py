@@ -26,15 +26,17 @@ def parse_crs(text: str) -> tuple[str, float]:
     except CRSError as error:
         raise InputError(
             tr(
-                "“{strip}” is not a CRS that is known here; write a code such as EPSG:32633",
-                strip=text.strip(),
+                "“{crs}” is not a known coordinate reference system. Write a code such as "
+                "EPSG:32633.",
+                crs=text.strip(),
             ),
             field="CRS",
         ) from error
     if not crs.is_projected:
         raise InputError(
             tr(
-                "{crs} has no East and North in metres; choose a projected CRS such as a UTM zone",
+                "{crs} has no east and north in metres. Choose a projected coordinate "
+                "reference system, such as a UTM zone.",
                 crs=crs.name,
             ),
             field="CRS",

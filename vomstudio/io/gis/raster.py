@@ -127,7 +127,9 @@ def _is_whole(dataset: Any, size: int) -> bool:
 
 
 def _not_whole(path: str | Path) -> TargetError:
-    return TargetError(tr("it cannot be written whole; see whether the disk is full."), file=path)
+    return TargetError(
+        tr("The file cannot be written completely. Check whether the disk is full."), file=path
+    )
 
 
 def write_tile(dataset: Any, column: int, row: int, values: np.ndarray[Any, Any]) -> None:

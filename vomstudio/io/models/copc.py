@@ -96,7 +96,7 @@ class CopcFile:
         self.path = Path(path)
         if not is_copc(path):
             raise InputError(
-                tr("This is no COPC file: it has no octree; read it as a LAZ file."), file=path
+                tr("This is not a COPC file: it has no octree. Read it as a LAZ file."), file=path
             )
         self.top: Top = read_top(self.path)
         info = self.top.records.get(("copc", 1), b"")
@@ -204,7 +204,7 @@ class CopcFile:
                 chunk = self._file.read(int(size))
             except OSError as error:
                 raise InputError(
-                    tr("The file cannot be read any more ({strerror}).", strerror=error.strerror),
+                    tr("The file cannot be read ({reason}).", reason=error.strerror),
                     file=self.path,
                 ) from error
             if len(chunk) != size or not is_sound_chunk(chunk, int(points), self.top):
@@ -265,7 +265,7 @@ class CopcFile:
 
     def _damaged(self, why: str) -> InputError:
         return InputError(
-            tr("The COPC file is damaged ({why}); copy or export it again.", why=why),
+            tr("The COPC file is damaged ({reason}). Copy or export it again.", reason=why),
             file=self.path,
         )
 

@@ -84,8 +84,8 @@ def save(loaded: LoadedModel, folder: Path) -> None:
     except OSError as error:
         raise TargetError(
             tr(
-                "The cache cannot be written ({strerror}); free its disk or move the project.",
-                strerror=error.strerror,
+                "The cache cannot be written ({reason}). Free its disk or move the project.",
+                reason=error.strerror,
             ),
             file=folder,
         ) from error
@@ -108,8 +108,8 @@ def save(loaded: LoadedModel, folder: Path) -> None:
     except OSError as error:
         raise TargetError(
             tr(
-                "The cache cannot be written ({strerror}); free its disk or move the project.",
-                strerror=error.strerror,
+                "The cache cannot be written ({reason}). Free its disk or move the project.",
+                reason=error.strerror,
             ),
             file=folder,
         ) from error
@@ -216,7 +216,7 @@ def load(path: Path, folder: Path, progress: Progress | None = None) -> LoadedMo
 
 def _damaged(folder: Path, why: str) -> InputError:
     return InputError(
-        tr("The cache is damaged ({why}); open the model's own file.", why=why), file=folder
+        tr("The cache is damaged ({reason}). Open the model's own file.", reason=why), file=folder
     )
 
 

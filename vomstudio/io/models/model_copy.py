@@ -94,11 +94,11 @@ def copy_model(
         place = Path(error.filename2 or error.filename or target)
         if place.is_relative_to(folder):
             raise TargetError(
-                tr("the model cannot be copied here ({strerror})", strerror=error.strerror),
+                tr("The model cannot be copied here ({reason}).", reason=error.strerror),
                 file=target,
             ) from error
         raise InputError(
-            tr("cannot be copied ({strerror})", strerror=error.strerror), file=place
+            tr("The file cannot be copied ({reason}).", reason=error.strerror), file=place
         ) from error
     finally:
         shutil.rmtree(part, ignore_errors=True)

@@ -46,7 +46,7 @@ def read_model(path: str | Path, progress: Progress | None = None) -> LoadedMode
     except MemoryError:
         hasher.stop()
         raise InputError(
-            tr("The model is larger than the free memory; divide it into tiles."), file=path
+            tr("The model is larger than the free memory. Divide it into tiles."), file=path
         ) from None
     except BaseException:
         hasher.stop()
@@ -104,7 +104,7 @@ class _Hasher(threading.Thread):
             self.join()
         if self._error is not None:
             raise InputError(
-                tr("The file cannot be read ({strerror}).", strerror=self._error.strerror),
+                tr("The file cannot be read ({reason}).", reason=self._error.strerror),
                 file=self._path,
             )
         return self._digest

@@ -116,17 +116,23 @@ def read_cameras(path: str | Path) -> Cameras:
         head = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise InputError(
-            tr("cannot be read ({strerror})", strerror=error.strerror), file=path
+            tr("The file cannot be read ({reason}).", reason=error.strerror), file=path
         ) from error
     except ValueError as error:
-        raise InputError(tr("is no JSON ({error})", error=error), file=path) from error
+        raise InputError(tr("The file is not JSON ({error}).", error=error), file=path) from error
     if not isinstance(head, dict) or head.get("format") != _FORMAT:
         raise InputError(
-            tr("holds no cameras of a reconstruction; choose the cameras.json beside the model"),
+            tr(
+                "The file holds no cameras of a reconstruction. Choose the cameras.json "
+                "beside the model."
+            ),
             file=path,
         )
     if head.get("version", 0) > _VERSION:
-        raise InputError(tr("was written by a newer version of this program; update it"), file=path)
+        raise InputError(
+            tr("The file was written by a newer version of this program. Update the program."),
+            file=path,
+        )
     try:
         x, y, z = (int(value) for value in head["origin"])
         return Cameras(
@@ -139,8 +145,8 @@ def read_cameras(path: str | Path) -> Cameras:
     except (KeyError, TypeError, ValueError, GeometryError) as error:
         raise InputError(
             tr(
-                "is damaged ({name__}: {error}); reconstruct again",
-                name__=type(error).__name__,
+                "The file is damaged ({kind}: {error}). Reconstruct again.",
+                kind=type(error).__name__,
                 error=error,
             ),
             file=path,

@@ -149,12 +149,12 @@ def _listed(root: Path) -> list[Path]:
     try:
         if not root.is_dir():
             what = "is a file, not a folder" if root.exists() else "there is no such folder"
-            raise InputError(tr("{what}; name a folder of photos.", what=what), file=root)
+            raise InputError(tr("{problem}. Choose a folder of photos.", problem=what), file=root)
         os.listdir(root)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise InputError(
-            tr("this folder cannot be read ({reason}); check its permissions.", reason=reason),
+            tr("This folder cannot be read ({reason}). Check its permissions.", reason=reason),
             file=root,
         ) from error
     found: list[Path] = []
@@ -246,14 +246,16 @@ def _without_twins(paths: Sequence[Path], root: Path, result: PhotoFolder) -> li
 def _read(path: Path, name: str) -> tuple[Photo, list[str]]:
     """The photo, and sentences about what in its header is nonsense. Raises InputError."""
     if _leads_nowhere(path):
-        raise InputError(tr("is a link to a file that is not there"))
+        raise InputError(tr("The file is a link to a file that does not exist."))
     try:
         if path.stat().st_size == 0:
-            raise InputError(tr("is empty (0 bytes)"))
+            raise InputError(tr("The file is empty (0 bytes)."))
     except OSError as error:
-        raise InputError(tr("cannot be read ({strerror})", strerror=error.strerror)) from error
+        raise InputError(
+            tr("The file cannot be read ({reason}).", reason=error.strerror)
+        ) from error
     if not os.access(path, os.R_OK):
-        raise InputError(tr("cannot be read (no permission)"))
+        raise InputError(tr("The file cannot be read (no permission)."))
     with opened(path) as image:
         _require_photo(image.mode, dict(getattr(image, "tag_v2", None) or {}))
         width, height = image.size
@@ -261,9 +263,9 @@ def _read(path: Path, name: str) -> tuple[Photo, list[str]]:
         drone = read_drone_tags(_packet(image))
         is_jpeg = image.format in ("JPEG", "MPO")
     if drone.panorama:
-        raise InputError(tr("is a panorama made of several photos; use those"))
+        raise InputError(tr("This is a panorama made of several photos. Use those instead."))
     if is_jpeg and not has_jpeg_end(path):
-        raise InputError(tr("is cut off: its last part is missing; copy it again"))
+        raise InputError(tr("The photo is truncated: its last part is missing. Copy it again."))
     focal, source, sensor, said = _focal(tags, drone, width, height)
     accuracy = drone.accuracy_m if drone.accuracy_m is not None else tags.gps_accuracy_m
     reference = tags.altitude_reference
@@ -312,11 +314,11 @@ def _packet(image: object) -> bytes | str | None:
 def _require_photo(mode: str, tags: dict[int, object]) -> None:
     """Raises InputError, with the reason alone, for pictures that no camera took."""
     if mode == "F" or (mode == "I" and 33550 in tags):
-        raise InputError(tr("holds heights or other values, not a photo"))
+        raise InputError(tr("The file holds heights or other values, not a photo."))
     if 33550 in tags or 34264 in tags:
-        raise InputError(tr("is a map (GeoTIFF), not a photo"))
+        raise InputError(tr("This is a map (GeoTIFF), not a photo."))
     if mode in ("CMYK", "YCCK", "LAB"):
-        raise InputError(tr("has {mode} colours; save it as RGB", mode=mode))
+        raise InputError(tr("The photo has {mode} colours. Save it as RGB.", mode=mode))
 
 
 def has_jpeg_end(path: Path) -> bool:

@@ -31,9 +31,13 @@ def asset_path(project: Path, asset: Asset) -> Path:
     """Where it is. Raises InputError where it is not there any more, or names another place."""
     path = project / asset.path
     if Path(asset.path).parts[:-1] != (FOLDER,):
-        raise InputError(tr("names a file outside of the project's assets"), file=project)
+        raise InputError(
+            tr("The name points to a file outside of the project's assets."), file=project
+        )
     if not path.is_file():
-        raise InputError(tr("is missing from the project: it held a mask of a photo"), file=path)
+        raise InputError(
+            tr("The file is missing from the project. It held the mask of a photo."), file=path
+        )
     return path
 
 

@@ -70,12 +70,12 @@ def compact(folder: Path, session: Session, journal: SqliteJournal) -> Compacted
     """Write the journal anew and put unused files aside. Raises DocumentError where something is
     not saved, TargetError where it cannot be written; then nothing has changed."""
     if session.dirty:
-        raise DocumentError(tr("save the project first: what is not saved must stay reachable"))
+        raise DocumentError(tr("Save the project first: what is not saved must stay reachable."))
     if session.problems:
         raise DocumentError(
             tr(
-                "the project's journal has damaged rows, which a compaction would throw "
-                "away; repair it first"
+                "The project's journal has damaged rows, which compacting would delete. "
+                "Repair the project first."
             )
         )
     new = folder / NEW
@@ -126,7 +126,7 @@ def put_in_place(
         journal.reopen()
         remove(new)
         raise TargetError(
-            tr("cannot be written ({strerror})", strerror=error.strerror), file=folder
+            tr("The file cannot be written ({reason}). Check the drive and its rights.", reason=error.strerror), file=folder
         ) from error
     taken = SqliteJournal(folder / NAME)
     session.use_journal(taken, numbers)
@@ -141,7 +141,7 @@ def take_back(
     nothing has changed, and it can be tried again."""
     before, new = folder / BEFORE, folder / NEW
     if not before.is_file():
-        raise DocumentError(tr("the journal of before the compaction is not there any more"))
+        raise DocumentError(tr("The journal from before the compaction no longer exists."))
     # First: a file too many does no harm, one that a record names and that is not there does.
     _bring_back_files(folder)
     remove(new)
@@ -180,7 +180,8 @@ def _bring_back_files(folder: Path) -> None:
         aside.rmdir()
     except OSError as error:
         raise TargetError(
-            tr("cannot be written ({strerror})", strerror=error.strerror), file=folder / FOLDER
+            tr("The file cannot be written ({reason}). Check the drive and its rights.", reason=error.strerror),
+            file=folder / FOLDER,
         ) from error
 
 

@@ -33,7 +33,10 @@ def export_project(folder: Path, format_: str, out: Path, *, force: bool = False
     records = kept.records
     if not any(isinstance(r, Feature) for r in records.values()):
         raise InputError(
-            tr("has no features yet, so there is nothing to export; measure some first."),
+            tr(
+                "The project has no features yet, so there is nothing to export. Measure "
+                "some first."
+            ),
             file=folder,
         )
     return export_records(
@@ -82,9 +85,9 @@ def _check_format(format_: str) -> None:
     if format_ not in FORMATS:
         raise UsageError(
             tr(
-                "“{format_}” cannot be written by this version; choose one of {FORMATS}.",
-                format_=format_,
-                FORMATS=", ".join(FORMATS),
+                "This version cannot write “{format}”. Choose one of {formats}.",
+                format=format_,
+                formats=", ".join(FORMATS),
             ),
             field="--to",
         )

@@ -73,10 +73,10 @@ class Project:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise TargetError(
-                tr("the folder cannot be made ({strerror})", strerror=error.strerror), file=folder
+                tr("The folder cannot be created ({reason}). Choose another place.", reason=error.strerror), file=folder
             ) from error
         if (folder / JOURNAL).exists():
-            raise TargetError(tr("there is a project here already"), file=folder)
+            raise TargetError(tr("There is already a project here."), file=folder)
         return cls._held(folder, settings, create=True)
 
     @classmethod
@@ -140,7 +140,7 @@ class Project:
     def take_back_compaction(self) -> None:
         """Raises DocumentError where the project was not compacted since it was opened."""
         if self._compacted is None:
-            raise DocumentError(tr("the project was not compacted since it was opened"))
+            raise DocumentError(tr("The project was not compacted since it was opened."))
         self.journal = compaction.take_back(
             self.folder, self.session, self.journal, self._compacted
         )
@@ -157,9 +157,11 @@ class Project:
         name stays behind as it was last saved; an untitled one is gone. Nobody may be at work in
         its folder. Raises TargetError."""
         if folder.exists() and not folder.is_dir():
-            raise TargetError(tr("there is a file of this name; choose another name"), file=folder)
+            raise TargetError(
+                tr("There is already a file of this name. Choose another name."), file=folder
+            )
         if folder.exists() and any(folder.iterdir()):
-            raise TargetError(tr("the folder is not empty; choose another name"), file=folder)
+            raise TargetError(tr("The folder is not empty. Choose another name."), file=folder)
         part = folder.with_name(folder.name + ".part")
         try:
             shutil.rmtree(part, ignore_errors=True)
@@ -177,7 +179,7 @@ class Project:
         except OSError as error:
             shutil.rmtree(part, ignore_errors=True)
             raise TargetError(
-                tr("cannot be written ({strerror})", strerror=error.strerror), file=folder
+                tr("The file cannot be written ({reason}). Check the drive and its rights.", reason=error.strerror), file=folder
             ) from error
         except VomError:
             shutil.rmtree(part, ignore_errors=True)
@@ -283,9 +285,9 @@ def _move_reconstructions(source: Path, target: Path) -> None:
         shutil.rmtree(target / RECONSTRUCTIONS, ignore_errors=True)
         raise TargetError(
             tr(
-                "the project is saved, but what was made of photos cannot be moved to it "
-                "({strerror}); it stays in {source}",
-                strerror=error.strerror,
+                "The project is saved, but its reconstructions cannot be moved to it "
+                "({reason}). They stay in {source}.",
+                reason=error.strerror,
                 source=source / RECONSTRUCTIONS,
             ),
             file=target,
@@ -297,13 +299,13 @@ def project_folder(path: Path) -> Path:
     if path.is_file() and path.parent.suffix == SUFFIX:
         path = path.parent
     if not path.exists():
-        raise InputError(tr("there is no such project"), file=path)
+        raise InputError(tr("There is no such project. Check its name."), file=path)
     if not (path / JOURNAL).is_file():
         raise InputError(
             tr(
-                "is not a VOM Studio project (a folder NAME{SUFFIX} with {JOURNAL})",
-                SUFFIX=SUFFIX,
-                JOURNAL=JOURNAL,
+                "This is not a VOM Studio project (a folder NAME{suffix} with {journal}).",
+                suffix=SUFFIX,
+                journal=JOURNAL,
             ),
             file=path,
         )

@@ -78,5 +78,6 @@ def _write(
         )
     except (DataSourceError, FieldError, GeometryError, RuntimeError) as error:
         raise TargetError(
-            tr("the layer {layer} cannot be written ({error})", layer=layer, error=error), file=part
+            tr("The layer {layer} cannot be written ({error}).", layer=layer, error=error),
+            file=part,
         ) from error

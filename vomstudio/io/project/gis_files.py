@@ -33,7 +33,7 @@ def write_shapefiles(
     itself, the others as `NAME_layer.shp` beside it. All or none are written. Raises UsageError for
     another ending, TargetError."""
     if out.suffix.lower() != ".shp":
-        raise UsageError(tr("the name of a shapefile ends in .shp; give it that ending."), file=out)
+        raise UsageError(tr("The name of a shapefile ends in .shp. Give it that ending."), file=out)
     # O.SHP is written as O.shp: its parts must have one name where case counts.
     names = [
         out.with_name(out.stem + ("" if layer.name == "planes" else f"_{layer.name}") + ".shp")

@@ -64,10 +64,10 @@ class SqliteJournal:
     def _open(self, create: bool) -> None:
         path = self.path
         if create and path.exists():
-            raise TargetError(tr("there is a project here already"), file=path)
+            raise TargetError(tr("There is already a project here."), file=path)
         if not create and not path.is_file():
             raise InputError(
-                tr("is not a VOM Studio project: journal.sqlite is missing"), file=path
+                tr("This is not a VOM Studio project: journal.sqlite is missing."), file=path
             )
         try:
             self._db = sqlite3.connect(path, isolation_level=None, timeout=5.0)
@@ -142,8 +142,8 @@ class SqliteJournal:
         except sqlite3.Error as error:
             raise DocumentError(
                 tr(
-                    "the project's journal cannot be written ({error}); nothing was changed. "
-                    "Free some space or check the drive, then do it again",
+                    "The project's journal cannot be written ({error}). Nothing was changed. "
+                    "Free some space or check the drive, then try again.",
                     error=error,
                 ),
                 file=self.path,
@@ -240,7 +240,7 @@ def read_schema_and_replay(folder: Path) -> tuple[int, Replay]:
     path = path / NAME if path.is_dir() else path
     if not path.is_file():
         raise InputError(
-            tr("is not a VOM Studio project (a folder with journal.sqlite); check the name."),
+            tr("This is not a VOM Studio project (a folder with journal.sqlite). Check the name."),
             file=folder,
         )
     try:
@@ -305,7 +305,9 @@ def copy_database(db: sqlite3.Connection, path: Path) -> None:
         finally:
             target.close()
     except sqlite3.Error as error:
-        raise TargetError(tr("cannot be written ({error})", error=error), file=path) from error
+        raise TargetError(
+            tr("The file cannot be written ({error}).", error=error), file=path
+        ) from error
 
 
 def _schema_of(db: sqlite3.Connection, path: Path) -> int:
@@ -313,14 +315,14 @@ def _schema_of(db: sqlite3.Connection, path: Path) -> int:
     (application,) = db.execute("PRAGMA application_id").fetchone()
     (version,) = db.execute("PRAGMA user_version").fetchone()
     if application != APPLICATION_ID:
-        raise InputError(tr("is not the journal of a VOM Studio project"), file=path)
+        raise InputError(tr("This is not the journal of a VOM Studio project."), file=path)
     if version > SCHEMA_VERSION:
         raise InputError(
             tr(
-                "was written by a newer VOM Studio (journal version {version}, this program "
-                "reads up to {SCHEMA_VERSION}): update the program",
+                "The project was written by a newer VOM Studio (journal version {version}; "
+                "this program reads up to {known}). Update the program.",
                 version=version,
-                SCHEMA_VERSION=SCHEMA_VERSION,
+                known=SCHEMA_VERSION,
             ),
             file=path,
         )
@@ -331,7 +333,7 @@ def _require_sound(db: sqlite3.Connection, path: Path) -> None:
     """Raises InputError for a file that was torn: writing to it would make it worse."""
     (said,) = db.execute("PRAGMA quick_check(1)").fetchone()
     if said != "ok":
-        raise InputError(tr("the journal is damaged; restore it from a copy"), file=path)
+        raise InputError(tr("The journal is damaged. Restore it from a copy."), file=path)
 
 
 class Head(NamedTuple):
@@ -405,7 +407,7 @@ def read_rows(db: sqlite3.Connection, path: Path, schema: int) -> Iterator[Row]:
                 yield Row(told[0], "gap", None, "", None, None, "", "", None, notice=lost)
     except sqlite3.Error as error:
         raise InputError(
-            tr("the journal is damaged ({error}); restore it from a copy", error=error), file=path
+            tr("The journal is damaged ({error}). Restore it from a copy.", error=error), file=path
         ) from error
 
 
@@ -415,7 +417,7 @@ def last_rows(db: sqlite3.Connection, path: Path, count: int) -> list[Row]:
     try:
         found = db.execute(query, (count,)).fetchall()
     except sqlite3.Error as error:
-        raise InputError(tr("the journal is damaged ({error})", error=error), file=path) from error
+        raise InputError(tr("The journal is damaged ({error}).", error=error), file=path) from error
     return [
         Row(seq, kind, of_seq, label, _load(before), _load(after), time, version, _load(settings))
         for seq, kind, of_seq, label, before, after, time, version, settings in reversed(found)
@@ -462,7 +464,13 @@ def _load(text: str | None) -> Any:
 def _open_error(error: sqlite3.Error, path: Path) -> InputError | TargetError:
     words = str(error)
     if "not a database" in words or "malformed" in words:
-        return InputError(tr("is damaged or not a journal; restore it from a copy"), file=path)
+        return InputError(
+            tr("The journal is damaged, or is not a journal. Restore it from a copy."), file=path
+        )
     if "locked" in words:
-        return InputError(tr("is in use by another program; close it there first"), file=path)
-    return TargetError(tr("cannot be opened for writing ({words})", words=words), file=path)
+        return InputError(
+            tr("The journal is in use by another program. Close it there first."), file=path
+        )
+    return TargetError(
+        tr("The journal cannot be opened for writing ({reason}).", reason=words), file=path
+    )

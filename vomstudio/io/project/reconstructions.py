@@ -42,10 +42,10 @@ def read_reconstruction(
         finished = datetime.fromtimestamp(path.stat().st_mtime, UTC).isoformat(timespec="seconds")
     except (OSError, ValueError) as error:
         raise InputError(
-            tr("cannot be read: what the reconstruction found is lost"), file=path
+            tr("The file cannot be read: the results of the reconstruction are lost."), file=path
         ) from (error)
     if not isinstance(found, dict):
-        raise InputError(tr("is not the result of a reconstruction"), file=path)
+        raise InputError(tr("This is not the result of a reconstruction."), file=path)
     settings = found.get("settings")
     versions = found.get("versions")
     reconstruction = Reconstruction(

@@ -31,13 +31,15 @@ def repair(folder: Path, session: Session, journal: SqliteJournal) -> Repaired:
     something else, TargetError where it cannot be written; then nothing has changed."""
     lost = tuple(session.problems)
     if not lost:
-        raise DocumentError(tr("the journal is sound: there is nothing to repair"))
+        raise DocumentError(tr("The journal is sound: there is nothing to repair."))
     new = folder / compaction.NEW
     numbers = compaction.write_anew(new, session, journal)
     written = read_replay(new)
     if written.records != dict(session.records) or written.saved != dict(session.saved):
         compaction.remove(new)
-        raise DocumentError(tr("what can be read does not fit together; restore it from a copy"))
+        raise DocumentError(
+            tr("The readable rows are not consistent. Restore the journal from a copy.")
+        )
     kept = _free_name(folder)
     journal.copy_to(kept)
     taken = compaction.put_in_place(new, folder, session, journal, numbers)

@@ -90,7 +90,7 @@ def read_true_cameras(path: Path | None = None) -> Cameras:
         return Cameras(tuple(views), sample_photos(), (x, y, z), "EPSG:32633", True)
     except (KeyError, ValueError, TypeError) as error:
         raise InputError(
-            tr("the truth of the sample is damaged; install again"), file=path
+            tr("The true values of the sample are damaged. Install the program again."), file=path
         ) from error
 
 
@@ -111,7 +111,7 @@ def read_picks(path: Path | None = None) -> SamplePicks:
         )
     except (KeyError, ValueError, TypeError) as error:
         raise InputError(
-            tr("the picks of the sample are damaged; install again"), file=path
+            tr("The picks of the sample are damaged. Install the program again."), file=path
         ) from error
 
 
@@ -136,7 +136,7 @@ def read_truth(path: Path | None = None) -> SampleTruth:
         )
     except (KeyError, ValueError, TypeError) as error:
         raise InputError(
-            tr("the truth of the sample is damaged; install again"), file=path
+            tr("The true values of the sample are damaged. Install the program again."), file=path
         ) from error
 
 

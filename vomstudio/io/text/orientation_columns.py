@@ -84,7 +84,7 @@ class Columns:
             names = ", ".join(self._claimed_twice[meaning])
             raise InputError(
                 tr(
-                    "more than one column is the {meaning} ({names}); rename all but one.",
+                    "More than one column is the {meaning} ({names}). Rename all but one.",
                     meaning=meaning,
                     names=names,
                 ),
@@ -141,8 +141,8 @@ class Columns:
             hint = " (are the columns in another order? an overturned bed is a flag, not a dip)"
         return InputError(
             tr(
-                "{values:g} is outside {wanted} degrees; correct it{hint}.",
-                values=values[row],
+                "{value:g} is outside {wanted} degrees. Correct it{hint}.",
+                value=values[row],
                 wanted=wanted,
                 hint=hint,
             ),

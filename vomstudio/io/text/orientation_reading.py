@@ -89,7 +89,7 @@ def read_orientations(path: str | Path, azimuth: Azimuth | None = None) -> Orien
     table = read_table(path)
     if not len(table):
         raise InputError(
-            tr("there is a header and nothing below it; a table of orientations needs rows."),
+            tr("There is nothing below the header. A table of orientations needs rows."),
             file=table.path,
             line=table.header_line,
         )
@@ -127,7 +127,7 @@ class _Reading:
         if not len(kept):
             raise InputError(
                 tr(
-                    "none of its {count} rows has both angles; fill in the columns.",
+                    "None of the {count} rows has both angles. Fill in the columns.",
                     count=len(table),
                 ),
                 file=table.path,
@@ -168,8 +168,8 @@ class _Reading:
             if strike is not None or direction is not None:
                 raise InputError(
                     tr(
-                        "there is a column {named} but none for the dip; name it 'dip'.",
-                        named=self.columns.named(_first(strike, direction)),
+                        "There is a column {column} but none for the dip. Name it 'dip'.",
+                        column=self.columns.named(_first(strike, direction)),
                     ),
                     file=table.path,
                     line=table.header_line,
@@ -192,9 +192,9 @@ class _Reading:
         elif azimuth is None:
             raise InputError(
                 tr(
-                    "there is a column {named} but none for the strike or dip direction; name it "
-                    "'strike' or 'dip direction'.",
-                    named=self.columns.named(dip),
+                    "There is a column {column} but none for the strike or dip direction. Name "
+                    "it 'strike' or 'dip direction'.",
+                    column=self.columns.named(dip),
                 ),
                 file=table.path,
                 line=table.header_line,
@@ -223,7 +223,7 @@ class _Reading:
     def _read_headerless(self) -> None:
         if self.table.width < 2:
             raise InputError(
-                tr("orientations need two columns, and this table has 1."),
+                tr("Orientations need two columns, and this table has 1."),
                 file=self.table.path,
                 line=int(self.table.line_numbers[0]),
             )
@@ -232,8 +232,8 @@ class _Reading:
         if self.azimuth is None:
             raise UsageError(
                 tr(
-                    "this table has no header, and its first column can be strike or dip "
-                    "direction; say which with --azimuth strike or --azimuth dipdir, or add a "
+                    "This table has no header, and its first column can be strike or dip "
+                    "direction. Say which with --azimuth strike or --azimuth dipdir, or add a "
                     "header."
                 ),
                 file=self.table.path,
@@ -252,7 +252,7 @@ class _Reading:
         else:
             raise UsageError(
                 tr(
-                    "an azimuth can be strike or dip direction; say which with --azimuth strike "
+                    "An azimuth can be strike or dip direction. Say which with --azimuth strike "
                     "or --azimuth dipdir, or rename the column."
                 ),
                 file=self.table.path,
@@ -358,8 +358,8 @@ class _Reading:
             missing = "plunge" if plunge is None else "trend"
             raise InputError(
                 tr(
-                    "there is a column {named} but none for the {missing}; name it '{missing}'.",
-                    named=self.columns.named(_first(trend, plunge)),
+                    "There is a column {column} but none for the {missing}. Name it '{missing}'.",
+                    column=self.columns.named(_first(trend, plunge)),
                     missing=missing,
                 ),
                 file=self.table.path,
@@ -392,8 +392,8 @@ class _Reading:
             elif word:
                 raise InputError(
                     tr(
-                        "'{shortened}' is neither plane nor line; write one of them.",
-                        shortened=shortened(cell),
+                        "'{cell}' is neither plane nor line. Write one of them.",
+                        cell=shortened(cell),
                     ),
                     file=self.table.path,
                     line=int(self.table.line_numbers[i]),
@@ -405,9 +405,9 @@ class _Reading:
         names = ", ".join(self.table.names or ())
         return InputError(
             tr(
-                "there are no columns of orientations in the header ({shortened}); name them "
+                "There are no columns of orientations in the header ({names}). Name them "
                 "strike and dip, dip direction and dip, or trend and plunge.",
-                shortened=shortened(names, 80),
+                names=shortened(names, 80),
             ),
             file=self.table.path,
             line=self.table.header_line,

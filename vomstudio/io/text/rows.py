@@ -93,9 +93,9 @@ def read_rows(path: Path) -> TextRows:
     if longest > LONGEST_LINE:
         raise InputError(
             tr(
-                "this line is {longest} characters long, which no table is; check what the "
-                "file is.",
-                longest=longest,
+                "This line has {count} characters, more than any table has. Check what the "
+"file is.",
+                count=longest,
             ),
             file=path,
             line=next(i for i, line in enumerate(lines, 1) if len(line) == longest),
@@ -103,7 +103,7 @@ def read_rows(path: Path) -> TextRows:
     data, numbers, comments, separators = _without_comments(lines)
     if not data:
         what = "only comments" if comments else "only empty lines"
-        raise InputError(tr("there are {what} in it; a table needs rows.", what=what), file=path)
+        raise InputError(tr("There are {what} in it. A table needs rows.", what=what), file=path)
     delimiter = sniff(data[:_SAMPLE])
     _refuse_decimal_commas_between_spaces(path, data, numbers, delimiter)
     rows: list[list[str]] | None = None
@@ -134,13 +134,13 @@ def require_file(path: Path) -> int:
     try:
         about = path.stat()
     except (FileNotFoundError, NotADirectoryError) as error:
-        raise InputError(tr("there is no such file; check the name."), file=path) from error
+        raise InputError(tr("There is no such file. Check the name."), file=path) from error
     except (OSError, ValueError) as error:
         raise _unreadable(path, error) from error
     if stat.S_ISDIR(about.st_mode):
-        raise InputError(tr("this is a folder; name a file in it."), file=path)
+        raise InputError(tr("This is a folder. Name a file in it."), file=path)
     if not (stat.S_ISREG(about.st_mode) or stat.S_ISFIFO(about.st_mode)):
-        raise InputError(tr("this is a device, not a file; name a file."), file=path)
+        raise InputError(tr("This is a device, not a file. Name a file."), file=path)
     return about.st_size
 
 
@@ -150,7 +150,7 @@ def read_bytes(path: Path) -> bytes:
     if size > LARGEST_FILE:
         raise InputError(
             tr(
-                "this text is {size:.0f} GiB; convert so many points to LAS or PLY first.",
+                "This text is {size:.0f} GiB. Convert so many points to LAS or PLY first.",
                 size=size / 2**30,
             ),
             file=path,
@@ -159,7 +159,7 @@ def read_bytes(path: Path) -> bytes:
         return path.read_bytes()
     except PermissionError as error:
         raise InputError(
-            tr("no permission to read this file; ask its owner."), file=path
+            tr("There is no permission to read this file. Ask its owner."), file=path
         ) from error
     except OSError as error:
         raise _unreadable(path, error) from error
@@ -168,7 +168,7 @@ def read_bytes(path: Path) -> bytes:
 def _unreadable(path: Path, error: OSError | ValueError) -> InputError:
     reason = getattr(error, "strerror", None) or error
     return InputError(
-        tr("this file cannot be read ({reason}); check the name.", reason=reason), file=path
+        tr("This file cannot be read ({reason}). Check the name.", reason=reason), file=path
     )
 
 
@@ -178,13 +178,13 @@ def read_text(path: Path) -> tuple[str, list[str]]:
     raw = read_bytes(path)
     notes: list[str] = []
     if not raw.strip():
-        raise InputError(tr("this file is empty; a table needs rows."), file=path)
+        raise InputError(tr("This file is empty. A table needs rows."), file=path)
     if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
         try:
             text = raw.decode("utf-16")
         except UnicodeDecodeError as error:
             raise InputError(
-                tr("this file begins as UTF-16 text but is damaged; save it again as UTF-8."),
+                tr("This file begins as UTF-16 text but is damaged. Save it again as UTF-8."),
                 file=path,
             ) from error
         refuse_binary(path, text.encode("utf-8", "replace"))
@@ -288,7 +288,7 @@ def _quoted_rows(
         except csv.Error as error:
             raise InputError(
                 tr(
-                    "the quotation marks of this row do not fit ({error}); close or remove them.",
+                    "The quotation marks of this row do not fit ({error}). Close or remove them.",
                     error=error,
                 ),
                 file=path,
@@ -337,8 +337,8 @@ def _refuse_decimal_commas_between_spaces(
         if len(cells) > 1 and all(is_comma_number(c) and c[-1] != "," for c in cells):
             raise InputError(
                 tr(
-                    "decimal commas with spaces between the columns can't be told apart; use a "
-                    "semicolon or tab as delimiter, or decimal points."
+                    "Decimal commas cannot be told from delimiters where columns are separated "
+                    "by spaces. Use a semicolon or tab as delimiter, or decimal points."
                 ),
                 file=path,
                 line=number,

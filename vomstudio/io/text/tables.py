@@ -127,7 +127,7 @@ class TextTable:
                     first_use.setdefault(mark, i)
         if len(first_use) == 2:
             raise InputError(
-                tr("decimal commas and decimal points are mixed in this column; use one of them."),
+                tr("Decimal commas and decimal points are mixed in this column. Use one of them."),
                 file=self.path,
                 line=int(self.line_numbers[max(first_use.values())]),
                 field=self.label(column),
@@ -142,7 +142,7 @@ class TextTable:
                 "use points, or another delimiter"
             )
         return InputError(
-            tr("'{shortened}' is not a number; {hint}.", shortened=shortened(cell), hint=hint),
+            tr("'{cell}' is not a number; {hint}.", cell=shortened(cell), hint=hint),
             file=self.path,
             line=int(self.line_numbers[row]),
             field=self.label(column),
@@ -159,7 +159,7 @@ class TextTable:
             if len(matches) > 1:
                 raise UsageError(
                     tr(
-                        "{count} columns are called '{key}'; rename all but one of them.",
+                        "{count} columns are called '{key}'. Rename all but one of them.",
                         count=len(matches),
                         key=key,
                     ),
@@ -259,7 +259,7 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
     columns = coordinate_columns(table)
     if not len(table):
         raise InputError(
-            tr("there is a header and nothing below it; points need rows."),
+            tr("There is nothing below the header. A table of points needs rows."),
             file=table.path,
             line=table.header_line,
         )
@@ -276,7 +276,7 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
     if not keep.any():
         raise InputError(
             tr(
-                "none of its {count} rows has finite coordinates; check the columns x, y, z.",
+                "None of the {count} rows has finite coordinates. Check the columns x, y, z.",
                 count=len(table),
             ),
             file=table.path,
@@ -300,7 +300,7 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
             )
             if not keep.any():
                 raise InputError(
-                    tr("this column is empty; name the one that tells the features apart."),
+                    tr("This column is empty. Choose the column that tells the features apart."),
                     file=table.path,
                     field=by,
                 )
@@ -339,7 +339,7 @@ def coordinate_columns(table: TextTable) -> list[int]:
         if table.width < 3:
             raise InputError(
                 tr(
-                    "points need three columns x, y, z, and this table has {width}.",
+                    "Points need three columns x, y, z, and this table has {width}.",
                     width=table.width,
                 ),
                 file=table.path,
@@ -354,10 +354,10 @@ def coordinate_columns(table: TextTable) -> list[int]:
         if len(matches) > 1:
             raise InputError(
                 tr(
-                    "{count} columns can be {letter} ({join}); rename all but one.",
+                    "{count} columns can be {letter} ({names}). Rename all but one.",
                     count=len(matches),
                     letter=letter,
-                    join=", ".join(table.names[i] for i in matches),
+                    names=", ".join(table.names[i] for i in matches),
                 ),
                 file=table.path,
                 line=table.header_line,
@@ -366,10 +366,10 @@ def coordinate_columns(table: TextTable) -> list[int]:
         if not matches:
             raise InputError(
                 tr(
-                    "there is no column {letter} in the header ({shortened}); name the columns "
-                    "x, y, z, or leave the header out.",
+                    "There is no column {letter} in the header ({names}). Name the columns x, y, "
+                    "z, or leave the header out.",
                     letter=letter,
-                    shortened=shortened(", ".join(table.names), 80),
+                    names=shortened(", ".join(table.names), 80),
                 ),
                 file=table.path,
                 line=table.header_line,
@@ -386,8 +386,8 @@ def _refuse_no_places(table: TextTable, columns: list[int], points: NDArray[np.f
         row, place = np.argwhere(far)[0]
         raise InputError(
             tr(
-                "{points:g} is no coordinate in metres; correct or remove the row.",
-                points=points[row, place],
+                "{value:g} is not a coordinate in metres. Correct or remove the row.",
+                value=points[row, place],
             ),
             file=table.path,
             line=int(table.line_numbers[row]),

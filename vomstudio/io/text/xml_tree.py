@@ -53,11 +53,11 @@ def read_xml(path: str | Path) -> Element:
             data = stream.read(LARGEST_FILE + 1)
     except OSError as error:
         raise InputError(
-            tr("cannot be read ({strerror})", strerror=error.strerror), file=path
+            tr("The file cannot be read ({reason}).", reason=error.strerror), file=path
         ) from error
     if len(data) > LARGEST_FILE:
         raise InputError(
-            tr("is larger than {LARGEST_FILE} MB", LARGEST_FILE=LARGEST_FILE >> 20), file=path
+            tr("The file is larger than {limit} MB.", limit=LARGEST_FILE >> 20), file=path
         )
     parser = expat.ParserCreate()
     parser.buffer_text = True
@@ -68,7 +68,7 @@ def read_xml(path: str | Path) -> Element:
         made = Element(tag, attributes, parser.CurrentLineNumber)
         if len(open_) >= _DEEPEST:
             raise InputError(
-                tr("has elements inside each other more than {DEEPEST} deep", DEEPEST=_DEEPEST),
+                tr("The elements are nested more than {limit} deep.", limit=_DEEPEST),
                 file=path,
                 line=made.line,
                 field=tag,
@@ -85,7 +85,10 @@ def read_xml(path: str | Path) -> Element:
 
     def entity(name: str, *_: object) -> None:
         raise InputError(
-            tr("declares an entity ({name}), which such files do not need; remove it", name=name),
+            tr(
+                "The file declares an entity ({name}), which such files do not need. Remove it.",
+                name=name,
+            ),
             file=path,
             line=parser.CurrentLineNumber,
         )
@@ -96,13 +99,15 @@ def read_xml(path: str | Path) -> Element:
         parser.Parse(data, True)
     except expat.ExpatError as error:
         raise InputError(
-            tr("is not sound XML ({ErrorString})", ErrorString=expat.ErrorString(error.code)),
+            tr("This is not well-formed XML ({error}).", error=expat.ErrorString(error.code)),
             file=path,
             line=error.lineno,
         ) from error
     except (LookupError, ValueError) as error:
         # An encoding that nobody knows.
-        raise InputError(tr("cannot be read as text ({error})", error=error), file=path) from error
+        raise InputError(
+            tr("The file cannot be read as text ({error}).", error=error), file=path
+        ) from error
     return roots[0]
 
 

@@ -46,10 +46,11 @@ def _chunk(path: Path, root: Element) -> Element:
     found = [each for each in root.below("chunk") if each.child("markers") is not None]
     if len(found) != 1:
         raise InputError(
-            tr("has no chunk with markers")
+            tr("The file has no chunk with markers. Export the markers in Metashape.")
             if not found
             else tr(
-                "has {count} chunks with markers; export the one that is meant", count=len(found)
+                "The file has {count} chunks with markers. Export the one that is meant.",
+                count=len(found),
             ),
             file=path,
             field=root.tag,
@@ -76,7 +77,7 @@ def _points(path: Path, root: Element) -> list[ControlPoint]:
         check = reference.attributes.get("enabled", "true").casefold() in ("false", "0")
         points.append(ControlPoint(label, (x, y, z), sigma or None, check))
     if not points:
-        raise InputError(tr("no marker has coordinates (reference with x, y, z)"), file=path)
+        raise InputError(tr("No marker has coordinates (a reference with x, y and z)."), file=path)
     return points
 
 
@@ -103,7 +104,9 @@ def marks_of(path: Path) -> list[Mark]:
             photo = _known(path, place, "camera_id", names)
             marks.append(Mark(label, photo, _number(path, place, "x"), _number(path, place, "y")))
     if not marks:
-        raise InputError(tr("has no marks that were placed by hand (location, pinned)"), file=path)
+        raise InputError(
+            tr("The file has no marks that were placed by hand (location, pinned)."), file=path
+        )
     return marks
 
 

@@ -66,14 +66,16 @@ def read_odm(path: str | Path) -> OdmControl:
     path = Path(path)
     try:
         if path.stat().st_size > _LARGEST:
-            raise InputError(tr("is larger than {LARGEST} MB", LARGEST=_LARGEST >> 20), file=path)
+            raise InputError(
+                tr("The file is larger than {limit} MB.", limit=_LARGEST >> 20), file=path
+            )
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except OSError as error:
         raise InputError(
-            tr("cannot be read ({strerror})", strerror=error.strerror), file=path
+            tr("The file cannot be read ({reason}).", reason=error.strerror), file=path
         ) from error
     except UnicodeDecodeError as error:
-        raise InputError(tr("is not text in UTF-8"), file=path) from error
+        raise InputError(tr("The file is not text in UTF-8."), file=path) from error
     rows = [
         (number, text.strip())
         for number, text in enumerate(lines, start=1)
@@ -81,7 +83,10 @@ def read_odm(path: str | Path) -> OdmControl:
     ]
     if not rows or _HEADER.fullmatch(rows[0][1]) is None:
         raise InputError(
-            tr("does not begin with its projection (EPSG:32633, WGS84 UTM 33N or +proj=…)"),
+            tr(
+                "The file does not begin with its projection (EPSG:32633, WGS84 UTM 33N or "
+                "+proj=…)."
+            ),
             file=path,
             line=rows[0][0] if rows else 1,
         )
@@ -93,7 +98,10 @@ def read_odm(path: str | Path) -> OdmControl:
         cells = [cell.strip() for cell in text.split("\t")] if "\t" in text else text.split()
         if len(cells) < 6:
             raise InputError(
-                tr("has {count} columns; x y z pixel_x pixel_y photo are needed", count=len(cells)),
+                tr(
+                    "The line has {count} columns. Needed are x y z pixel_x pixel_y photo.",
+                    count=len(cells),
+                ),
                 file=path,
                 line=line,
             )
@@ -107,7 +115,7 @@ def read_odm(path: str | Path) -> OdmControl:
         before, known = points.setdefault(label, (line, ControlPoint(label, place)))
         if known.position != place:
             raise InputError(
-                tr("'{label}' is at another place in line {before}", label=label, before=before),
+                tr("'{label}' has other coordinates in line {line}.", label=label, line=before),
                 file=path,
                 line=line,
             )
@@ -115,16 +123,16 @@ def read_odm(path: str | Path) -> OdmControl:
         if before != line:
             raise InputError(
                 tr(
-                    "'{label}' is marked in {photo} in line {before} already",
+                    "'{label}' is already marked in {photo} in line {line}.",
                     label=label,
                     photo=photo,
-                    before=before,
+                    line=before,
                 ),
                 file=path,
                 line=line,
             )
     if not points:
-        raise InputError(tr("has no points"), file=path)
+        raise InputError(tr("The file has no points. Add some, or choose another file."), file=path)
     return OdmControl(
         _crs(path, first, header),
         first,
@@ -138,7 +146,10 @@ def _crs(path: Path, line: int, header: str) -> str:
         found = _UTM.fullmatch(header)
         if found is None or not 1 <= int(found[1]) <= 60:
             raise InputError(
-                tr("'{header}' is no UTM zone; write it as in WGS84 UTM 33N", header=header[:40]),
+                tr(
+                    "'{header}' is not a UTM zone. Write it as in WGS84 UTM 33N.",
+                    header=header[:40],
+                ),
                 file=path,
                 line=line,
             )
@@ -153,7 +164,7 @@ def _number(path: Path, line: int, name: str, cell: str) -> float:
         value = float("nan")
     if not isfinite(value):
         raise InputError(
-            tr("'{cell}' is not a number", cell=cell[:40]), file=path, line=line, field=name
+            tr("'{cell}' is not a number.", cell=cell[:40]), file=path, line=line, field=name
         )
     return value
 

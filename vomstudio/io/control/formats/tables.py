@@ -58,7 +58,7 @@ def points_of(path: Path) -> list[ControlPoint]:
         known = None if np.isnan(sigmas[row]) else float(sigmas[row])
         points.append(ControlPoint(name, place, known, uses[row] in _CHECK))
     if not points:
-        raise InputError(tr("has no points"), file=path)
+        raise InputError(tr("The file has no points. Add some, or choose another file."), file=path)
     return points
 
 
@@ -74,7 +74,7 @@ def marks_of(path: Path) -> list[Mark]:
         for text, name, place in zip(table.labels(label), names, pixels, strict=True)
     ]
     if not marks:
-        raise InputError(tr("has no marks"), file=path)
+        raise InputError(tr("The file has no marks. Add some, or choose another file."), file=path)
     seen: dict[tuple[str, str], int] = {}
     for row, mark in enumerate(marks):
         first = seen.setdefault((mark.label, mark.photo), row)
@@ -105,7 +105,7 @@ def _columns(table: TextTable, *names: str) -> list[int]:
     if table.names is None:
         raise InputError(
             tr(
-                "has no header; its first line must name the columns {names}",
+                "The table has no header. Name the columns {names} in its first line.",
                 names=", ".join(names),
             ),
             file=table.path,

@@ -55,15 +55,15 @@ def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> npt.NDArray
                     job.cancel()
     except PermissionError:
         raise InputError(
-            tr("You may not read this file; change its permissions."), file=path
+            tr("There is no permission to read this file. Change its permissions."), file=path
         ) from None
     except MemoryError:
         raise InputError(
-            tr("The file is larger than the free memory; divide the model into tiles."), file=path
+            tr("The file is larger than the free memory. Divide the model into tiles."), file=path
         ) from None
     except OSError as error:
         raise InputError(
-            tr("The file cannot be read ({strerror}).", strerror=error.strerror), file=path
+            tr("The file cannot be read ({reason}).", reason=error.strerror), file=path
         ) from error
     data = data[: done + len(tail)]
     data[done:] = np.frombuffer(tail, np.uint8)
@@ -114,7 +114,7 @@ def drop_unsound(mesh: Mesh, said: list[str], path: Path) -> Mesh | PointCloud:
         said.append(f"{some(n_bad, 'vertex')} left out whose coordinates are no numbers{also}.")
     if len(vertices) == 0:
         raise InputError(
-            tr("None of its vertices has sound coordinates; export it again."), file=path
+            tr("No vertex has valid coordinates. Export the model again."), file=path
         )
     if len(faces) == 0:
         said.append("It has no sound faces, so it is opened as a point cloud.")
@@ -135,7 +135,7 @@ def drop_unsound_points(cloud: PointCloud, said: list[str], path: Path) -> Point
     n_bad = int(len(finite) - np.count_nonzero(finite))
     if n_bad == len(finite):
         raise InputError(
-            tr("None of its points has sound coordinates; export it again."), file=path
+            tr("No point has valid coordinates. Export the cloud again."), file=path
         )
     said.append(f"{some(n_bad, 'point')} left out whose coordinates are no numbers.")
     return PointCloud(

@@ -89,7 +89,7 @@ class Document:
 
     def wrong(self, sentence: str, field: str | None = None) -> InputError:
         return InputError(
-            tr("{sentence}; export the file again.", sentence=sentence), file=self.path, field=field
+            tr("{sentence}. Export the file again.", sentence=sentence), file=self.path, field=field
         )
 
     def _split(self, data: Array) -> bytes:
@@ -101,8 +101,8 @@ class Document:
         if length > len(data):
             raise InputError(
                 tr(
-                    "The file is cut short: {count:,} of {length:,} bytes are there; copy it "
-                    "again.",
+                    "The file is truncated: {count:,} of {length:,} bytes are there. Copy it "
+"again.",
                     count=len(data),
                     length=length,
                 ),
@@ -131,7 +131,7 @@ class Document:
         except (ValueError, RecursionError) as error:
             said = str(error).split(": line")[0][:80]
             raise InputError(
-                tr("Its JSON cannot be understood ({said}); export the file again.", said=said),
+                tr("The JSON part is not valid ({error}). Export the file again.", error=said),
                 file=self.path,
                 line=getattr(error, "lineno", None),
             ) from None
@@ -148,9 +148,9 @@ class Document:
             if name in COMPRESSED:
                 raise InputError(
                     tr(
-                        "Its geometry is compressed with {COMPRESSED}, which is not read here; "
-                        "export it without compression.",
-                        COMPRESSED=COMPRESSED[name],
+                        "The geometry is compressed with {method}, which this program does not read. "
+                        "Export it without compression.",
+                        method=COMPRESSED[name],
                     ),
                     file=self.path,
                     field="extensionsRequired",
@@ -205,7 +205,7 @@ class Document:
         found, problem = find_beside(self.path.parent, name)
         if found is None:
             raise InputError(
-                tr("{problem}; put it beside the model.", problem=problem),
+                tr("{problem}. Put it beside the model.", problem=problem),
                 file=self.path,
                 field=field,
             )
@@ -233,8 +233,8 @@ class Document:
         if length > len(data):
             raise InputError(
                 tr(
-                    "Its data is cut short: {count:,} of {length:,} bytes are there; copy it "
-                    "again.",
+                    "The data are truncated: {count:,} of {length:,} bytes are there. Copy the "
+"file again.",
                     count=len(data),
                     length=length,
                 ),

@@ -57,9 +57,9 @@ def pieces_of(document: Document, said: list[str]) -> Iterator[Piece]:
             if total > MAX_VERTICES:
                 raise InputError(
                     tr(
-                        "The scene has more than {MAX_VERTICES:,} vertices once its meshes are in "
-                        "all their places; divide it.",
-                        MAX_VERTICES=MAX_VERTICES,
+                        "The scene has more than {limit:,} vertices once all instances of its meshes "
+                        "are placed. Divide it.",
+                        limit=MAX_VERTICES,
                     ),
                     file=document.path,
                 )

@@ -34,27 +34,27 @@ def check_header(path: Path) -> int:
             size = file.seek(0, 2)
     except OSError as error:
         raise InputError(
-            tr("The file cannot be read ({strerror}).", strerror=error.strerror), file=path
+            tr("The file cannot be read ({reason}).", reason=error.strerror), file=path
         ) from error
     if not head.startswith(b"LASF"):
         raise InputError(
             tr("This is not a LAS or LAZ file: it does not begin with 'LASF'."), file=path
         )
     if len(head) < MIN_HEADER_BYTES:
-        raise InputError(tr("The file ends within its LAS header; copy it again."), file=path)
+        raise InputError(tr("The file ends within its LAS header. Copy it again."), file=path)
     header_size, points_at, n_records = struct.unpack_from("<HII", head, 94)
     if header_size < MIN_HEADER_BYTES or points_at < header_size or points_at > size:
         raise InputError(
-            tr("The file ends before its first point; copy it again."),
+            tr("The file ends before its first point. Copy it again."),
             file=path,
             field="LAS header",
         )
     if n_records * 54 > size:
         raise InputError(
             tr(
-                "The LAS header promises {n_records:,} records that the file cannot hold; "
-                "export it again.",
-                n_records=n_records,
+                "The LAS header promises {count:,} records that the file cannot hold. Export "
+                "it again.",
+                count=n_records,
             ),
             file=path,
             field="LAS header",
@@ -79,13 +79,13 @@ def mended(path: Path, size: int) -> io.BytesIO | None:
         file.seek(0)
         top = file.read(points_at + 8)
         if len(top) < points_at + 8:
-            raise InputError(tr("The file ends before its first point; copy it again."), file=path)
+            raise InputError(tr("The file ends before its first point. Copy it again."), file=path)
         if head[25] >= 4 and len(top) >= 255:
             (promised,) = struct.unpack_from("<Q", top, 247)
         chunk_points = laszip_chunk_points(top, header_size, n_records, record_bytes)
         if chunk_points is None:
             raise InputError(
-                tr("Its LAZ header contradicts itself; copy or export it again."),
+                tr("The LAZ header is inconsistent. Copy or export the file again."),
                 file=path,
                 field="LAS header",
             )
@@ -105,7 +105,7 @@ def mended(path: Path, size: int) -> io.BytesIO | None:
         if chunk_points != USUAL_CHUNK_POINTS:
             raise InputError(
                 tr(
-                    "The chunks of the LAZ file do not add up to its points; copy or export it "
+                    "The chunks of the LAZ file do not add up to its points. Copy or export it "
                     "again."
                 ),
                 file=path,
@@ -187,7 +187,8 @@ def read_top(path: Path) -> Top:
     numbers = np.array(struct.unpack_from("<6d", head, 131))
     if not (np.isfinite(numbers).all() and (numbers[:3] != 0).all()):
         raise InputError(
-            tr("The scale or offset of its coordinates is no number; export it again."),
+            tr("The scale or offset of the coordinates is not a number. Export the file "
+"again."),
             file=path,
             field="LAS header",
         )
@@ -215,7 +216,7 @@ def read_top(path: Path) -> Top:
 
 def _contradiction(path: Path) -> InputError:
     return InputError(
-        tr("Its LAZ header contradicts itself; copy or export it again."),
+        tr("The LAZ header is inconsistent. Copy or export the file again."),
         file=path,
         field="LAS header",
     )

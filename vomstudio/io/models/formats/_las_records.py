@@ -55,8 +55,8 @@ def layout_of(top: Top, path: Path) -> Layout:
     if known is None or np.dtype(known).itemsize > top.record_bytes:
         raise InputError(
             tr(
-                "Its points are of format {point_format}, which is not known; export it "
-                "again as LAS 1.4.",
+                "The point format {point_format} is unknown. Export the file again as LAS "
+"1.4.",
                 point_format=top.point_format,
             ),
             file=path,

@@ -70,7 +70,7 @@ def read_header(top: bytes, path: Path) -> Header:
 
     def wrong(sentence: str) -> InputError:
         return InputError(
-            tr("{sentence}; export the file again.", sentence=sentence), file=path, line=number
+            tr("{sentence}. Export the file again.", sentence=sentence), file=path, line=number
         )
 
     while True:
@@ -118,7 +118,7 @@ def read_header(top: bytes, path: Path) -> Header:
         else:
             raise wrong(f"The PLY header line '{line.strip()[:60]}' is not understood")
     if order is None:
-        raise InputError(tr("The PLY header names no format; export it again."), file=path)
+        raise InputError(tr("The PLY header names no format. Export it again."), file=path)
     return Header(
         order, tuple(Element(n, c, tuple(p)) for n, c, p in elements), tuple(textures), at
     )

@@ -62,11 +62,12 @@ def read(path: Path, progress: Progress) -> LoadedModel:
             transform = dataset.transform
     except (RasterioError, OSError, ValueError, MemoryError) as error:
         raise InputError(
-            tr("The GeoTIFF is damaged or cut short and cannot be read; copy or export it again."),
+            tr("The GeoTIFF is damaged or truncated and cannot be read. Copy or export it "
+"again."),
             file=path,
         ) from error
     if not np.isfinite(heights).any():
-        raise InputError(tr("No pixel of it has a height; export it again."), file=path)
+        raise InputError(tr("No pixel has a height. Export the file again."), file=path)
     mesh = _surface(heights, transform, step)
     del heights
     model = drop_unsound(mesh, said, path)
@@ -91,7 +92,7 @@ def _check_is_dem(dataset: Any, path: Path, said: list[str]) -> None:
         bands = "1 band" if dataset.count == 1 else f"{dataset.count} bands"
         raise InputError(
             tr(
-                "This is a picture ({bands} of {kind}), not a height model; open the model "
+                "This is a picture ({bands} of {kind}), not a height model. Open the model "
                 "that it shows.",
                 bands=bands,
                 kind=kind.name,
@@ -101,19 +102,19 @@ def _check_is_dem(dataset: Any, path: Path, said: list[str]) -> None:
     if kind.kind not in "iuf":
         raise InputError(
             tr(
-                "Its values are {kind}, which are no heights; export it as Float32.", kind=kind.name
+                "The values are {kind}, which are not heights. Export the file as Float32.", kind=kind.name
             ),
             file=path,
         )
     if dataset.width < 2 or dataset.height < 2:
-        raise InputError(tr("One row of pixels is no surface; export a larger part."), file=path)
+        raise InputError(tr("One row of pixels is not a surface. Export a larger part."), file=path)
     pixels = dataset.width * dataset.height
     believed = max(BELIEVED_PIXELS, PIXELS_PER_BYTE * path.stat().st_size)
     if pixels > min(MOST_PIXELS, believed):
         raise InputError(
             tr(
-                "Its header promises {width:,} x {height:,} pixels, which the file cannot "
-                "hold; export it again, or a part of it.",
+                "The header promises {width:,} x {height:,} pixels, which the file cannot "
+"hold. Export it again, or a part of it.",
                 width=dataset.width,
                 height=dataset.height,
             ),
@@ -124,13 +125,13 @@ def _check_is_dem(dataset: Any, path: Path, said: list[str]) -> None:
         points = " (only control points or camera figures)" if dataset.gcps[0] else ""
         raise InputError(
             tr(
-                "It has no place and no pixel size{points}; export it as a GeoTIFF with both.",
+                "It has no place and no pixel size{points}. Export it as a GeoTIFF with both.",
                 points=points,
             ),
             file=path,
         )
     if dataset.transform.determinant == 0:
-        raise InputError(tr("Its pixels have no area; export it again."), file=path)
+        raise InputError(tr("The pixels have no area. Export the file again."), file=path)
     if dataset.count > 1:
         said.append(f"Only the first of its {dataset.count} bands is taken for heights.")
 
@@ -143,7 +144,7 @@ def _crs_of(dataset: Any, path: Path, said: list[str]) -> tuple[str | None, floa
     if "VOM Studio view plane" in text:
         raise InputError(
             tr(
-                "These are depths behind an oblique picture, not heights; open the model "
+                "These are depths behind an oblique picture, not heights. Open the model "
                 "that it shows."
             ),
             file=path,
@@ -151,8 +152,9 @@ def _crs_of(dataset: Any, path: Path, said: list[str]) -> tuple[str | None, floa
     if dataset.crs.is_geographic:
         raise InputError(
             tr(
-                "Its pixels are in degrees, and so without a true scale; reproject it first "
-                "into a projected CRS, such as a UTM zone (gdalwarp -t_srs EPSG:326xx)."
+                "The pixels are in degrees and have no true scale. Reproject the file first "
+"into a projected coordinate reference system, such as a UTM zone (gdalwarp "
+"-t_srs EPSG:326xx)."
             ),
             file=path,
             field="CRS",

@@ -67,7 +67,8 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         MemoryError,
     ) as error:
         raise InputError(
-            tr("The E57 file is damaged or cut short and cannot be read; copy or export it again."),
+            tr("The E57 file is damaged or truncated and cannot be read. Copy or export it "
+"again."),
             file=path,
         ) from error
     return LoadedModel(drop_unsound_points(cloud, said, path), "cloud", crs, tuple(said), path)
@@ -117,7 +118,7 @@ def _read_scans(
             progress.step(min(done, total))
     n = done - n_invalid
     if n == 0:
-        raise InputError(tr("There are no valid points in it; export it again."), file=path)
+        raise InputError(tr("The file has no valid points. Export it again."), file=path)
     if n_invalid:
         said.append(f"{some(n_invalid, 'point')} left out that the file marks as invalid.")
     if done < total:

@@ -47,8 +47,8 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         # Somebody else's JSON can be wrong in more ways than can be asked for one by one.
         raise InputError(
             tr(
-                "The scene contradicts itself ({split}); export it again.",
-                split=" ".join(str(error).split())[:120],
+                "The scene contradicts itself ({error}). Export it again.",
+                error=" ".join(str(error).split())[:120],
             ),
             file=path,
         ) from error

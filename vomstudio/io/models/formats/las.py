@@ -77,8 +77,8 @@ def read(path: Path, progress: Progress) -> LoadedModel:
 def _damaged(path: Path, error: BaseException) -> InputError:
     return InputError(
         tr(
-            "The LAS/LAZ file is damaged and cannot be read ({short}); copy or export it again.",
-            short=_short(error),
+            "The LAS or LAZ file is damaged and cannot be read ({error}). Copy or export it again.",
+            error=_short(error),
         ),
         file=path,
     )
@@ -114,7 +114,8 @@ def _read_points(
     scales, offsets = np.asarray(header.scales, float), np.asarray(header.offsets, float)
     if not (np.isfinite(scales).all() and np.isfinite(offsets).all() and (scales != 0).all()):
         raise InputError(
-            tr("The scale or offset of its coordinates is no number; export it again."),
+            tr("The scale or offset of the coordinates is not a number. Export the file "
+"again."),
             file=path,
             field="LAS header",
         )
@@ -156,7 +157,7 @@ def _read_points(
             progress.step(done)
     if done == 0:
         raise InputError(
-            tr("The file holds no points that can be read; copy or export it again."), file=path
+            tr("The file holds no points that can be read. Copy or export it again."), file=path
         )
     if done < promised:
         said.append(f"The file is cut short: {done:,} of {promised:,} promised points are there.")

@@ -114,7 +114,7 @@ class _Reading:
             data[:3] = 32
         if np.any(data[:HEAD] == 0):
             raise InputError(
-                tr("This is a binary file, not a Wavefront OBJ text; check what it really is."),
+                tr("This is a binary file, not a Wavefront OBJ text. Check what it really is."),
                 file=self.path,
             )
         if not np.any(data[: min(size, HEAD)] == 10) and np.any(data[:HEAD] == 13):
@@ -164,8 +164,7 @@ class _Reading:
             if max(n_v, n_u, n_t) > MAX_ROWS:
                 raise InputError(
                     tr(
-                        "The model has more than 2147483647 vertices or faces; "
-                        "divide it into tiles."
+                        "The model has more than 2147483647 vertices or faces. Divide it into tiles."
                     ),
                     file=self.path,
                 )

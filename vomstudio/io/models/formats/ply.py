@@ -78,18 +78,20 @@ def _assemble(
     vertex = tables.get("vertex")
     if vertex is None:
         raise InputError(
-            tr("The PLY header names no 'vertex' element; export it again."), file=path
+            tr("The PLY header names no 'vertex' element. Export it again."), file=path
         )
     used: set[str] = set()
     names = {p.name.lower() for e in header.elements if e.name == "vertex" for p in e.properties}
     if not {"x", "y", "z"} <= names:
         raise InputError(
-            tr("The PLY has no x, y and z; export it again."), file=path, field="vertex"
+            tr("The PLY has no x, y and z. Export it again."), file=path, field="vertex"
         )
     if vertex.n == 0:
-        raise InputError(tr("The PLY holds no points; export it again."), file=path, field="vertex")
+        raise InputError(tr("The PLY holds no points. Export it again."), file=path, field="vertex")
     if vertex.n > MAX_ROWS:
-        raise InputError(tr("More than 2147483647 points; divide it into tiles."), file=path)
+        raise InputError(
+            tr("There are more than 2147483647 points. Divide the model into tiles."), file=path
+        )
     xyz = _take(vertex, ("x", "y", "z"), used)
     assert xyz is not None
     points = np.empty((vertex.n, 3))
@@ -187,7 +189,9 @@ def _triangles(
     have_uv = len(uv_counts) == len(counts) > 0 and uv_values > 0
     room = int(np.maximum(counts - 2, 0).sum())
     if room > MAX_ROWS:
-        raise InputError(tr("More than 2147483647 faces; divide it into tiles."), file=path)
+        raise InputError(
+            tr("There are more than 2147483647 faces. Divide the model into tiles."), file=path
+        )
     if not have_uv and len(counts) and (counts == 3).all():
         # The common case, without waiting for compiled code.
         found, out_of_range = _only_triangles(indices.reshape(-1, 3), len(vertices))

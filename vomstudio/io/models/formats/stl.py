@@ -36,7 +36,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     said: list[str] = []
     corners = _binary(data, path, said) if _is_binary(data) else _text(data, path, said)
     if len(corners) == 0:
-        raise InputError(tr("There are no triangles in it; export it again."), file=path)
+        raise InputError(tr("The file has no triangles. Export it again."), file=path)
     vertices, faces = _joined(corners)
     offset = read_offset(path)
     if offset.origin is not None:
@@ -62,13 +62,15 @@ def _binary(
     data: npt.NDArray[np.uint8], path: Path, said: list[str]
 ) -> npt.NDArray[np.float32 | np.float64]:
     if len(data) < HEADER_BYTES:
-        raise InputError(tr("This is no STL file, or it ends within its header."), file=path)
+        raise InputError(tr("This is not an STL file, or it ends within its header."), file=path)
     (promised,) = struct.unpack_from("<I", data.data, 80)
     there = (len(data) - HEADER_BYTES) // RECORD_BYTES
     count = min(promised, there)
     if count > MAX_FACES:
         raise InputError(
-            tr("More than {MAX_FACES:,} faces; divide it into tiles.", MAX_FACES=MAX_FACES),
+            tr(
+                "There are more than {limit:,} faces. Divide the model into tiles.", limit=MAX_FACES
+            ),
             file=path,
         )
     if there < promised:
@@ -92,7 +94,7 @@ def _text(
     starts = np.array([m.start() for m in _VERTEX.finditer(text)], np.int64)
     facets = np.array([m.start() for m in re.finditer(rb"(?i)\bouter\s+loop\b", text)], np.int64)
     if not len(found):
-        raise InputError(tr("There are no corners ('vertex x y z') in it."), file=path)
+        raise InputError(tr("The file has no corners ('vertex x y z')."), file=path)
     try:
         numbers = np.array(found, dtype="S32").astype(np.float64)
     except ValueError:

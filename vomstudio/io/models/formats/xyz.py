@@ -82,7 +82,10 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     """
     data = read_whole(path, progress).tobytes()
     if len(data) > LARGEST_FILE:
-        raise InputError(tr("Convert so many points to LAS or PLY first."), file=path)
+        raise InputError(
+            tr("A text table of so many points is too large. Convert it to LAS or PLY first."),
+            file=path,
+        )
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         data = data.decode("utf-16", "replace").encode()
     if b"\r" in data and b"\n" not in data:
@@ -103,10 +106,10 @@ def _layout(head: bytes, more: bool, path: Path) -> Layout:
     if more and len(lines) > 1:
         lines = lines[:-1]
     if max(map(len, lines)) > min(LONGEST_LINE, HEAD_BYTES - 1):
-        raise InputError(tr("Its lines are too long for a table of points."), file=path)
+        raise InputError(tr("The lines are too long for a table of points."), file=path)
     rows = [(n, line) for n, line in enumerate(lines) if not is_blank(line) and line[:1] != "#"]
     if not rows:
-        raise InputError(tr("There are no rows of points in it."), file=path)
+        raise InputError(tr("The file has no rows of points."), file=path)
     if len(rows) > 2 and re.fullmatch(r"\s*\d+\s*", rows[0][1]) and len(rows[1][1].split()) > 1:
         rows = rows[1:]  # the number of points, as .pts files begin
     sample = [line.replace('"', "") for _, line in rows[:SAMPLE_ROWS]]
@@ -120,7 +123,7 @@ def _layout(head: bytes, more: bool, path: Path) -> Layout:
         at, header_line = 1, rows[0][0] + 1
         if len(rows) == 1:
             raise InputError(
-                tr("There is a header and nothing below it."), file=path, line=header_line
+                tr("There is nothing below the header. A table needs rows."), file=path, line=header_line
             )
     cells = [cut(line, delimiter) for line in sample[at:]]
     width = len(cells[0])
@@ -262,7 +265,7 @@ def _numbers(data: bytes, layout: Layout, path: Path) -> Any:
     except (ValueError, OverflowError, LookupError) as error:
         read_points(path)  # says in which line, and what
         raise InputError(
-            tr("The table cannot be read ({split}).", split=" ".join(str(error).split())[:160]),
+            tr("The table cannot be read ({error}).", error=" ".join(str(error).split())[:160]),
             file=path,
         ) from error
 

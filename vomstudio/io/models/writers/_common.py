@@ -180,8 +180,8 @@ def _opened(path: Path) -> BinaryIO:
 def _unreadable(path: Path, error: OSError) -> TargetError:
     return TargetError(
         tr(
-            "its texture cannot be read ({strerror}); put it back, or open the model anew.",
-            strerror=error.strerror,
+            "The texture cannot be read ({reason}). Put it back, or open the model again.",
+            reason=error.strerror,
         ),
         file=path,
     )

@@ -47,7 +47,7 @@ def write(out: Outgoing) -> list[str]:
     if size > MAX_BYTES:
         raise TargetError(
             tr(
-                "{size:.1f} GiB are more than a GLB can hold; write PLY or OBJ, or divide it.",
+                "A GLB file cannot hold {size:.1f} GiB. Write PLY or OBJ, or divide the model.",
                 size=size / 2**30,
             ),
             file=out.path,
@@ -232,7 +232,7 @@ def _as_png(path: Any) -> bytes:
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         raise TargetError(
             tr(
-                "this texture cannot be turned into PNG ({error}); save it as JPEG or PNG.",
+                "This texture cannot be turned into PNG ({error}). Save it as JPEG or PNG.",
                 error=error,
             ),
             file=path,

@@ -29,7 +29,7 @@ def write(out: Outgoing) -> list[str]:
     if is_too_large(len(points), columns):
         raise TargetError(
             tr(
-                "{count:,} points are more than a shapefile holds; write LAZ, or a part.",
+                "A shapefile cannot hold {count:,} points. Write LAZ, or a part of them.",
                 count=len(points),
             ),
             file=out.path,
