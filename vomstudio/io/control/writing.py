@@ -53,7 +53,11 @@ def _write(
             path.unlink(missing_ok=True)
         except OSError as error:
             raise TargetError(
-                tr("The file cannot be removed ({reason}). Check its rights.", reason=error.strerror), file=path
+                tr(
+                    "The file cannot be removed ({reason}). Check its rights.",
+                    reason=error.strerror,
+                ),
+                file=path,
             ) from error
         return kept
     text = io.StringIO()

@@ -94,6 +94,7 @@ def keep_mask(place: Path, used: Flags, found: Path | None) -> tuple[Path | None
         place.unlink()
     except OSError as error:
         raise TargetError(
-            tr("The file cannot be removed ({reason}). Check its rights.", reason=error.strerror), file=place
+            tr("The file cannot be removed ({reason}). Check its rights.", reason=error.strerror),
+            file=place,
         ) from error
     return None, kept

@@ -126,7 +126,11 @@ def put_in_place(
         journal.reopen()
         remove(new)
         raise TargetError(
-            tr("The file cannot be written ({reason}). Check the drive and its rights.", reason=error.strerror), file=folder
+            tr(
+                "The file cannot be written ({reason}). Check the drive and its rights.",
+                reason=error.strerror,
+            ),
+            file=folder,
         ) from error
     taken = SqliteJournal(folder / NAME)
     session.use_journal(taken, numbers)
@@ -180,7 +184,10 @@ def _bring_back_files(folder: Path) -> None:
         aside.rmdir()
     except OSError as error:
         raise TargetError(
-            tr("The file cannot be written ({reason}). Check the drive and its rights.", reason=error.strerror),
+            tr(
+                "The file cannot be written ({reason}). Check the drive and its rights.",
+                reason=error.strerror,
+            ),
             file=folder / FOLDER,
         ) from error
 

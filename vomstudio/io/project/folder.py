@@ -73,7 +73,11 @@ class Project:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise TargetError(
-                tr("The folder cannot be created ({reason}). Choose another place.", reason=error.strerror), file=folder
+                tr(
+                    "The folder cannot be created ({reason}). Choose another place.",
+                    reason=error.strerror,
+                ),
+                file=folder,
             ) from error
         if (folder / JOURNAL).exists():
             raise TargetError(tr("There is already a project here."), file=folder)
@@ -179,7 +183,11 @@ class Project:
         except OSError as error:
             shutil.rmtree(part, ignore_errors=True)
             raise TargetError(
-                tr("The file cannot be written ({reason}). Check the drive and its rights.", reason=error.strerror), file=folder
+                tr(
+                    "The file cannot be written ({reason}). Check the drive and its rights.",
+                    reason=error.strerror,
+                ),
+                file=folder,
             ) from error
         except VomError:
             shutil.rmtree(part, ignore_errors=True)

@@ -94,7 +94,7 @@ def read_rows(path: Path) -> TextRows:
         raise InputError(
             tr(
                 "This line has {count} characters, more than any table has. Check what the "
-"file is.",
+                "file is.",
                 count=longest,
             ),
             file=path,

@@ -113,9 +113,7 @@ def drop_unsound(mesh: Mesh, said: list[str], path: Path) -> Mesh | PointCloud:
         also = f", and {some(n_faces, 'face')} with them" if n_faces else ""
         said.append(f"{some(n_bad, 'vertex')} left out whose coordinates are no numbers{also}.")
     if len(vertices) == 0:
-        raise InputError(
-            tr("No vertex has valid coordinates. Export the model again."), file=path
-        )
+        raise InputError(tr("No vertex has valid coordinates. Export the model again."), file=path)
     if len(faces) == 0:
         said.append("It has no sound faces, so it is opened as a point cloud.")
         return PointCloud(vertices, colors, None, fields)
@@ -134,9 +132,7 @@ def drop_unsound_points(cloud: PointCloud, said: list[str], path: Path) -> Point
     finite = np.logical_and.reduce(sound, axis=1)
     n_bad = int(len(finite) - np.count_nonzero(finite))
     if n_bad == len(finite):
-        raise InputError(
-            tr("No point has valid coordinates. Export the cloud again."), file=path
-        )
+        raise InputError(tr("No point has valid coordinates. Export the cloud again."), file=path)
     said.append(f"{some(n_bad, 'point')} left out whose coordinates are no numbers.")
     return PointCloud(
         cloud.points[finite],

@@ -102,7 +102,7 @@ class Document:
             raise InputError(
                 tr(
                     "The file is truncated: {count:,} of {length:,} bytes are there. Copy it "
-"again.",
+                    "again.",
                     count=len(data),
                     length=length,
                 ),
@@ -148,7 +148,8 @@ class Document:
             if name in COMPRESSED:
                 raise InputError(
                     tr(
-                        "The geometry is compressed with {method}, which this program does not read. "
+                        "The geometry is compressed with {method}, "
+                        "which this program does not read. "
                         "Export it without compression.",
                         method=COMPRESSED[name],
                     ),
@@ -234,7 +235,7 @@ class Document:
             raise InputError(
                 tr(
                     "The data are truncated: {count:,} of {length:,} bytes are there. Copy the "
-"file again.",
+                    "file again.",
                     count=len(data),
                     length=length,
                 ),

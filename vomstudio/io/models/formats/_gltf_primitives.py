@@ -57,7 +57,8 @@ def pieces_of(document: Document, said: list[str]) -> Iterator[Piece]:
             if total > MAX_VERTICES:
                 raise InputError(
                     tr(
-                        "The scene has more than {limit:,} vertices once all instances of its meshes "
+                        "The scene has more than {limit:,} vertices "
+                        "once all instances of its meshes "
                         "are placed. Divide it.",
                         limit=MAX_VERTICES,
                     ),

@@ -187,8 +187,7 @@ def read_top(path: Path) -> Top:
     numbers = np.array(struct.unpack_from("<6d", head, 131))
     if not (np.isfinite(numbers).all() and (numbers[:3] != 0).all()):
         raise InputError(
-            tr("The scale or offset of the coordinates is not a number. Export the file "
-"again."),
+            tr("The scale or offset of the coordinates is not a number. Export the file again."),
             file=path,
             field="LAS header",
         )

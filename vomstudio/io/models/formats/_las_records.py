@@ -55,8 +55,7 @@ def layout_of(top: Top, path: Path) -> Layout:
     if known is None or np.dtype(known).itemsize > top.record_bytes:
         raise InputError(
             tr(
-                "The point format {point_format} is unknown. Export the file again as LAS "
-"1.4.",
+                "The point format {point_format} is unknown. Export the file again as LAS 1.4.",
                 point_format=top.point_format,
             ),
             file=path,

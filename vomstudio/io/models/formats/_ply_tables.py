@@ -150,8 +150,7 @@ def read_text(
 
     if buffer.find(0, header.body) >= 0:
         raise InputError(
-            tr("The header says that the PLY is text, but binary data follow. Export it "
-"again."),
+            tr("The header says that the PLY is text, but binary data follow. Export it again."),
             file=path,
         )
     if buffer.find(b"\n", header.body) < 0:

@@ -62,8 +62,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
             transform = dataset.transform
     except (RasterioError, OSError, ValueError, MemoryError) as error:
         raise InputError(
-            tr("The GeoTIFF is damaged or truncated and cannot be read. Copy or export it "
-"again."),
+            tr("The GeoTIFF is damaged or truncated and cannot be read. Copy or export it again."),
             file=path,
         ) from error
     if not np.isfinite(heights).any():
@@ -102,7 +101,8 @@ def _check_is_dem(dataset: Any, path: Path, said: list[str]) -> None:
     if kind.kind not in "iuf":
         raise InputError(
             tr(
-                "The values are {kind}, which are not heights. Export the file as Float32.", kind=kind.name
+                "The values are {kind}, which are not heights. Export the file as Float32.",
+                kind=kind.name,
             ),
             file=path,
         )
@@ -114,7 +114,7 @@ def _check_is_dem(dataset: Any, path: Path, said: list[str]) -> None:
         raise InputError(
             tr(
                 "The header promises {width:,} x {height:,} pixels, which the file cannot "
-"hold. Export it again, or a part of it.",
+                "hold. Export it again, or a part of it.",
                 width=dataset.width,
                 height=dataset.height,
             ),
@@ -153,8 +153,8 @@ def _crs_of(dataset: Any, path: Path, said: list[str]) -> tuple[str | None, floa
         raise InputError(
             tr(
                 "The pixels are in degrees and have no true scale. Reproject the file first "
-"into a projected coordinate reference system, such as a UTM zone (gdalwarp "
-"-t_srs EPSG:326xx)."
+                "into a projected coordinate reference system, such as a UTM zone (gdalwarp "
+                "-t_srs EPSG:326xx)."
             ),
             file=path,
             field="CRS",

@@ -67,8 +67,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         MemoryError,
     ) as error:
         raise InputError(
-            tr("The E57 file is damaged or truncated and cannot be read. Copy or export it "
-"again."),
+            tr("The E57 file is damaged or truncated and cannot be read. Copy or export it again."),
             file=path,
         ) from error
     return LoadedModel(drop_unsound_points(cloud, said, path), "cloud", crs, tuple(said), path)

@@ -114,8 +114,7 @@ def _read_points(
     scales, offsets = np.asarray(header.scales, float), np.asarray(header.offsets, float)
     if not (np.isfinite(scales).all() and np.isfinite(offsets).all() and (scales != 0).all()):
         raise InputError(
-            tr("The scale or offset of the coordinates is not a number. Export the file "
-"again."),
+            tr("The scale or offset of the coordinates is not a number. Export the file again."),
             file=path,
             field="LAS header",
         )

@@ -164,7 +164,8 @@ class _Reading:
             if max(n_v, n_u, n_t) > MAX_ROWS:
                 raise InputError(
                     tr(
-                        "The model has more than 2147483647 vertices or faces. Divide it into tiles."
+                        "The model has more than 2147483647 vertices or faces. "
+                        "Divide it into tiles."
                     ),
                     file=self.path,
                 )

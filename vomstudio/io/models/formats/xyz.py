@@ -123,7 +123,9 @@ def _layout(head: bytes, more: bool, path: Path) -> Layout:
         at, header_line = 1, rows[0][0] + 1
         if len(rows) == 1:
             raise InputError(
-                tr("There is nothing below the header. A table needs rows."), file=path, line=header_line
+                tr("There is nothing below the header. A table needs rows."),
+                file=path,
+                line=header_line,
             )
     cells = [cut(line, delimiter) for line in sample[at:]]
     width = len(cells[0])
