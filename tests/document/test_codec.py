@@ -65,12 +65,12 @@ def test_a_placement_by_registration_is_written_as_its_id() -> None:
 @pytest.mark.parametrize(
     ("change_", "why"),
     [
-        ({"record": "dyke"}, "unknown kind 'dyke'"),
-        ({"record": None}, "unknown kind None"),
+        ({"record": "dyke"}, "unknown kind, 'dyke'"),
+        ({"record": None}, "unknown kind, None"),
         ({"record": ["trace"]}, "unknown kind"),
-        ({"colour": 1}, "a intersection has an unknown field"),
-        ({"first": 7}, "part of a record cannot be read"),
-        ({"first": {"feature": "t1"}}, "part of a record cannot be read"),
+        ({"colour": 1}, "the kind intersection has an unknown field"),
+        ({"first": 7}, "part of the record cannot be read"),
+        ({"first": {"feature": "t1"}}, "part of the record cannot be read"),
     ],
 )
 def test_what_cannot_be_read_is_named(change_: dict[str, Any], why: str) -> None:

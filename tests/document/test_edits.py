@@ -159,7 +159,7 @@ def test_readings_are_numbered_on_within_their_type_and_come_with_new_types() ->
         edits.add_readings(there, [], [dyke])
     with pytest.raises(DocumentError, match="dyke"):
         edits.add_readings(there, many)
-    with pytest.raises(DocumentError, match="feature type Dyke already"):
+    with pytest.raises(DocumentError, match="feature type Dyke exists already"):
         edits.add_readings(there, many, [dyke, replace(dyke, id="other")])
 
 
@@ -261,7 +261,7 @@ def test_a_type_needs_a_name_of_its_own_and_a_colour() -> None:
         (FeatureType("n", "Dyke", "#12345g"), "#rrggbb"),
         (FeatureType("n", "Dyke", "x#123456"), "#rrggbb"),
         (FeatureType("n", "Dyke", "#1234567"), "#rrggbb"),
-        (FeatureType("n", " bEDDing ", "#123456"), "feature type Bedding already"),
+        (FeatureType("n", " bEDDing ", "#123456"), "feature type Bedding exists already"),
     ):
         with pytest.raises(DocumentError, match=why):
             edits.add_type(there, kind)
@@ -281,7 +281,7 @@ def test_a_type_is_removed_where_nothing_is_of_it_and_another_is_left() -> None:
     edit = edits.remove_type(there, "vein")
     assert edit.label == "Remove feature type Vein"
     assert set(there) - set(done(there, edit)) == {"vein"}
-    with pytest.raises(DocumentError, match=r"^3 features are of the type Bedding"):
+    with pytest.raises(DocumentError, match=r"^3 features have the type Bedding"):
         edits.remove_type(there, "bedding")
     with pytest.raises(DocumentError, match=r"^1 feature is of the type Fault"):
         edits.remove_type(there, "fault")
@@ -324,8 +324,8 @@ def test_a_model_is_declared_located_and_removed_in_words() -> None:
         (Frame("local", unit_m=0.0), "positive number"),
         (Frame("local", unit_m=-1.0), "positive number"),
         (Frame("local", unit_m=float("nan")), "positive number"),
-        (Frame("crs", None), "needs the CRS"),
-        (Frame("crs", ""), "needs the CRS"),
+        (Frame("crs", None), "needs its code"),
+        (Frame("crs", ""), "needs its code"),
     ):
         with pytest.raises(DocumentError, match=why):
             edits.declare_frame(there, "m1", wrong)
@@ -348,7 +348,7 @@ def test_a_model_is_declared_located_and_removed_in_words() -> None:
 def test_a_registered_model_is_declared_only_when_the_registration_is_given_up() -> None:
     there = records(TRACE)
     there["m1"] = placed(MODEL, [[2, 0, 0, 1], [0, 2, 0, 2], [0, 0, 2, 3], [0, 0, 0, 1]])
-    with pytest.raises(DocumentError, match=r"registration \(turned\)"):
+    with pytest.raises(DocumentError, match=r"registration “turned”"):
         edits.declare_frame(there, "m1", Frame("local"))
     edit = edits.declare_frame(there, "m1", Frame("local"), instead_of_registration=True)
     assert edit.label == "Declare the frame of cliff, in place of its registration"

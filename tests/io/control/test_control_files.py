@@ -87,7 +87,7 @@ BOMB = (
     ("text", "said"),
     [
         (micmac(point("A", "1 2")), "line 3, Pt: holds 2 numbers; 3 are needed"),
-        (micmac(point("A", "1 2 east")), "line 3, Pt: 'east' is not a number"),
+        (micmac(point("A", "1 2 east")), "line 3, Pt: 'east' is not a number."),
         (micmac(point("A", "1 2 nan")), "'nan' is not a number."),
         (micmac(point("A", "")), "line 3, Pt: is empty"),
         (micmac(point("", "1 2 3")), "line 4, NamePt: is empty"),
@@ -201,17 +201,17 @@ def test_degrees_become_metres_of_their_utm_zone(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("EPSG:32633\n1 2 3 4 5\n", "line 2: has 5 columns"),
-        ("EPSG:32633\n1 2 x 4 5 a.jpg\n", "line 2, z: 'x' is not a number"),
-        ("EPSG:32633\n1 2 3 4 5 a.jpg p\n1 2 9 4 5 b.jpg p\n", "another place in line 2"),
-        ("EPSG:32633\n1 2 3 4 5 a.jpg p\n1 2 3 4 5 a.jpg p\n", "in line 2 already"),
+        ("EPSG:32633\n1 2 3 4 5\n", "line 2: The line has 5 columns"),
+        ("EPSG:32633\n1 2 x 4 5 a.jpg\n", "line 2, z: 'x' is not a number."),
+        ("EPSG:32633\n1 2 3 4 5 a.jpg p\n1 2 9 4 5 b.jpg p\n", "other coordinates in line 2"),
+        ("EPSG:32633\n1 2 3 4 5 a.jpg p\n1 2 3 4 5 a.jpg p\n", "already marked in a.jpg in line 2"),
         ("EPSG:32633\n", "has no points"),
         ("EPSG:999999\n1 2 3 4 5 a.jpg\n", "is unknown"),
         ("WGS84 UTM 99N\n1 2 3 4 5 a.jpg\n", "is not a UTM zone"),
         ("EPSG:2229\n1 2 3 4 5 a.jpg\n", "is not in metres"),
         ("EPSG:4326\n500 4500 3 4 5 a.jpg\n", "not at a longitude and latitude"),
         ("EPSG:4326\n-200 45 3 4 5 a.jpg p\n", "p is not at a longitude and latitude."),
-        ("EPSG:4326\n15 45 3 4 5 a.jpg\n181 45 3 4 5 a.jpg p\n", "p is at no longitude"),
+        ("EPSG:4326\n15 45 3 4 5 a.jpg\n181 45 3 4 5 a.jpg p\n", "p is not at a longitude"),
         ("EPSG:4326\n15 -95 3 4 5 a.jpg p\n", "p is not at a longitude and latitude."),
         ("+proj=rubbish +zone=2\n1 2 3 4 5 a.jpg\n", "is unknown"),
     ],
@@ -237,7 +237,7 @@ def test_a_table_may_state_its_crs_in_a_comment(tmp_path: Path) -> None:
         assert crs_of(written(tmp_path, f"{comment}\n{table}", "a.csv")) == "EPSG:32633"
     for comment in ("# measured like EPSG:32633", "# nothing", ""):
         assert crs_of(written(tmp_path, f"{comment}\n{table}", "a.csv")) is None
-    with pytest.raises(InputError, match="line 2: its projection 'EPSG:999999' is unknown"):
+    with pytest.raises(InputError, match="line 2: The projection 'EPSG:999999' is unknown"):
         crs_of(written(tmp_path, f"# levelled\n# EPSG:999999\n{table}", "a.csv"))
 
 
@@ -296,7 +296,7 @@ def test_the_crs_is_that_of_the_chunk_with_the_markers(
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ('x="1" y="2"', 'x="one" y="2"', "reference: x: 'one' is not a number"),
+        ('x="1" y="2"', 'x="one" y="2"', "reference: x: 'one' is not a number."),
         ('y="2" z="3"', 'y="2"', "reference: has no z"),
         ('label="B"', 'label="A"', "'A' is in line 5 too"),
         ("markers>", "lost>", "has no chunk with markers"),
@@ -310,7 +310,7 @@ def test_what_is_wrong_in_markers_is_named(tmp_path: Path, old: str, new: str, s
 
 def test_a_mark_in_a_camera_that_is_not_there_is_named(tmp_path: Path) -> None:
     text = METASHAPE.replace('camera_id="7"', 'camera_id="9"')
-    with pytest.raises(InputError, match="camera_id 9 is not in the file"):
+    with pytest.raises(InputError, match="camera_id 9 is not in the file."):
         read_marks(written(tmp_path, text))
 
 

@@ -260,7 +260,7 @@ def test_rules_between_rows_part_the_points_only_when_asked(table) -> None:
         (b"x,y,z\n1,2,3\n4;5;6\n", 3, "1 cell"),
         (b"a,b,c\n1,2,3\n", 1, "no column x"),
         (b"x,y\n1,2\n", 1, "no column z"),
-        (b"x,x,y,z\n1,2,3,4\n", 1, "rename"),
+        (b"x,x,y,z\n1,2,3,4\n", 1, "Rename"),
         (b"x,y,z\n1,2,3\n4,five,6\n", 3, "'five' is not a number."),
         (b"x,y,z\n1,2,0x10\n", 2, "not a number"),
         (b"x,y,z\n1,2,1_000\n", 2, "not a number"),

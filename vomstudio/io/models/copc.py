@@ -101,10 +101,10 @@ class CopcFile:
         self.top: Top = read_top(self.path)
         info = self.top.records.get(("copc", 1), b"")
         if len(info) < _INFO_BYTES or self.top.layers == 0:
-            raise self._damaged("its first record is cut short")
+            raise self._damaged(tr("the first record is truncated"))
         x, y, z, half, spacing, at, size = struct.unpack_from("<5d2Q", info)
         if not np.isfinite([x, y, z, half, spacing]).all() or half <= 0 or spacing <= 0:
-            raise self._damaged("its cube is no cube")
+            raise self._damaged(tr("the bounding cube is not valid"))
         self._low = np.array([x, y, z]) - half
         self._side, self._spacing = 2.0 * half, spacing
         self._layout: Layout = layout_of(self.top, self.path)
@@ -196,7 +196,7 @@ class CopcFile:
     def _records(self, nodes: Nodes) -> Array:
         total = int(nodes.points.sum())
         if total > self.top.points:
-            raise self._damaged("its nodes hold more points than the whole file")
+            raise self._damaged(tr("the nodes hold more points than the whole file"))
         chunks: list[bytes] = []
         for at, size, points in zip(nodes.offsets, nodes.sizes, nodes.points, strict=True):
             try:
@@ -208,11 +208,11 @@ class CopcFile:
                     file=self.path,
                 ) from error
             if len(chunk) != size or not is_sound_chunk(chunk, int(points), self.top):
-                raise self._damaged("a node of it is not what its table says")
+                raise self._damaged(tr("a node does not agree with the hierarchy"))
             chunks.append(chunk)
         found = unpack(chunks, nodes.points.tolist(), self.top, FETCHED_AT_ONCE)
         if found is None:
-            raise self._damaged("a node of it cannot be unpacked")
+            raise self._damaged(tr("a node cannot be decompressed"))
         return found.reshape(-1).view(self._layout.kind)
 
     def _load_pages(self, levels: range | None, bounds: Array | None) -> None:
@@ -227,15 +227,15 @@ class CopcFile:
 
     def _load_page(self, at: int, size: int) -> None:
         if at in self._seen or at + size > self.top.size or size % _ENTRY.itemsize:
-            raise self._damaged("its table of nodes is cut short or goes in circles")
+            raise self._damaged(tr("the hierarchy of nodes is truncated or circular"))
         self._seen.add(at)
         self._file.seek(at)
         page = np.frombuffer(self._file.read(size), _ENTRY)
         level = page["key"][:, 0]
         if len(page) * _ENTRY.itemsize != size or not ((level >= 0) & (level <= _DEEPEST)).all():
-            raise self._damaged("its table of nodes makes no sense")
+            raise self._damaged(tr("the hierarchy of nodes is not valid"))
         if (page["key"][:, 1:] < 0).any() or (page["key"][:, 1:] >> level[:, None]).any():
-            raise self._damaged("its table of nodes has nodes outside of their cube")
+            raise self._damaged(tr("the hierarchy has nodes outside of the bounding cube"))
         held = page["points"] > 0
         end = page["offset"].astype(np.float64) + page["bytes"]
         if (
@@ -243,7 +243,7 @@ class CopcFile:
             or (end[held] > self.top.size).any()
             or (page["points"][held] > MAX_CHUNK_POINTS).any()
         ):
-            raise self._damaged("its table of nodes points outside of the file")
+            raise self._damaged(tr("the hierarchy of nodes points outside of the file"))
         for key, offset, length, points in page.tolist():
             place = (int(key[0]), int(key[1]), int(key[2]), int(key[3]))
             if points == -1:

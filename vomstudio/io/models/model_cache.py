@@ -226,9 +226,9 @@ def _read_meta(folder: Path) -> dict[str, Any]:
     except OSError as error:
         raise _damaged(folder, f"{META}: {error.strerror}") from error
     except (ValueError, RecursionError) as error:
-        raise _damaged(folder, f"{META} is no JSON") from error
+        raise _damaged(folder, tr("{file} is not JSON", file=META)) from error
     if not isinstance(meta, dict) or meta.get("version") != VERSION:
-        raise _damaged(folder, "of another version")
+        raise _damaged(folder, tr("it was written by another version"))
     return meta
 
 
@@ -236,20 +236,22 @@ def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
     arrays: dict[str, npt.NDArray[Any]] = {}
     for name, promise in meta["arrays"].items():
         if not name.replace("_", "").isalnum():
-            raise _damaged(folder, "strange names")
+            raise _damaged(folder, tr("the names are not valid"))
         file = folder / f"{name}.npy"
         shape, kind = tuple(promise["shape"]), np.dtype(promise["dtype"])
         if kind.hasobject:
-            raise _damaged(folder, f"{file.name} holds objects")
+            raise _damaged(folder, tr("{file} holds Python objects", file=file.name))
         if 0 in shape:
             array = np.load(file, allow_pickle=False)
         else:
             # numpy's own check is only that the file is not too short.
             array = np.load(file, mmap_mode="r", allow_pickle=False)
         if array.shape != shape or array.dtype != kind or not array.flags.c_contiguous:
-            raise _damaged(folder, f"{file.name} is not what {META} says")
+            raise _damaged(
+                folder, tr("{file} does not agree with {index}", file=file.name, index=META)
+            )
         if file.stat().st_size - array.nbytes not in range(64, 65536):
-            raise _damaged(folder, f"{file.name} has another size")
+            raise _damaged(folder, tr("{file} has a wrong size", file=file.name))
         arrays[name] = array
     warnings = [str(w) for w in meta["warnings"]]
     fields = {str(name): arrays[f"field_{i}"] for i, name in enumerate(meta["fields"])}
@@ -266,18 +268,18 @@ def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
         colors = _checked(folder, arrays, "colors", np.uint8, 3) if "colors" in arrays else None
         order = Arrangement(*(arrays[f"order_{k}"] for k in _ORDER))
         if not order.is_sound(n):
-            raise _damaged(folder, "an order that does not fit the points")
+            raise _damaged(folder, tr("the order does not agree with the points"))
         data = PointCloud(points, colors, normals, fields, order)
     else:
-        raise _damaged(folder, "neither mesh nor cloud")
+        raise _damaged(folder, tr("it is neither mesh nor cloud"))
     per_row = [
         a for k, a in arrays.items() if k in ("colors", "uv", "normals") or k[:6] == "field_"
     ]
     if n == 0 or any(len(a) != n for a in per_row):
-        raise _damaged(folder, "arrays of different lengths")
+        raise _damaged(folder, tr("the arrays have different lengths"))
     crs = meta["crs"]
     if crs is not None and not isinstance(crs, str):
-        raise _damaged(folder, "strange reference system")
+        raise _damaged(folder, tr("the reference system is not valid"))
     return LoadedModel(
         data,
         meta["kind"],
@@ -295,7 +297,7 @@ def _checked(
 ) -> npt.NDArray[Any]:
     array = arrays[name]
     if array.ndim != 2 or array.shape[1] != width or array.dtype != kind:
-        raise _damaged(folder, f"{name}.npy has a strange shape or type")
+        raise _damaged(folder, tr("{name}.npy has a wrong shape or type", name=name))
     return array
 
 
@@ -309,7 +311,7 @@ def _mesh(
     vertices = _checked(folder, arrays, "vertices", np.float64, 3)
     faces = _checked(folder, arrays, "faces", np.int32, 3)
     if len(faces) and (int(faces.min()) < 0 or int(faces.max()) >= len(vertices)):
-        raise _damaged(folder, "faces beyond the vertices")
+        raise _damaged(folder, tr("faces refer to vertices that do not exist"))
     offsets = arrays["material_offsets"]
     materials = []
     for record in meta["materials"]:
@@ -331,7 +333,7 @@ def _mesh(
         or (materials and offsets[-1] != len(faces))
         or np.any(np.diff(offsets) < 0)
     ):
-        raise _damaged(folder, "materials that do not fit the faces")
+        raise _damaged(folder, tr("the materials do not agree with the faces"))
     uv = _checked(folder, arrays, "uv", np.float32, 2) if "uv" in arrays else None
     colors = _checked(folder, arrays, "colors", np.uint8, 3) if "colors" in arrays else None
     return Mesh(vertices, faces, tuple(materials), offsets, uv, colors, fields)

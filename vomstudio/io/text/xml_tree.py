@@ -132,10 +132,10 @@ def words(path: Path, parent: Element, tag: str) -> str:
     """What a child says. Raises InputError that names it where there is none or it is empty."""
     child = parent.child(tag)
     if child is None:
-        raise wrong(path, parent, f"has no {tag}")
+        raise wrong(path, parent, tr("The element has no {name}.", name=tag))
     text = child.text.strip()
     if not text:
-        raise wrong(path, child, "is empty")
+        raise wrong(path, child, tr("The file is empty."))
     return text
 
 
@@ -143,7 +143,7 @@ def attribute(path: Path, element: Element, name: str) -> str:
     """Raises InputError where there is none or it is empty."""
     value = element.attributes.get(name, "").strip()
     if not value:
-        raise wrong(path, element, f"has no {name}")
+        raise wrong(path, element, tr("The element has no {name}.", name=name))
     return value
 
 
@@ -155,7 +155,9 @@ def number(path: Path, element: Element, text: str, name: str = "") -> float:
         value = nan
     if not isfinite(value):
         about = f"{name}: " if name else ""
-        raise wrong(path, element, f"{about}'{text[:40]}' is not a number")
+        raise wrong(
+            path, element, tr("{about}'{text}' is not a number.", about=about, text=text[:40])
+        )
     return value
 
 
@@ -163,7 +165,11 @@ def numbers(path: Path, element: Element, text: str, count: int) -> tuple[float,
     """So many finite numbers with blanks between them. Raises InputError that names the element."""
     found = tuple(number(path, element, word) for word in text.split())
     if len(found) != count:
-        raise wrong(path, element, f"holds {len(found)} numbers; {count} are needed")
+        raise wrong(
+            path,
+            element,
+            tr("There are {found} numbers; {count} are needed.", found=len(found), count=count),
+        )
     return found
 
 

@@ -130,7 +130,7 @@ def _number(path: Path, element: Element, name: str) -> float:
 def _known(path: Path, element: Element, name: str, known: dict[str, str]) -> str:
     key = attribute(path, element, name)
     if key not in known:
-        raise wrong(path, element, f"{name} {key} is not in the file")
+        raise wrong(path, element, tr("{name} {key} is not in the file.", name=name, key=key))
     return known[key]
 
 

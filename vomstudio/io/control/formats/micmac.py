@@ -17,6 +17,7 @@ from vomstudio.io.text.xml_tree import (
     words,
     wrong,
 )
+from vomstudio.words import tr
 
 POINTS, MARKS = "DicoAppuisFlottant", "SetOfMesureAppuisFlottants"
 _POINT, _PHOTO, _MARK = "OneAppuisDAF", "MesureAppuiFlottant1Im", "OneMesureAF1I"
@@ -59,7 +60,7 @@ def _sigma(path: Path, point: Element) -> float | None:
     if stated == _UNSTATED:
         return None
     if min(stated) <= 0:
-        raise wrong(path, element, "is the error of a point and must be positive")
+        raise wrong(path, element, tr("The accuracy of a point must be positive."))
     return float((sum(value * value for value in stated) / 3) ** 0.5)
 
 

@@ -37,22 +37,31 @@ def points_of(path: Path) -> list[ControlPoint]:
         sigmas = list(table.numbers([column])[:, 0])
         for row, sigma in enumerate(sigmas):
             if sigma <= 0:
-                raise _at(table, row, column, "is the error of a point and must be positive")
+                raise _at(table, row, column, tr("The accuracy of a point must be positive."))
     uses = [""] * len(table)
     if table.has("use"):
         column = table.find("use")
         uses = [cell.casefold() for cell in table.cells(column)]
         for row, use in enumerate(uses):
             if use not in _CONTROL | _CHECK:
-                raise _at(table, row, column, f"'{use}' is neither control nor check")
+                raise _at(table, row, column, tr("'{use}' is neither control nor check.", use=use))
     points = []
     seen: dict[str, int] = {}
     for row, name in enumerate(table.labels(label)):
         if not name:
-            raise _at(table, row, label, "is empty; every point needs a label")
+            raise _at(table, row, label, tr("The label is empty. Every point needs one."))
         if name in seen:
             first = int(table.line_numbers[seen[name]])
-            raise _at(table, row, label, f"'{name}' is in line {first} too; give each its own")
+            raise _at(
+                table,
+                row,
+                label,
+                tr(
+                    "The label '{name}' is also in line {line}. Give each point its own label.",
+                    name=name,
+                    line=first,
+                ),
+            )
         seen[name] = row
         place = (float(positions[row, 0]), float(positions[row, 1]), float(positions[row, 2]))
         known = None if np.isnan(sigmas[row]) else float(sigmas[row])
@@ -80,7 +89,16 @@ def marks_of(path: Path) -> list[Mark]:
         first = seen.setdefault((mark.label, mark.photo), row)
         if first != row:
             line = int(table.line_numbers[first])
-            raise _at(table, row, label, f"is marked in {mark.photo} in line {line} already")
+            raise _at(
+                table,
+                row,
+                label,
+                tr(
+                    "The point is already marked in {photo} in line {line}.",
+                    photo=mark.photo,
+                    line=line,
+                ),
+            )
     return marks
 
 
@@ -121,7 +139,12 @@ def _columns(table: TextTable, *names: str) -> list[int]:
 def _require_finite(table: TextTable, values: np.ndarray, columns: tuple[int, ...]) -> None:
     bad = np.argwhere(~np.isfinite(values))
     if len(bad):
-        raise _at(table, int(bad[0, 0]), columns[int(bad[0, 1])], "is missing or not a number")
+        raise _at(
+            table,
+            int(bad[0, 0]),
+            columns[int(bad[0, 1])],
+            tr("The value is missing or not a number."),
+        )
 
 
 def _at(table: TextTable, row: int, column: int, message: str) -> InputError:

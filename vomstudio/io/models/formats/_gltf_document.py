@@ -94,10 +94,12 @@ class Document:
 
     def _split(self, data: Array) -> bytes:
         if len(data) < 20:
-            raise self.wrong("The file ends within its header")
+            raise self.wrong(tr("The file ends within its header"))
         version, length = struct.unpack_from("<II", data.data, 4)
         if version != 2:
-            raise self.wrong(f"This is glTF version {version}, and version 2 is read here")
+            raise self.wrong(
+                tr("This is glTF version {version}; this program reads version 2", version=version)
+            )
         if length > len(data):
             raise InputError(
                 tr(
@@ -113,7 +115,9 @@ class Document:
             size, kind = struct.unpack_from("<II", data.data, at)
             at += 8
             if size > length - at:
-                raise self.wrong("A part of the file is longer than the file", f"byte {at - 8}")
+                raise self.wrong(
+                    tr("A part of the file is longer than the file"), tr("byte {at}", at=at - 8)
+                )
             if kind == JSON_CHUNK and not text:
                 text = data[at : at + size].tobytes()
             elif kind == BINARY_CHUNK and self._binary is None:
@@ -123,11 +127,11 @@ class Document:
 
     def _parsed(self, text: bytes) -> dict[str, Any]:
         if len(text) > MAX_JSON_BYTES:
-            raise self.wrong("Its JSON is larger than any scene's")
+            raise self.wrong(tr("The JSON part is too large"))
         try:
             found = json.loads(text.decode("utf-8-sig"))
         except UnicodeDecodeError:
-            raise self.wrong("Its JSON is not UTF-8") from None
+            raise self.wrong(tr("The JSON part is not in UTF-8")) from None
         except (ValueError, RecursionError) as error:
             said = str(error).split(": line")[0][:80]
             raise InputError(
@@ -136,13 +140,13 @@ class Document:
                 line=getattr(error, "lineno", None),
             ) from None
         if not isinstance(found, dict):
-            raise self.wrong("Its JSON is no scene")
+            raise self.wrong(tr("The JSON part holds no scene"))
         return found
 
     def _check_version(self) -> None:
         version = self.section("asset").get("version")
         if not isinstance(version, str) or not version.startswith("2"):
-            raise self.wrong("It does not say that it is glTF version 2", "asset.version")
+            raise self.wrong(tr("The version 2 of glTF is not stated"), "asset.version")
         required = self.json.get("extensionsRequired")
         for name in required if isinstance(required, list) else ():
             if name in COMPRESSED:
@@ -175,25 +179,25 @@ class Document:
     def item(self, kind: str, index: object) -> dict[str, Any]:
         """Entry `index` of the list `kind`. Raises InputError."""
         if isinstance(index, bool) or not isinstance(index, int):
-            raise self.wrong(f"'{index}' is no index", kind)
+            raise self.wrong(tr("'{index}' is not an index", index=index), kind)
         if not 0 <= index < self.count(kind):
-            raise self.wrong(f"There is no entry {index} in it", kind)
+            raise self.wrong(tr("There is no entry {index}", index=index), kind)
         found = self.json[kind][index]
         if not isinstance(found, dict):
-            raise self.wrong("It is not what it should be", f"{kind}[{index}]")
+            raise self.wrong(tr("It has the wrong type"), f"{kind}[{index}]")
         return found
 
     def whole(self, of: dict[str, Any], key: str, default: int, field: str) -> int:
         """A count or offset. Raises InputError where it is no whole number from 0."""
         value = of.get(key, default)
         if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**62:
-            raise self.wrong(f"'{key}' is no whole number", field)
+            raise self.wrong(tr("'{key}' is not a whole number", key=key), field)
         return value
 
     def uri_bytes(self, uri: object, field: str) -> bytes | Path:
         """The bytes of a data URI, or the path of the file beside that it names."""
         if not isinstance(uri, str):
-            raise self.wrong("'uri' is no text", field)
+            raise self.wrong(tr("'uri' is not a text"), field)
         if uri.startswith("data:"):
             head, _, body = uri.partition(",")
             try:
@@ -201,7 +205,7 @@ class Document:
                     return base64.b64decode(unquote_to_bytes(body), validate=True)
                 return unquote_to_bytes(body)
             except (binascii.Error, ValueError):
-                raise self.wrong("Its embedded data is damaged", field) from None
+                raise self.wrong(tr("The embedded data are damaged"), field) from None
         name = unquote_to_bytes(uri).decode("utf-8", "replace")
         found, problem = find_beside(self.path.parent, name)
         if found is None:
@@ -229,7 +233,7 @@ class Document:
         elif index == 0 and self._binary is not None:
             data = self._binary
         else:
-            raise self.wrong("Its data is not there", field)
+            raise self.wrong(tr("The data are missing"), field)
         length = self.whole(buffer, "byteLength", len(data), field)
         if length > len(data):
             raise InputError(
@@ -250,12 +254,12 @@ class Document:
         view = self.item("bufferViews", index)
         field = f"bufferViews[{index}]"
         if any(name in self.section("extensions", view) for name in COMPRESSED):
-            raise self.wrong("Its data is compressed", field)
+            raise self.wrong(tr("The data are compressed"), field)
         data = self._buffer(view.get("buffer"))
         start = self.whole(view, "byteOffset", 0, field)
         length = self.whole(view, "byteLength", 0, field)
         if start + length > len(data):
-            raise self.wrong("It reaches beyond its buffer", field)
+            raise self.wrong(tr("It reaches beyond its buffer"), field)
         return data[start : start + length], self.whole(view, "byteStride", 0, field)
 
     def accessor(self, index: object, *widths: int) -> Array:
@@ -266,9 +270,11 @@ class Document:
         kind = accessor.get("componentType")
         width = WIDTHS.get(str(accessor.get("type")))
         if not isinstance(kind, int) or kind not in COMPONENTS or width is None:
-            raise self.wrong("Its type is unknown", field)
+            raise self.wrong(tr("The type is unknown"), field)
         if width not in widths:
-            raise self.wrong(f"It has {width} values a row where others are wanted", field)
+            raise self.wrong(
+                tr("The number of {width} values per row is wrong", width=width), field
+            )
         dtype = np.dtype(COMPONENTS[kind])
         count = self.whole(accessor, "count", 0, field)
         sparse = accessor.get("sparse")
@@ -277,7 +283,7 @@ class Document:
         elif isinstance(sparse, dict) and count <= MAX_UNBACKED:
             values = np.zeros((count, width), dtype)
         else:
-            raise self.wrong("It has no data", field)
+            raise self.wrong(tr("It has no data"), field)
         if isinstance(sparse, dict):
             values = self._with_sparse(values, sparse, field)
         if accessor.get("normalized") is True and dtype.kind in "iu":
@@ -299,7 +305,7 @@ class Document:
         row = dtype.itemsize * width
         stride = stride or row
         if stride < row or (count and start + stride * (count - 1) + row > len(data)):
-            raise self.wrong("It reaches beyond its data", field)
+            raise self.wrong(tr("It reaches beyond its data"), field)
         if count == 0:
             return np.empty((0, width), dtype)
         return np.ndarray((count, width), dtype, data, start, (stride, dtype.itemsize))
@@ -309,11 +315,11 @@ class Document:
         where, what = self.section("indices", sparse), self.section("values", sparse)
         kind = COMPONENTS.get(where.get("componentType", 0), "")
         if "u" not in kind:
-            raise self.wrong("Its indices have an unknown type", f"{field}.sparse")
+            raise self.wrong(tr("The indices have an unknown type"), f"{field}.sparse")
         rows = self._typed(where, where.get("bufferView"), np.dtype(kind), count, 1, field)[:, 0]
         new = self._typed(what, what.get("bufferView"), values.dtype, count, values.shape[1], field)
         if len(rows) and int(rows.max()) >= len(values):
-            raise self.wrong("It names rows that are not there", f"{field}.sparse")
+            raise self.wrong(tr("It refers to rows that do not exist"), f"{field}.sparse")
         values = values.copy()
         values[rows] = new
         return values
@@ -327,4 +333,4 @@ def numbers(document: Document, values: object, n: int, place: str) -> npt.NDArr
             found = np.full(n, np.nan)
         if found.shape == (n,) and np.isfinite(found).all():
             return found
-    raise document.wrong(f"{n} numbers are wanted in it", place)
+    raise document.wrong(tr("It must have {count} numbers", count=n), place)

@@ -94,7 +94,7 @@ def _placed_meshes(document: Document, said: list[str]) -> Iterator[tuple[object
         below = {c for i in range(n) for c in _children(document, i) if isinstance(c, int)}
         roots = [i for i in range(n) if i not in below]
     if not isinstance(roots, list):
-        raise document.wrong("'nodes' is no list", "scenes")
+        raise document.wrong(tr("'nodes' is not a list"), "scenes")
     seen: set[int] = set()
     waiting: list[tuple[object, Array]] = [(node, np.eye(4)) for node in reversed(roots)]
     while waiting:
@@ -102,7 +102,7 @@ def _placed_meshes(document: Document, said: list[str]) -> Iterator[tuple[object
         node = document.item("nodes", index)
         assert isinstance(index, int)
         if index in seen:
-            raise document.wrong("A node stands in two places or within itself", f"nodes[{index}]")
+            raise document.wrong(tr("A node has two parents or contains itself"), f"nodes[{index}]")
         seen.add(index)
         matrix = above @ _local_matrix(document, node, index)
         if "skin" in node:
@@ -126,7 +126,7 @@ def _local_matrix(document: Document, node: dict[str, Any], index: int) -> Array
         x, y, z, w = numbers(document, node["rotation"], 4, place)
         length = np.sqrt(x * x + y * y + z * z + w * w)
         if not length > 0:
-            raise document.wrong("Its rotation is none", place)
+            raise document.wrong(tr("The rotation is not valid"), place)
         x, y, z, w = np.array([x, y, z, w]) / length
         matrix[:3, :3] = [
             [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
@@ -174,7 +174,10 @@ def _piece(
             return None
         found = document.accessor(attributes[name], *widths)
         if len(found) != n:
-            raise document.wrong(f"It has {len(found):,} rows for {n:,} vertices", name)
+            raise document.wrong(
+                tr("It has {count:,} rows for {vertices:,} vertices", count=len(found), vertices=n),
+                name,
+            )
         return np.asarray(found[rows])
 
     texture = color_map(document, material)
@@ -206,7 +209,7 @@ def _faces(
     if "indices" in primitive:
         raw = document.accessor(primitive["indices"], 1)[:, 0]
         if raw.dtype.kind != "u":
-            raise document.wrong("Its indices are no whole numbers", "primitives")
+            raise document.wrong(tr("The indices are not whole numbers"), "primitives")
         corners = raw.astype(np.int64)
     else:
         corners = np.arange(n)
@@ -223,7 +226,7 @@ def _faces(
             faces = np.stack([corners[:-2], second, third], axis=1)
             faces[1::2] = faces[1::2, ::-1]
     else:
-        raise document.wrong(f"'{mode}' is no kind of primitive", "primitives")
+        raise document.wrong(tr("'{mode}' is not a kind of primitive", mode=mode), "primitives")
     sound: Array = np.asarray((faces < n).all(axis=1))
     if not sound.all():
         bad = int(len(sound) - np.count_nonzero(sound))

@@ -76,7 +76,7 @@ def read_header(top: bytes, path: Path) -> Header:
     while True:
         ends = [e for e in (top.find(b"\n", at), top.find(b"\r", at)) if e >= 0]
         if not ends:
-            raise wrong("The PLY header has no 'end_header'")
+            raise wrong(tr("The PLY header has no 'end_header'"))
         end = min(ends)
         line = decode(top[at:end])
         at = end + (2 if top[end : end + 2] == b"\r\n" else 1)
@@ -91,32 +91,41 @@ def read_header(top: bytes, path: Path) -> Header:
                 textures.append(line.split(None, 2)[2].strip())
         elif words[0] == "format":
             if len(words) < 2 or words[1] not in FORMATS:
-                raise wrong(f"The PLY format '{' '.join(words[1:])}' is not known")
+                raise wrong(tr("The PLY format '{format}' is unknown", format=" ".join(words[1:])))
             order = FORMATS[words[1]]
         elif words[0] == "element":
             if len(words) != 3 or not words[2].isdecimal() or len(words[2]) > 18:
-                raise wrong(f"'{line.strip()}' names no element and count")
+                raise wrong(
+                    tr("'{line}' does not name an element and its count", line=line.strip())
+                )
             elements.append((words[1], int(words[2]), []))
         elif words[0] == "property":
             if not elements:
-                raise wrong("A property stands before the first element")
+                raise wrong(tr("A property stands before the first element"))
             is_list = words[1:2] == ["list"]
             kinds = words[2:4] if is_list else words[1:2]
             if len(words) != (5 if is_list else 3) or any(k not in TYPES for k in kinds):
-                raise wrong(f"'{line.strip()}' is no property of a known type")
+                raise wrong(tr("'{line}' is not a property of a known type", line=line.strip()))
             if is_list:
                 if TYPES[kinds[0]][0] == "f":
-                    raise wrong(f"'{line.strip()}' counts a list in broken numbers")
+                    raise wrong(
+                        tr(
+                            "'{line}' counts a list in numbers that are not whole",
+                            line=line.strip(),
+                        )
+                    )
                 new = Property(words[4], TYPES[kinds[1]], TYPES[kinds[0]])
             else:
                 new = Property(words[2], TYPES[kinds[0]])
             known = (len(elements), new.name)
             if known in names:
-                raise wrong(f"The property '{new.name}' stands twice in one element")
+                raise wrong(tr("An element has the property '{property}' twice", property=new.name))
             names.add(known)
             elements[-1][2].append(new)
         else:
-            raise wrong(f"The PLY header line '{line.strip()[:60]}' is not understood")
+            raise wrong(
+                tr("The line '{line}' of the PLY header is unknown", line=line.strip()[:60])
+            )
     if order is None:
         raise InputError(tr("The PLY header names no format. Export it again."), file=path)
     return Header(

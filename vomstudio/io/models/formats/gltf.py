@@ -61,7 +61,7 @@ def _read(document: Document) -> LoadedModel:
     pieces = list(pieces_of(document, said))
     solid = [p for p in pieces if p.faces is not None]
     if not pieces:
-        raise document.wrong("There are no triangles and no points in its scene")
+        raise document.wrong(tr("The scene has no triangles and no points"))
     if solid and len(solid) < len(pieces):
         said.append("It has loose points beside its triangles; they are left out.")
     origin, crs, declared = _origin(document, said)
