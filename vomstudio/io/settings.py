@@ -88,7 +88,14 @@ def read_settings(path: Path | None = None) -> tuple[Settings, list[str]]:
                 raise TypeError(f"{type(default).__name__} expected")
             setattr(settings, known.name, value)
         except (TypeError, ValueError, AttributeError) as error:
-            problems.append(f"{path}: {known.name}: {error}; the default is used")
+            problems.append(
+                tr(
+                    "{path}: {known}: {error}; the default is used",
+                    path=path,
+                    known=known.name,
+                    error=error,
+                )
+            )
     return settings, problems
 
 

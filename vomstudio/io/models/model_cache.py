@@ -318,7 +318,11 @@ def _mesh(
         texture = None if record["texture"] is None else Path(record["texture"])
         if texture is not None and not texture.is_file():
             warnings.append(
-                f"Texture of material '{record['name']}': '{texture.name}' was not found."
+                tr(
+                    "Texture of material '{name}': '{texture}' was not found.",
+                    name=record["name"],
+                    texture=texture.name,
+                )
             )
             texture = None
         diffuse = record["diffuse"]

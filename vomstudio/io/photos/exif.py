@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
+from vomstudio.words import tr
+
 if TYPE_CHECKING:
     from PIL import Image
 
@@ -68,7 +70,12 @@ def read_exif(image: Image.Image) -> Exif:
             groups[1] = dict(exif.get_ifd(_EXIF_IFD))
             groups[2] = dict(exif.get_ifd(_GPS_IFD))
         except Exception as error:  # noqa: BLE001 - Pillow's parser raises whatever it meets
-            problems.append(f"its EXIF is damaged ({type(error).__name__}) and was read in part")
+            problems.append(
+                tr(
+                    "its EXIF is damaged ({name__}) and was read in part",
+                    name__=type(error).__name__,
+                )
+            )
     return from_tags(groups[0], groups[1], groups[2], problems)
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from vomstudio.errors import InputError
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.text.tables import TextTable, lines_in_words, plain
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 ALIASES: dict[str, set[str]] = {
     "dip direction": {"dipdirection", "dipdir", "dipdirn", "ddir", "dd", "ddr", "azimuthofdip"}
@@ -121,8 +121,13 @@ class Columns:
     def say_wrapped(self, column: int, where: list[int]) -> None:
         if where:
             self.warnings.append(
-                f"{len(where)} azimuth{'s' if len(where) > 1 else ''} outside 0 to 360 in "
-                f"{self.named(column)} taken modulo 360: {lines_in_words(where)}"
+                tr_n(
+                    "{count} azimuth outside 0 to 360 in {column} taken modulo 360: {lines}",
+                    "{count} azimuths outside 0 to 360 in {column} taken modulo 360: {lines}",
+                    len(where),
+                    column=self.named(column),
+                    lines=lines_in_words(where),
+                )
             )
 
     def inclinations(self, column: int, lowest: float) -> NDArray[np.float64]:
@@ -136,16 +141,21 @@ class Columns:
     def _outside(
         self, row: int, column: int, values: NDArray[np.float64], wanted: str
     ) -> InputError:
-        hint = ""
         if wanted == "0 to 90":
-            hint = " (are the columns in another order? an overturned bed is a flag, not a dip)"
-        return InputError(
-            tr(
-                "{value:g} is outside {wanted} degrees. Correct it{hint}.",
+            said = tr(
+                "{value:g} is outside {range} degrees. Correct it. Are the columns in another "
+                "order? An overturned bed is a flag, not a dip.",
                 value=values[row],
-                wanted=wanted,
-                hint=hint,
-            ),
+                range=wanted,
+            )
+        else:
+            said = tr(
+                "{value:g} is outside {range} degrees. Correct it.",
+                value=values[row],
+                range=wanted,
+            )
+        return InputError(
+            said,
             file=self.table.path,
             line=int(self.table.line_numbers[row]),
             field=self.table.label(column),

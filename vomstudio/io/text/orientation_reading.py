@@ -27,7 +27,7 @@ from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.text.orientation_columns import Columns
 from vomstudio.io.text.rows import shortened
 from vomstudio.io.text.tables import TextTable, lines_in_words, plain, read_table
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 Azimuth = Literal["strike", "dipdir"]
 
@@ -121,8 +121,12 @@ class _Reading:
         dropped = tuple(int(n) for n in table.line_numbers[geometry == _NEITHER])
         if dropped:
             self.warnings.append(
-                f"{len(dropped)} row{'s' if len(dropped) > 1 else ''} without angles dropped: "
-                f"{lines_in_words(dropped)}"
+                tr_n(
+                    "{count} row without angles dropped: {lines}",
+                    "{count} rows without angles dropped: {lines}",
+                    len(dropped),
+                    lines=lines_in_words(dropped),
+                )
             )
         if not len(kept):
             raise InputError(
@@ -215,8 +219,11 @@ class _Reading:
             return named[0]
         if winds:
             self.warnings.append(
-                f"{self.columns.named(*winds)}: compass points that were not used; call the column "
-                "'quadrant' if the planes dip to them"
+                tr(
+                    "{named}: compass points that were not used; call the column 'quadrant' if "
+                    "the planes dip to them",
+                    named=self.columns.named(*winds),
+                )
             )
         return None
 
@@ -338,9 +345,15 @@ class _Reading:
         if len(off):
             where = [int(n) for n in self.table.line_numbers[off]]
             self.warnings.append(
-                f"{self.columns.named(strike)} is not dip direction - 90 in {len(off)} "
-                f"row{'s' if len(off) > 1 else ''} ({lines_in_words(where)}); the dip direction "
-                "was taken"
+                tr_n(
+                    "{column} is not dip direction - 90 in {count} row ({lines}); "
+                    "the dip direction was taken",
+                    "{column} is not dip direction - 90 in {count} rows ({lines}); "
+                    "the dip direction was taken",
+                    len(off),
+                    column=self.columns.named(strike),
+                    lines=lines_in_words(where),
+                )
             )
 
     # -- lines -----------------------------------------------------------------------------------
@@ -379,8 +392,11 @@ class _Reading:
         if column is None:
             if both := int(np.count_nonzero(has_plane & has_line)):
                 self.warnings.append(
-                    f"{both} rows have a plane and a line; they were taken as planes: add a "
-                    "column 'geometry' (plane or line) to choose"
+                    tr(
+                        "{both} rows have a plane and a line; they were taken as planes: add a "
+                        "column 'geometry' (plane or line) to choose",
+                        both=both,
+                    )
                 )
             return result
         for i, cell in enumerate(self.table.cells(column)):

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vomstudio.errors import InputError
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 LARGEST_FILE = 4 << 30
 LONGEST_LINE = 1_000_000
@@ -102,8 +102,12 @@ def read_rows(path: Path) -> TextRows:
         )
     data, numbers, comments, separators = _without_comments(lines)
     if not data:
-        what = "only comments" if comments else "only empty lines"
-        raise InputError(tr("There are {what} in it. A table needs rows.", what=what), file=path)
+        said = (
+            tr("The file has only comments. A table needs rows.")
+            if comments
+            else tr("The file has only empty lines. A table needs rows.")
+        )
+        raise InputError(said, file=path)
     delimiter = sniff(data[:_SAMPLE])
     _refuse_decimal_commas_between_spaces(path, data, numbers, delimiter)
     rows: list[list[str]] | None = None
@@ -407,15 +411,20 @@ def _checked_widths(
             continue
         if len(cells) < width or any(cells[width:]):
             found = len(_trimmed(cells)) if len(cells) > width else len(cells)
-            wanted = f"the header names {width}" if headed else f"the other rows have {width}"
+            wanted = (
+                tr("the header names {count}", count=width)
+                if headed
+                else tr("the other rows have {count}", count=width)
+            )
             raise InputError(
-                tr(
-                    "this row has {found} cell{value} where {wanted} (delimiter: "
-                    "{DELIMITER_NAMES}); complete or remove it.",
-                    found=found,
-                    value="" if found == 1 else "s",
+                tr_n(
+                    "This row has {count} cell where {wanted} (delimiter: {delimiter}). "
+                    "Complete or remove it.",
+                    "This row has {count} cells where {wanted} (delimiter: {delimiter}). "
+                    "Complete or remove it.",
+                    found,
                     wanted=wanted,
-                    DELIMITER_NAMES=_DELIMITER_NAMES[delimiter],
+                    delimiter=_DELIMITER_NAMES[delimiter],
                 ),
                 file=path,
                 line=number,

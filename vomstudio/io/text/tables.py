@@ -31,7 +31,7 @@ from vomstudio.io.text.rows import (
     read_rows,
     shortened,
 )
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 FARTHEST_M = 1e12
 
@@ -135,14 +135,15 @@ class TextTable:
         return values
 
     def _not_a_number(self, row: int, column: int, cell: str) -> InputError:
-        hint = "correct or remove the row"
+        said = tr("'{cell}' is not a number. Correct or remove the row.", cell=shortened(cell))
         if is_comma_number(cell):
-            hint = (
-                "a decimal comma is understood only where the delimiter is a semicolon or a tab; "
-                "use points, or another delimiter"
+            said = tr(
+                "'{cell}' is not a number: a decimal comma is understood only where the "
+                "delimiter is a semicolon or a tab. Use points, or another delimiter.",
+                cell=shortened(cell),
             )
         return InputError(
-            tr("'{cell}' is not a number; {hint}.", cell=shortened(cell), hint=hint),
+            said,
             file=self.path,
             line=int(self.line_numbers[row]),
             field=self.label(column),
@@ -270,8 +271,12 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
     warnings = list(table.notes)
     if dropped:
         warnings.append(
-            f"{len(dropped)} row{'s' if len(dropped) > 1 else ''} without finite coordinates "
-            f"dropped: {lines_in_words(dropped)}"
+            tr_n(
+                "{count} row without finite coordinates dropped: {lines}",
+                "{count} rows without finite coordinates dropped: {lines}",
+                len(dropped),
+                lines=lines_in_words(dropped),
+            )
         )
     if not keep.any():
         raise InputError(
@@ -295,8 +300,13 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
             keep[nameless] = False
             where = [int(n) for n in table.line_numbers[nameless]]
             warnings.append(
-                f"{len(where)} point{'s' if len(where) > 1 else ''} with nothing in column "
-                f"'{by}' left out: {lines_in_words(where)}"
+                tr_n(
+                    "{count} point with nothing in column '{column}' left out: {lines}",
+                    "{count} points with nothing in column '{column}' left out: {lines}",
+                    len(where),
+                    column=by,
+                    lines=lines_in_words(where),
+                )
             )
             if not keep.any():
                 raise InputError(
@@ -407,8 +417,11 @@ def _signs_of_groups(table: TextTable, taken: list[int]) -> list[str]:
     warnings = []
     if table.separators and len(parts := set(_segments(table))) > 1:
         warnings.append(
-            f"lines such as '---' part the rows into {len(parts)}; all points were taken together "
-            "as one plane: use --by segment to fit each part"
+            tr(
+                "lines such as '---' divide the rows into {count} parts; all points were taken "
+                "together as one plane: use --by segment to fit each part",
+                count=len(parts),
+            )
         )
     for column in range(table.width):
         named = table.names is not None and plain(table.names[column]) in _GROUPS
@@ -423,8 +436,13 @@ def _signs_of_groups(table: TextTable, taken: list[int]) -> list[str]:
         if named or (_runs(cells) and min(values.values()) > 1):
             how = table.names[column] if table.names else str(column + 1)
             warnings.append(
-                f"column '{table.label(column)}' has {len(values)} different values and looks like "
-                f"groups; all points were taken together as one plane: use --by {how} to fit each"
+                tr(
+                    "column '{column}' has {count} different values and looks like groups; "
+                    "all points were taken together as one plane: use --by {by} to fit each",
+                    column=table.label(column),
+                    count=len(values),
+                    by=how,
+                )
             )
     return warnings
 
