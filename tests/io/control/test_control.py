@@ -52,12 +52,12 @@ def test_marks_are_read(tmp_path: Path) -> None:
     [
         ("label,x,y\nA,1,2\n", "no column 'z'"),
         ("1,2,3,4\n5,6,7,8\n", "has no header"),
-        ("label,x,y,z\nA,1,2,\n", "line 2, z: is missing"),
+        ("label,x,y,z\nA,1,2,\n", "line 2, z: The value is missing"),
         ("label,x,y,z\nA,1,2,high\n", "'high' is not a number."),
-        ("label,x,y,z\nA,1,2,3\nA,1,2,4\n", "line 3, label: 'A' is in line 2 too"),
+        ("label,x,y,z\nA,1,2,3\nA,1,2,4\n", "line 3, label: The label 'A' is also in line 2"),
         ("label,x,y,z,sigma\nA,1,2,3,0\n", "must be positive"),
         ("label,x,y,z,use\nA,1,2,3,maybe\n", "neither control nor check"),
-        ("label,x,y,z\n,1,2,3\n", "needs a label"),
+        ("label,x,y,z\n,1,2,3\n", "needs one"),
     ],
 )
 def test_what_is_wrong_in_a_table_is_named_with_its_place(
@@ -71,7 +71,7 @@ def test_what_is_wrong_in_a_table_is_named_with_its_place(
 
 def test_a_point_marked_twice_in_a_photo_is_refused(tmp_path: Path) -> None:
     path = written(tmp_path, "label,photo,x,y\nA,a.jpg,1,2\nA,b.jpg,1,2\nA,a.jpg,3,4\n")
-    with pytest.raises(InputError, match=r"marked in a\.jpg in line 2 already"):
+    with pytest.raises(InputError, match=r"already marked in a\.jpg in line 2"):
         read_marks(path)
 
 

@@ -86,14 +86,14 @@ BOMB = (
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (micmac(point("A", "1 2")), "line 3, Pt: holds 2 numbers; 3 are needed"),
+        (micmac(point("A", "1 2")), "line 3, Pt: There are 2 numbers; 3 are needed"),
         (micmac(point("A", "1 2 east")), "line 3, Pt: 'east' is not a number."),
         (micmac(point("A", "1 2 nan")), "'nan' is not a number."),
-        (micmac(point("A", "")), "line 3, Pt: is empty"),
-        (micmac(point("", "1 2 3")), "line 4, NamePt: is empty"),
-        (micmac("\n<OneAppuisDAF><NamePt>A</NamePt></OneAppuisDAF>"), "OneAppuisDAF: has no Pt"),
+        (micmac(point("A", "")), "line 3, Pt: The element is empty"),
+        (micmac(point("", "1 2 3")), "line 4, NamePt: The element is empty"),
+        (micmac("\n<OneAppuisDAF><NamePt>A</NamePt></OneAppuisDAF>"), "OneAppuisDAF: The element has no Pt"),
         (micmac(point("A", "1 2 3"), point("A", "1 2 4")), "'A' is in line 3 too"),
-        (micmac(point("A", "1 2 3", "0.1 -1 0.1")), "Incertitude: is the error of a point"),
+        (micmac(point("A", "1 2 3", "0.1 -1 0.1")), "Incertitude: The accuracy of a point"),
         (micmac(), "has no ground point"),
         (micmac(point("A", "1 2 3"))[:-30], "is not well-formed XML"),
         (marked(mark("A", "1 2")), "name it as the marks"),
@@ -117,9 +117,9 @@ def test_what_is_wrong_in_xml_is_named_with_its_line_and_element(
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (marked(mark("A", "1")), "PtIm: holds 1 numbers; 2 are needed"),
+        (marked(mark("A", "1")), "PtIm: There is 1 number; 2 are needed"),
         (marked(mark("A", "1 2"), mark("A", "1 2")), "'A' is already marked in a.jpg in line 3."),
-        (marked(mark("A", "1 2"), photo=""), "NameIm: is empty"),
+        (marked(mark("A", "1 2"), photo=""), "NameIm: The element is empty"),
         (marked(), "has no mark"),
         (micmac(point("A", "1 2 3")), "name it as the control"),
     ],
@@ -297,7 +297,7 @@ def test_the_crs_is_that_of_the_chunk_with_the_markers(
     ("old", "new", "said"),
     [
         ('x="1" y="2"', 'x="one" y="2"', "reference: x: 'one' is not a number."),
-        ('y="2" z="3"', 'y="2"', "reference: has no z"),
+        ('y="2" z="3"', 'y="2"', "reference: The element has no z"),
         ('label="B"', 'label="A"', "'A' is in line 5 too"),
         ("markers>", "lost>", "has no chunk with markers"),
     ],
@@ -310,7 +310,7 @@ def test_what_is_wrong_in_markers_is_named(tmp_path: Path, old: str, new: str, s
 
 def test_a_mark_in_a_camera_that_is_not_there_is_named(tmp_path: Path) -> None:
     text = METASHAPE.replace('camera_id="7"', 'camera_id="9"')
-    with pytest.raises(InputError, match="camera_id 9 is not in the file."):
+    with pytest.raises(InputError, match=r"camera_id 9 is not in the file\."):
         read_marks(written(tmp_path, text))
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from xml.parsers import expat
 
 from vomstudio.errors import InputError
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 LARGEST_FILE = 64 << 20
 _DEEPEST = 64
@@ -135,7 +135,7 @@ def words(path: Path, parent: Element, tag: str) -> str:
         raise wrong(path, parent, tr("The element has no {name}.", name=tag))
     text = child.text.strip()
     if not text:
-        raise wrong(path, child, tr("The file is empty."))
+        raise wrong(path, child, tr("The element is empty."))
     return text
 
 
@@ -168,7 +168,12 @@ def numbers(path: Path, element: Element, text: str, count: int) -> tuple[float,
         raise wrong(
             path,
             element,
-            tr("There are {found} numbers; {count} are needed.", found=len(found), count=count),
+            tr_n(
+                "There is {count} number; {needed} are needed.",
+                "There are {count} numbers; {needed} are needed.",
+                len(found),
+                needed=count,
+            ),
         )
     return found
 

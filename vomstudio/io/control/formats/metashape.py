@@ -68,7 +68,11 @@ def _points(path: Path, root: Element) -> list[ControlPoint]:
         if reference is None or "x" not in reference.attributes:
             continue
         label = attribute(path, marker, "label")
-        said = f"'{label}' is in line {{line}} too; give each marker its own label"
+        said = tr(
+            "The label '{label}' is also in line {line}. Give each marker its own label.",
+            label=label,
+            line="{line}",
+        )
         labels.add(label, marker, said)
         x, y, z = (_number(path, reference, name) for name in "xyz")
         errors = [_number(path, reference, n) for n in ("sx", "sy", "sz")

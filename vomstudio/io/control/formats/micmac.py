@@ -76,13 +76,28 @@ def marks_of(path: Path) -> list[Mark]:
         for each in photo.all(_MARK):
             label = words(path, each, "NamePt")
             x, y = numbers(path, each.child("PtIm") or each, words(path, each, "PtIm"), 2)
-            said = f"'{label}' is marked in {name} in line {{line}} already"
+            said = tr(
+                "'{label}' is already marked in {photo} in line {line}.",
+                label=label,
+                photo=name,
+                line="{line}",
+            )
             seen.add((label, name), each, said, "NamePt")
             marks.append(Mark(label, name, x, y))
     if not marks:
-        said = f"has no mark ({MARKS} with {_PHOTO} and {_MARK})"
+        said = tr(
+            "The file has no mark ({marks} with {photo} and {mark}).",
+            marks=MARKS,
+            photo=_PHOTO,
+            mark=_MARK,
+        )
         if any(root.below(POINTS)):
-            said = f"holds ground points ({POINTS}) and no marks ({MARKS}); name it as the control"
+            said = tr(
+                "The file holds ground points ({points}) and no marks ({marks}). "
+                "Name it as the control.",
+                points=POINTS,
+                marks=MARKS,
+            )
         raise InputError(said, file=path, field=root.tag)
     return marks
 
