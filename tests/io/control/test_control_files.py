@@ -91,8 +91,8 @@ BOMB = (
         (micmac(point("A", "1 2 nan")), "'nan' is not a number."),
         (micmac(point("A", "")), "line 3, Pt: The element is empty"),
         (micmac(point("", "1 2 3")), "line 4, NamePt: The element is empty"),
-        (micmac("\n<OneAppuisDAF><NamePt>A</NamePt></OneAppuisDAF>"), "OneAppuisDAF: The element has no Pt"),
-        (micmac(point("A", "1 2 3"), point("A", "1 2 4")), "'A' is in line 3 too"),
+        (micmac("\n<OneAppuisDAF><NamePt>A</NamePt></OneAppuisDAF>"), "The element has no Pt"),
+        (micmac(point("A", "1 2 3"), point("A", "1 2 4")), "The label 'A' is also in line 3"),
         (micmac(point("A", "1 2 3", "0.1 -1 0.1")), "Incertitude: The accuracy of a point"),
         (micmac(), "has no ground point"),
         (micmac(point("A", "1 2 3"))[:-30], "is not well-formed XML"),
@@ -121,7 +121,7 @@ def test_what_is_wrong_in_xml_is_named_with_its_line_and_element(
         (marked(mark("A", "1 2"), mark("A", "1 2")), "'A' is already marked in a.jpg in line 3."),
         (marked(mark("A", "1 2"), photo=""), "NameIm: The element is empty"),
         (marked(), "has no mark"),
-        (micmac(point("A", "1 2 3")), "name it as the control"),
+        (micmac(point("A", "1 2 3")), "Name it as the control"),
     ],
 )
 def test_what_is_wrong_in_marks_is_named(tmp_path: Path, text: str, said: str) -> None:
@@ -298,7 +298,7 @@ def test_the_crs_is_that_of_the_chunk_with_the_markers(
     [
         ('x="1" y="2"', 'x="one" y="2"', "reference: x: 'one' is not a number."),
         ('y="2" z="3"', 'y="2"', "reference: The element has no z"),
-        ('label="B"', 'label="A"', "'A' is in line 5 too"),
+        ('label="B"', 'label="A"', "The label 'A' is also in line 5"),
         ("markers>", "lost>", "has no chunk with markers"),
     ],
 )
