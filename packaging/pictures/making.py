@@ -8,12 +8,15 @@ import sys
 import tempfile
 from pathlib import Path
 
+from pictures import layers
 from pictures.window import ACTS
 from tests.benchmarks.window_journey import on_a_screen
 
 ROOT = Path(__file__).resolve().parents[2]
 STAGE = Path(tempfile.gettempdir()) / "vomstudio-pictures"
-PARTS = ("sheets", *ACTS, "report")
+PARTS = ("layers", "sheets", *ACTS, "report")
+LAYERS = "layers.svg"
+PHOTOS = "beach cliff"
 WIDEST = 1400
 """Pixels; what is wider is made smaller."""
 QUALITY = 80
@@ -26,17 +29,16 @@ PAGE = (1100, 1500)
 def make_pictures(folder: Path, only: str | None = None) -> int:
     """Make all pictures, or one part of them; the exit code."""
     folder.mkdir(parents=True, exist_ok=True)
+    parts = PARTS if only is None else (only,)
+    if "layers" in parts:
+        (folder / LAYERS).write_text(layers.drawn(), "utf-8")
     shutil.rmtree(STAGE, ignore_errors=True)
-    STAGE.mkdir()
+    taken = STAGE / "taken"
+    taken.mkdir(parents=True)
     try:
-        parts = PARTS if only is None else (only,)
-        photos = [] if "report" in parts else ["--without-photos"]
-        run = [sys.executable, "-P", "-m", "vomstudio", "demo", "-o", "demo", *photos]
-        subprocess.run(run, cwd=STAGE, check=True, stdout=subprocess.DEVNULL)
-        taken = STAGE / "taken"
-        taken.mkdir()
+        _prepare(set(parts))
         for part in parts:
-            code = _make(part, taken)
+            code = _take(part, taken)
             if code:
                 print(f"the part {part} ended with {code}", file=sys.stderr)
                 return code
@@ -47,16 +49,32 @@ def make_pictures(folder: Path, only: str | None = None) -> int:
     return 0
 
 
-def _make(part: str, taken: Path) -> int:
+def _prepare(parts: set[str]) -> None:
+    """What the parts show: the sample's photos, and all that the demo makes."""
+    sample = ROOT / "resources" / "sample"
+    photos = STAGE / PHOTOS
+    shutil.copytree(sample / "photos", photos)
+    for name in ("control.csv", "marks.csv"):
+        shutil.copy(sample / name, photos)
+    if parts & {"sheets", "measured", "report"}:
+        finished = [] if "report" in parts else ["--without-photos"]
+        run = [sys.executable, "-P", "-m", "vomstudio", "demo", "-o", "demo", *finished]
+        subprocess.run(run, cwd=STAGE, check=True, stdout=subprocess.DEVNULL)
+
+
+def _take(part: str, taken: Path) -> int:
     demo = STAGE / "demo"
     if part == "sheets":
         shutil.copy(demo / "net.png", taken / "net.png")
         shutil.copy(demo / "ortho_sheet.png", taken / "orthophoto_sheet.png")
-        return 0
     if part == "report":
         return _photograph(demo / "photos" / "report.html", taken / "report.png")
-    script = str(Path(__file__).with_name("window.py"))
-    return on_a_screen([script, str(taken), part, str(demo / "sample.vom")], STAGE, ROOT)
+    if part in ACTS:
+        script = str(Path(__file__).with_name("window.py"))
+        opened = {"measured": demo / "sample.vom", "photos": STAGE / PHOTOS}.get(part)
+        words = [] if opened is None else [str(opened)]
+        return on_a_screen([script, str(taken), part, *words], STAGE, ROOT)
+    return 0
 
 
 def _photograph(page: Path, picture: Path) -> int:

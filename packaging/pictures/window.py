@@ -1,6 +1,6 @@
 """The real window, driven with mouse and keys, for the pictures of the documents.
 
-Run by `making.py` as a script on a screen of its own: OUT ACT PROJECT.
+Run by `making.py` as a script on a screen of its own: OUT ACT [PROJECT or PHOTOS].
 """
 
 from __future__ import annotations
@@ -16,18 +16,19 @@ from PySide6.QtWidgets import QLineEdit
 from tests.benchmarks.window_journey import MESSAGE_S, MIDDLE, Journey
 
 SAMPLE = Path(__file__).resolve().parents[2] / "resources" / "sample"
-ACTS = ("measured", "first")
+ACTS = ("measured", "first", "photos")
 
 
 class Pictures(Journey):
-    """The sample project that the demo makes, and the sample outcrop with nothing measured yet."""
+    """The sample project that the demo makes; the sample outcrop, with nothing measured yet; its
+    photos."""
 
-    def __init__(self, out: Path, act: str, project: Path) -> None:
+    def __init__(self, out: Path, act: str, opened: list[str]) -> None:
         super().__init__(out, act)
-        self.project = project
+        self.opened = opened
 
     def words(self) -> list[str]:
-        return [str(self.project)] if self.act == "measured" else []
+        return self.opened
 
     def take(self, name: str, part: Any = None, quiet: float = 1.5) -> None:
         """The window as it is, or a part of it, once it is at rest."""
@@ -65,6 +66,17 @@ class Pictures(Journey):
         self.write(words, "")
         self.key("Backspace")
         self.wait(lambda: table.model().rowCount() > 15, "the whole table")
+
+    def photos(self) -> None:
+        verdict = self.named("survey_verdict")
+        self.wait(lambda: verdict.text() and "…" not in verdict.text(), "the survey check")
+        for name in ("trace", "patch", "line", "measure", "project", "stereonet", "view",
+                     "display", "properties"):  # fmt: skip
+            self.dock(name).hide()
+        self.show_dock("photos")
+        photos = self.dock("photos")
+        self.window.resizeDocks([photos], [430], Qt.Orientation.Vertical)
+        self.take("photos", photos, MESSAGE_S)
 
     def pick(self, name: str, count: int) -> None:
         """Click some of the sample's own points of a trace, one after the other."""
@@ -111,5 +123,5 @@ def _points(name: str, count: int) -> list[tuple[float, float, float]]:
 
 
 if __name__ == "__main__":
-    out, act, project = sys.argv[1:]
-    sys.exit(Pictures(Path(out), act, Path(project)).play())
+    out, act, *opened = sys.argv[1:]
+    sys.exit(Pictures(Path(out), act, opened).play())
