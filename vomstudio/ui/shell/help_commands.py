@@ -23,9 +23,7 @@ _ABOUT = (
 )
 
 
-def commands(
-    actions: Actions, host: Host, dialogs: OpenDialogs, parent: QWidget
-) -> list[Command]:
+def commands(actions: Actions, host: Host, dialogs: OpenDialogs, parent: QWidget) -> list[Command]:
     """parent : of the dialogs"""
 
     def read() -> None:
