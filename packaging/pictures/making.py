@@ -19,8 +19,9 @@ LAYERS = "layers.svg"
 PHOTOS = "beach cliff"
 WIDEST = 1400
 """Pixels; what is wider is made smaller."""
-QUALITY = 80
-"""Of WebP; its letters stay sharp."""
+QUALITIES = range(84, 40, -4)
+"""Of WebP: the best with which a picture stays below the size."""
+LARGEST_BYTES = 150_000
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 PAGE = (1100, 1500)
 """Pixels of the report's first page, width and height."""
@@ -98,5 +99,8 @@ def _keep(taken: Path, kept: Path) -> None:
     if picture.width > WIDEST:
         height = round(picture.height * WIDEST / picture.width)
         picture = picture.resize((WIDEST, height), Image.Resampling.LANCZOS)
-    picture.save(kept, "WEBP", quality=QUALITY, method=6)
+    for quality in QUALITIES:
+        picture.save(kept, "WEBP", quality=quality, method=6)
+        if kept.stat().st_size <= LARGEST_BYTES:
+            break
     print(f"{kept.name}: {kept.stat().st_size / 1000:.0f} kB", flush=True)

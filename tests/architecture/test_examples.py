@@ -1,4 +1,4 @@
-"""What docs/architecture.md shows works as it stands there: a copy of the program is given it all."""
+"""What docs/architecture.md shows works as it stands there, in a copy of the program."""
 
 from __future__ import annotations
 
