@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 FIRST = "index.md"
-_LINK = re.compile(r"\]\(([\w-]+\.md)\)")
+_LINK = re.compile(r"\]\(([\w-]+\.md)(?:#[\w-]*)?\)")
 _TITLE = re.compile(r"^# (.+)$", re.MULTILINE)
 
 

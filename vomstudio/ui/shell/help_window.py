@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from PySide6.QtCore import QSize, Qt, QUrl
+from PySide6.QtCore import QSize, Qt, QUrl, Signal
 from PySide6.QtGui import (
     QDesktopServices,
     QImage,
@@ -33,57 +33,91 @@ _MARGIN = 18
 
 
 class PageView(QTextBrowser):
-    """Pages of Markdown with their pictures, which are never wider than the page."""
+    """Pages of Markdown with their pictures, which are never wider than the page.
+
+    shown : another page is; moved : whether there is a page before and one after this one
+    """
+
+    shown = Signal(Path)
+    moved = Signal(bool, bool)
 
     def __init__(self) -> None:
         super().__init__()
         self.setObjectName("help_page")
         self.setOpenLinks(False)
         self.anchorClicked.connect(self.follow)
-        # A long page is laid out anew for every width: not for each of a drag.
-        self.sourceChanged.connect(lambda _: self._dress())
+        self.page: Path | None = None
+        self._past: list[Path] = []
+        self._future: list[Path] = []
+
+    # --- from page to page -------------------------------------------------------------------
+    def go_to(self, page: Path) -> None:
+        """Read another page. Raises OSError."""
+        if page == self.page:
+            return
+        if self.page is not None:
+            self._past.append(self.page)
+        self._future.clear()
+        self._open(page)
+
+    def go_back(self) -> None:
+        if self._past and self.page is not None:
+            self._future.append(self.page)
+            self._open(self._past.pop())
+
+    def go_on(self) -> None:
+        if self._future and self.page is not None:
+            self._past.append(self.page)
+            self._open(self._future.pop())
 
     def follow(self, url: QUrl) -> None:
-        """A page of the documentation here; any other address in the user's browser."""
-        there = self.source().resolved(url)
-        if not there.isLocalFile():
-            QDesktopServices.openUrl(there)
+        """A link: a page or heading here; any other address in the user's browser."""
+        if not url.isRelative():
+            QDesktopServices.openUrl(url)
             return
-        heading = there.fragment()
-        there.setFragment(None)
-        if there != self.source():
-            self.setSource(there, QTextDocument.ResourceType.MarkdownResource)
-        if heading:
-            self._scroll_to(heading)
+        if self.page is not None and url.path():
+            self.go_to((self.page.parent / url.path()).resolve())
+        if url.hasFragment():
+            self._scroll_to(url.fragment())
 
-    def loadResource(self, kind: int, name: QUrl) -> object:  # noqa: N802 - Qt's name
-        if kind != int(QTextDocument.ResourceType.ImageResource.value):
-            return super().loadResource(kind, name)
-        image = QImage(self.source().resolved(name).toLocalFile())
-        room = self.viewport().width() - 3 * _MARGIN
-        if image.width() > room > 0:
-            mode = Qt.TransformationMode.SmoothTransformation
-            image = image.scaledToWidth(room, mode)
-        return image
+    def _open(self, page: Path) -> None:
+        self.page = page
+        self._lay_out()
+        self.shown.emit(page)
+        self.moved.emit(bool(self._past), bool(self._future))
 
-    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802 - Qt's name
-        super().resizeEvent(event)
-        if event.size().width() != event.oldSize().width() and not self.source().isEmpty():
-            at = self.verticalScrollBar().value() / max(1, self.verticalScrollBar().maximum())
-            self.reload()
-            self._dress()
-            self.verticalScrollBar().setValue(round(at * self.verticalScrollBar().maximum()))
-
-    def _dress(self) -> None:
-        """What Markdown leaves to the reader: margins, lines of tables, letters of code."""
-        document = self.document()
+    # --- how it looks ------------------------------------------------------------------------
+    def _lay_out(self) -> None:
+        assert self.page is not None
+        # A document that is filled again keeps an empty line of what was in it.
+        document = QTextDocument(self)
         document.setDocumentMargin(_MARGIN)
+        document.setMarkdown(self.page.read_text("utf-8"))
         for frame in document.rootFrame().childFrames():
             if isinstance(frame, QTextTable):
                 form = frame.format()
                 form.setBorderCollapse(True)
                 form.setCellPadding(4)
                 frame.setFormat(form)
+        # The one that was shown, being the view's own, goes with this.
+        self.setDocument(document)
+
+    def loadResource(self, kind: int, name: QUrl) -> object:  # noqa: N802 - Qt's name
+        if kind != QTextDocument.ResourceType.ImageResource.value or self.page is None:
+            return super().loadResource(kind, name)
+        image = QImage(str(self.page.parent / name.path()))
+        room = self.viewport().width() - 3 * _MARGIN
+        if image.width() > room > 0:
+            image = image.scaledToWidth(room, Qt.TransformationMode.SmoothTransformation)
+        return image
+
+    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802 - Qt's name
+        super().resizeEvent(event)
+        if event.size().width() != event.oldSize().width() and self.page is not None:
+            bar = self.verticalScrollBar()
+            share = bar.value() / max(1, bar.maximum())
+            self._lay_out()
+            bar.setValue(round(share * bar.maximum()))
 
     def _scroll_to(self, heading: str) -> None:
         block = self.document().begin()
@@ -105,9 +139,10 @@ class HelpWindow(QDialog):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(self.tr("Documentation"))
         self.resize(_SIZE)
-        self._pages = pages_in(folder)
+        self._pages = pages_in(folder.resolve())
         self.list = QListWidget()
         self.list.setObjectName("help_pages")
+        self.list.setSpacing(2)
         self.list.addItems([page.title for page in self._pages])
         self.view = PageView()
         body = QWidget()
@@ -115,21 +150,23 @@ class HelpWindow(QDialog):
         column = QVBoxLayout(self)
         column.addLayout(self._bar())
         column.addWidget(body, 1)
-        self.list.currentRowChanged.connect(self._choose)
-        self.view.sourceChanged.connect(self._show_which)
+        self.list.currentRowChanged.connect(lambda row: self.view.go_to(self._pages[row].path))
+        self.view.shown.connect(self._show_which)
         self.list.setCurrentRow(0)
 
     def _bar(self) -> QHBoxLayout:
         back, forward = QPushButton(self.tr("Back")), QPushButton(self.tr("Forward"))
-        for button, icon, step, can in (
-            (back, "arrow-left", self.view.backward, self.view.backwardAvailable),
-            (forward, "arrow-right", self.view.forward, self.view.forwardAvailable),
+        for button, icon, step in (
+            (back, "arrow-left", self.view.go_back),
+            (forward, "arrow-right", self.view.go_on),
         ):
             button.setIcon(theme.icon(icon))
             button.setAutoDefault(False)
             button.setEnabled(False)
-            button.clicked.connect(step)
-            can.connect(button.setEnabled)
+            button.clicked.connect(lambda _=False, step=step: step())
+        self.view.moved.connect(
+            lambda past, future: (back.setEnabled(past), forward.setEnabled(future))
+        )
         self.words = QLineEdit()
         self.words.setObjectName("help_words")
         self.words.setClearButtonEnabled(True)
@@ -141,15 +178,10 @@ class HelpWindow(QDialog):
         row.addWidget(self.words, 1)
         return row
 
-    def _choose(self, row: int) -> None:
-        url = QUrl.fromLocalFile(str(self._pages[row].path))
-        if url != self.view.source():
-            self.view.setSource(url, QTextDocument.ResourceType.MarkdownResource)
-
-    def _show_which(self, url: QUrl) -> None:
-        paths = [page.path for page in self._pages]
-        if (path := Path(url.toLocalFile())) in paths:
-            self.list.setCurrentRow(paths.index(path))
+    def _show_which(self, page: Path) -> None:
+        paths = [each.path for each in self._pages]
+        if page in paths:
+            self.list.setCurrentRow(paths.index(page))
 
     def _find(self) -> None:
         """The next place after the cursor, on this page or on one that follows, round to here."""
