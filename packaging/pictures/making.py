@@ -23,7 +23,7 @@ QUALITIES = range(84, 40, -4)
 """Of WebP: the best with which a picture stays below the size."""
 LARGEST_BYTES = 150_000
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-PAGE = (1100, 1500)
+PAGE = (1100, 1250)
 """Pixels of the report's first page, width and height."""
 
 

@@ -15,7 +15,7 @@ from tests.pictures_maker import maker
 from vomstudio.cli import COMMANDS
 from vomstudio.cli.entry import _parser
 from vomstudio.tables.orientation_table import COLUMNS
-from vomstudio.ui.shell.help_pages import anchor, pages_in
+from vomstudio.ui.shell.help_pages import anchor
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
@@ -142,11 +142,6 @@ def test_every_picture_says_in_words_what_it_shows() -> None:
 def test_the_picture_of_the_layers_is_that_of_the_contracts() -> None:
     kept = (DOCS / "pictures" / "layers.svg").read_text("utf-8")
     assert kept == maker("layers").drawn(), "run packaging/make_pictures --only layers"
-
-
-def test_the_first_page_leads_to_all_others() -> None:
-    first = (DOCS / "index.md").read_text("utf-8")
-    assert [page.path.name for page in pages_in(DOCS)[1:] if page.path.name not in first] == []
 
 
 # --- the command line -----------------------------------------------------------------------------

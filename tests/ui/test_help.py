@@ -13,7 +13,7 @@ from vomstudio.paths import documentation
 from vomstudio.ui.common.actions import Actions
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.shell import help_commands
-from vomstudio.ui.shell.help_pages import anchor, pages_in
+from vomstudio.ui.shell.help_pages import anchor, pages_in, sections_in
 from vomstudio.ui.shell.help_window import HelpWindow
 
 
@@ -36,7 +36,8 @@ def help_window(parent):
 
 @pytest.fixture
 def two_pages(tmp_path: Path) -> Path:
-    (tmp_path / "index.md").write_text("# Start\n\nSee [the other](other.md#a-long-way-down).\n")
+    first = "# Start\n\n## To read\n\nSee [the other](other.md#a-long-way-down).\n"
+    (tmp_path / "index.md").write_text(first)
     body = "\n\n".join(f"Line {i}." for i in range(200))
     (tmp_path / "other.md").write_text(f"# Other\n\n{body}\n\n## A long way down\n\nquartzite\n")
     (tmp_path / "more.md").write_text("no heading here\n")
@@ -45,6 +46,7 @@ def two_pages(tmp_path: Path) -> Path:
 
 def test_the_pages_stand_in_the_order_of_the_first_page_s_links(two_pages: Path):
     assert [page.title for page in pages_in(two_pages)] == ["Start", "Other", "more"]
+    assert list(sections_in(two_pages)) == ["", "To read", "More"]
 
 
 def test_anchors_are_those_of_the_links_that_people_write():

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 FIRST = "index.md"
 _LINK = re.compile(r"\]\(([\w-]+\.md)(?:#[\w-]*)?\)")
+_HEADING = re.compile(r"^##+ (.+)$", re.MULTILINE)
 _TITLE = re.compile(r"^# (.+)$", re.MULTILINE)
 
 
@@ -22,10 +24,28 @@ class Page:
 def pages_in(folder: Path) -> list[Page]:
     """All pages of a folder: the first one, those to which it links in the order of its links, then
     the others by their names. Raises OSError."""
-    first = (folder / FIRST).read_text("utf-8")
-    names = [FIRST, *_LINK.findall(first), *sorted(path.name for path in folder.glob("*.md"))]
-    found = [folder / name for name in dict.fromkeys(names)]
-    return [Page(path, _title(path)) for path in found if path.is_file()]
+    return [page for pages in sections_in(folder).values() for page in pages]
+
+
+def sections_in(folder: Path) -> dict[str, list[Page]]:
+    """The same under the headings of the first page below which they are linked; the first page
+    itself under "", those to which it does not link under "More". Raises OSError."""
+    first = folder / FIRST
+    found = {"": [Page(first, _title(first))]}
+    known = {FIRST}
+
+    def take(heading: str, names: Iterable[str]) -> None:
+        for name in names:
+            if name not in known and (folder / name).is_file():
+                known.add(name)
+                found.setdefault(heading, []).append(Page(folder / name, _title(folder / name)))
+
+    before, *parts = _HEADING.split(first.read_text("utf-8"))
+    take("", _LINK.findall(before))
+    for heading, text in zip(parts[::2], parts[1::2], strict=True):
+        take(heading.strip(), _LINK.findall(text))
+    take("More", sorted(path.name for path in folder.glob("*.md")))
+    return found
 
 
 def _title(path: Path) -> str:
