@@ -102,10 +102,10 @@ class PageView(QTextBrowser):
         # The one that was shown, being the view's own, goes with this.
         self.setDocument(document)
 
-    def loadResource(self, kind: int, name: QUrl) -> object:  # noqa: N802 - Qt's name
+    def loadResource(self, kind: int, name: QUrl | str) -> object:  # noqa: N802 - Qt's name
         if kind != QTextDocument.ResourceType.ImageResource.value or self.page is None:
             return super().loadResource(kind, name)
-        image = QImage(str(self.page.parent / name.path()))
+        image = QImage(str(self.page.parent / QUrl(name).path()))
         room = self.viewport().width() - 3 * _MARGIN
         if image.width() > room > 0:
             image = image.scaledToWidth(room, Qt.TransformationMode.SmoothTransformation)
@@ -164,9 +164,8 @@ class HelpWindow(QDialog):
             button.setAutoDefault(False)
             button.setEnabled(False)
             button.clicked.connect(lambda _=False, step=step: step())
-        self.view.moved.connect(
-            lambda past, future: (back.setEnabled(past), forward.setEnabled(future))
-        )
+        self.view.moved.connect(lambda past, _: back.setEnabled(past))
+        self.view.moved.connect(lambda _, future: forward.setEnabled(future))
         self.words = QLineEdit()
         self.words.setObjectName("help_words")
         self.words.setClearButtonEnabled(True)
