@@ -42,7 +42,7 @@ def pause(milliseconds: int = 30) -> None:
 
 
 def make_window(paths: list[Path] | None = None) -> MainWindow:
-    """The window as `vomstudio.ui.shell.start` makes it, with everything there."""
+    """The window as `vomstudio.ui.shell.window_start` makes it, with everything there."""
     settings, problems = read_settings()
     window = MainWindow(settings)
     window.show()

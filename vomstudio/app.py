@@ -8,27 +8,30 @@ from collections.abc import Sequence
 
 def main(argv: Sequence[str] | None = None) -> int:
     """`vomstudio` opens the window, `vomstudio COMMAND ...` works without one."""
+    from vomstudio.languages import use_users_language
+
+    use_users_language()
     words = list(sys.argv[1:] if argv is None else argv)
     if words[:1] == ["--worker"]:
         from vomstudio.jobs.worker import main as work
 
         return work()
     from vomstudio.cli import COMMANDS
-    from vomstudio.failures import crashes, hooks, log
-    from vomstudio.failures.desk import DESK
+    from vomstudio.failures import crashes, exception_hooks, log
+    from vomstudio.failures.error_collector import DESK
 
     if words and (words[0] in COMMANDS or words[0].startswith("-")):
         from vomstudio.cli import main as command_line
 
         log.start("command")
         return command_line(words)
-    from vomstudio.ui.shell.start import run_window
+    from vomstudio.ui.shell.window_start import run_window
 
-    hooks.install(crashes.WINDOW)
+    exception_hooks.install(crashes.WINDOW)
     try:
         return run_window(words)
     except Exception as error:
         DESK.report(error, "outside the window's event loop")
         raise
     finally:
-        hooks.uninstall()
+        exception_hooks.uninstall()

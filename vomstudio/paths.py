@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from vomstudio.errors import InputError
+from vomstudio.words import tr
 
 _PACKAGE = Path(__file__).resolve().parent
 # An installed package carries the files inside; in a checkout they lie beside it.
@@ -22,7 +23,7 @@ def resource(*parts: str) -> Path:
         if path.exists():
             return path
     raise InputError(
-        "this file of the program is missing; install VOM Studio again",
+        tr("this file of the program is missing; install VOM Studio again"),
         file=_FOLDERS[0].joinpath(*parts),
     )
 

@@ -34,8 +34,8 @@ from vomstudio.io.control.control_files import crs_of, read_control, read_marks
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.project.export import export_records
 from vomstudio.io.project.folder import Project
-from vomstudio.tools.found import TOOLS
-from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent
+from vomstudio.tools.registry import TOOLS
+from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
 
 here = Path(sys.argv[1])
 said = {}
@@ -65,7 +65,7 @@ class Context:
     session = session
 
     def measure(self, feature):
-        from vomstudio.document.measurements import measure_all
+        from vomstudio.document.measurement_cache import measure_all
         return measure_all(session.records, [feature])[0]
 
     def __getattr__(self, name):

@@ -23,7 +23,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.planning import plan
-from vomstudio.products.ortho.views import view_along_line
+from vomstudio.products.ortho.view_directions import view_along_line
 
 UTM = np.array([576_700.0, 5_188_150.0, 160.0])
 

@@ -18,7 +18,7 @@ from vomstudio.io.project.folder import Project
 from vomstudio.io.project.journal import read_replay
 from vomstudio.io.project.sample import read_truth, sample_model
 from vomstudio.paths import resource
-from vomstudio.tools.surroundings import around
+from vomstudio.tools.local_surface import around
 
 pytestmark = pytest.mark.usefixtures("own_folders")
 

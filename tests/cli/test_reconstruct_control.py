@@ -40,7 +40,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[ReconstructionOrder]:
         seen.append(order)
         return RESULT
 
-    monkeypatch.setattr("vomstudio.jobs.running.run_job", run_job)
+    monkeypatch.setattr("vomstudio.jobs.run_job.run_job", run_job)
     return seen
 
 

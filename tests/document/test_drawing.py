@@ -34,7 +34,7 @@ from vomstudio.document.kinds.lineation import Lineation
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.kinds.reading import Reading, compared
 from vomstudio.document.measurement import Measurement, NearestPick
-from vomstudio.document.measurements import measure_all
+from vomstudio.document.measurement_cache import measure_all
 from vomstudio.document.records import DEFAULT_TYPES, Feature, Frame, Group, Record
 from vomstudio.geology.orientation import Plane, slip_from_rake
 

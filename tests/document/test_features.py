@@ -16,7 +16,7 @@ from vomstudio.document.kinds.lineation import Lineation, slip_rake
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.measurements import Measurements, measure_all
+from vomstudio.document.measurement_cache import Measurements, measure_all
 from vomstudio.document.records import DEFAULT_TYPES, FeatureType, Frame, Group, Model
 from vomstudio.errors import DocumentError
 from vomstudio.geology.orientation import Line, Plane, slip_from_rake

@@ -20,7 +20,7 @@ from vomstudio.document.kinds.lineation import Lineation
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.measurement import NearestPick
-from vomstudio.document.measurements import measure_all
+from vomstudio.document.measurement_cache import measure_all
 from vomstudio.document.records import DEFAULT_TYPES, Feature, Frame, Group, OnAModel, Record
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.lines import fit_line

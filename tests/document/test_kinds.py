@@ -28,7 +28,7 @@ from vomstudio.document.kinds.intersection import Intersection
 from vomstudio.document.kinds.lineation import Lineation
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.kinds.reading import Reading
-from vomstudio.document.measurements import Measurements, measure_all, rests_on
+from vomstudio.document.measurement_cache import Measurements, measure_all, rests_on
 from vomstudio.document.records import Feature, Frame, Group, Model, Picked
 from vomstudio.errors import DocumentError
 

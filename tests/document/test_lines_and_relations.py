@@ -18,7 +18,7 @@ from vomstudio.document.kinds.intersection import Intersection
 from vomstudio.document.kinds.lineation import Lineation, slip_rake
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.measurements import Measurements, measure_all
+from vomstudio.document.measurement_cache import Measurements, measure_all
 from vomstudio.document.records import Frame, Group
 from vomstudio.errors import DocumentError
 from vomstudio.geology.orientation import (

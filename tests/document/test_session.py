@@ -190,7 +190,7 @@ def test_names_take_the_next_free_number(session):
 
 
 def test_declaring_a_frame_moves_the_features_with_the_model(session):
-    from vomstudio.document.measurements import Measurements
+    from vomstudio.document.measurement_cache import Measurements
 
     session.apply(edits.add_trace(session.records, bed("t1")))
     measurements = Measurements()

@@ -11,7 +11,7 @@ import pytest
 
 from vomstudio.document.journal import Row
 from vomstudio.failures import crashes, log, report
-from vomstudio.failures.scrubbing import scrub
+from vomstudio.failures.redaction import scrub
 from vomstudio.io.project.journal_outline import outline
 
 

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vomstudio.geometry.arrangement import arrange
 from vomstudio.geometry.brush import CloudSurface
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.progressive_order import arrange
 from vomstudio.geometry.streaming.octree import (
     FINE_PIXELS,
     ArrangedNodes,

@@ -10,7 +10,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from vomstudio.geometry import roughness
+from vomstudio.geometry import residual_correlation
 from vomstudio.geometry.plane_errors import joint_quantile, split_rad
 from vomstudio.geometry.planes import fit_plane, fit_planes
 from vomstudio.geometry.vectors import strike_and_dip_lines
@@ -277,18 +277,23 @@ def test_regression_and_inertia_state_like_errors_for_a_gentle_dip(method: str) 
 @pytest.mark.parametrize("each", [1, 3])
 def test_expected_spectra_agree_with_the_covariance_they_stand_for(n: int, each: int) -> None:
     """Against plain matrices: the cosine transform of R, and the form of R with a series."""
-    library = roughness._Library(n, each)
+    library = residual_correlation._Library(n, each)
     i = np.arange(n)
     cosines = np.sqrt(2.0 / n) * np.cos(np.pi * np.outer(np.arange(1, n), i + 0.5) / n)
     places = np.arange(n * each) / (n * each - 1.0)
     h = np.abs(places[:, None] - places)
     series = np.random.default_rng(n).normal(size=n)
     power = np.abs(np.fft.rfft(series, 2 * n)) ** 2
-    for k in (0, 3, len(roughness.SHORT) + len(roughness.LONG) + 2, len(roughness.LENGTH) - 3):
+    for k in (
+        0,
+        3,
+        len(residual_correlation.SHORT) + len(residual_correlation.LONG) + 2,
+        len(residual_correlation.LENGTH) - 3,
+    ):
         r = np.eye(n * each)
         if k > 0:
-            x, w = h / roughness.LENGTH[k - 1], roughness.WHITE[k - 1]
-            smooth = roughness.SMOOTH[k - 1]
+            x, w = h / residual_correlation.LENGTH[k - 1], residual_correlation.WHITE[k - 1]
+            smooth = residual_correlation.SMOOTH[k - 1]
             r = (1.0 - w) * (np.exp(-0.5 * x * x) if smooth else np.exp(-x)) + w * r
         r = r.reshape(n, each, n, each).mean(axis=(1, 3))  # of the means of pieces
         r /= r[0, 0]
@@ -316,26 +321,38 @@ def test_a_very_long_trace_is_compared_by_pieces_without_changing_its_errors() -
 
 def test_models_of_roughness_have_the_weights_that_their_calibration_says() -> None:
     """Those of a tenth of the trace, from where they grow with a power of the length."""
-    pure = roughness.WHITE == 0.0
-    long = roughness.LENGTH > roughness.LONGER_THAN_A_TENTH
+    pure = residual_correlation.WHITE == 0.0
+    long = residual_correlation.LENGTH > residual_correlation.LONGER_THAN_A_TENTH
     for smooth in (False, True):
-        kind = (smooth == roughness.SMOOTH) & pure
-        some = kind & ~long | (kind & np.isin(roughness.LENGTH, roughness.SHORT))
-        length, weight = roughness.LENGTH[some], roughness.WEIGHT[some]
-        assert len(length) == len(roughness.SHORT)
-        wanted = roughness.KIND_WEIGHT[smooth] * (length / 0.1) ** roughness.KIND_SLOPE[smooth]
+        kind = (smooth == residual_correlation.SMOOTH) & pure
+        some = kind & ~long | (
+            kind & np.isin(residual_correlation.LENGTH, residual_correlation.SHORT)
+        )
+        length, weight = residual_correlation.LENGTH[some], residual_correlation.WEIGHT[some]
+        assert len(length) == len(residual_correlation.SHORT)
+        wanted = (
+            residual_correlation.KIND_WEIGHT[smooth]
+            * (length / 0.1) ** residual_correlation.KIND_SLOPE[smooth]
+        )
         assert weight == pytest.approx(wanted)
-        far = kind & np.isin(roughness.LENGTH, roughness.LONG)
-        assert roughness.WEIGHT[far].tolist() == [roughness.LONG_WEIGHT[smooth]] * 2
-    for share, each in zip(roughness.MIXED_WHITE, roughness.MIXED_WEIGHT, strict=True):
-        mixed = share == roughness.WHITE
-        assert not roughness.SMOOTH[mixed].any()
-        wanted = each * (roughness.LENGTH[mixed] / 0.1) ** roughness.MIXED_SLOPE
-        assert roughness.WEIGHT[mixed] == pytest.approx(wanted)
+        far = kind & np.isin(residual_correlation.LENGTH, residual_correlation.LONG)
+        assert (
+            residual_correlation.WEIGHT[far].tolist()
+            == [residual_correlation.LONG_WEIGHT[smooth]] * 2
+        )
+    for share, each in zip(
+        residual_correlation.MIXED_WHITE, residual_correlation.MIXED_WEIGHT, strict=True
+    ):
+        mixed = share == residual_correlation.WHITE
+        assert not residual_correlation.SMOOTH[mixed].any()
+        wanted = (
+            each * (residual_correlation.LENGTH[mixed] / 0.1) ** residual_correlation.MIXED_SLOPE
+        )
+        assert residual_correlation.WEIGHT[mixed] == pytest.approx(wanted)
     # Lengths go down from sqrt 2 tenths by halves of an octave.
-    steps = np.array(roughness.SHORT[1:]) / np.array(roughness.SHORT[:-1])
+    steps = np.array(residual_correlation.SHORT[1:]) / np.array(residual_correlation.SHORT[:-1])
     assert steps == pytest.approx(np.full(8, np.sqrt(0.5)))
-    assert roughness.SHORT[1] == pytest.approx(0.1)
+    assert residual_correlation.SHORT[1] == pytest.approx(0.1)
 
 
 def test_the_limit_of_a_mixture_is_where_its_tail_is_five_per_cent() -> None:
@@ -350,7 +367,7 @@ def test_the_limit_of_a_mixture_is_where_its_tail_is_five_per_cent() -> None:
     weight = rng.random((k, models)) ** 4
     weight /= weight.sum(axis=1, keepdims=True)
     dof = rng.uniform(5.0, 60.0, k)
-    found = roughness._mixture_quantile(g, freedom, weight, dof)
+    found = residual_correlation._mixture_quantile(g, freedom, weight, dof)
     for axis in range(2):
         for i in range(k):
 

@@ -7,11 +7,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from vomstudio.geometry import transform
-from vomstudio.geometry.arrangement import arrange
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.discs import disc
+from vomstudio.geometry.coincident_points import place_keys, welded
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.places import place_keys, welded
+from vomstudio.geometry.plane_discs import disc
+from vomstudio.geometry.progressive_order import arrange
 
 TURN = Rotation.from_euler("xyz", [20, -50, 130], degrees=True)
 SHIFT = np.array([500_000.0, 4_600_000.0, 800.0])

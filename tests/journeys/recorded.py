@@ -40,10 +40,10 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.surfaces import surface_of
 from vomstudio.io.control.points import ControlPoint
 from vomstudio.io.project.assets import asset_path, keep_asset
+from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
 from vomstudio.tools.line import LineTool
 from vomstudio.tools.measure import MeasureTool
 from vomstudio.tools.trace import TraceTool
-from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent
 
 Event = tuple[str, Callable[[], object]]
 

@@ -19,7 +19,7 @@ from tests.photogrammetry.made_reconstruction import NAMES
 from vomstudio.document import edits
 from vomstudio.document.records import Frame, Model
 from vomstudio.ui.alignment.alignment_dialog import AlignmentDialog
-from vomstudio.ui.common.chosen import current_model
+from vomstudio.ui.common.command_targets import current_model
 
 
 @pytest.fixture(scope="module")

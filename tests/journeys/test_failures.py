@@ -15,11 +15,11 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QPushButton, QWidget
 
 from tests import driver
 from tests.jobs import odd_jobs
-from vomstudio.failures import crashes, hooks, log
+from vomstudio.failures import crashes, exception_hooks, log
 from vomstudio.io.settings import read_settings
 from vomstudio.jobs.job import Job, Nothing
 from vomstudio.ui.common import qt_messages
-from vomstudio.ui.common.background import Background
+from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.worker_thread import WorkerThread
 from vomstudio.ui.shell.failure_notices import FailureNotices, compose_report
 from vomstudio.ui.shell.main_window import MainWindow
@@ -41,11 +41,11 @@ def mistake() -> None:
 @pytest.fixture
 def hooked(own_folders):
     """The hooks of the running program, in place of those of the tests."""
-    hooks.install(crashes.WINDOW)
+    exception_hooks.install(crashes.WINDOW)
     qt_messages.install()
     yield
     qt_messages.uninstall()
-    hooks.uninstall()
+    exception_hooks.uninstall()
 
 
 @pytest.fixture
@@ -330,9 +330,9 @@ def test_what_goes_wrong_before_the_window_is_filled_is_said_when_it_is(hooked, 
 
 def test_the_hooks_are_taken_back(own_folders):
     before = sys.excepthook, threading.excepthook, sys.unraisablehook
-    hooks.install(crashes.WINDOW)
+    exception_hooks.install(crashes.WINDOW)
     assert sys.excepthook is not before[0]
-    hooks.uninstall()
+    exception_hooks.uninstall()
     assert (sys.excepthook, threading.excepthook, sys.unraisablehook) == before
     assert logging.getLogger().handlers.count(None) == 0
     assert list(crashes.folder().iterdir()) == []

@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QListWidget, QMessageBox, QToolButton
 from tests import driver
 from tests.journeys.test_photos import looked_at
 from vomstudio.paths import resource
-from vomstudio.ui.survey.make_dialog import MakeDialog
+from vomstudio.ui.survey.reconstruct_dialog import MakeDialog
 
 
 @pytest.fixture

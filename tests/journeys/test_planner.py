@@ -8,7 +8,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QToolButton
 
 from tests import driver
-from vomstudio.ui.shell.palette import CommandPalette
+from vomstudio.ui.shell.command_palette import CommandPalette
 from vomstudio.ui.survey.planner_dialog import PlannerDialog
 
 

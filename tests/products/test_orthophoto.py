@@ -16,11 +16,11 @@ from vomstudio.errors import Cancelled, InputError, TargetError, UsageError
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
-from vomstudio.products.ortho import orthophoto, planning, tiles, views
+from vomstudio.products.ortho import orthophoto, planning, tiles, view_directions
 from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.planning import plan
 from vomstudio.products.ortho.sheet import direction_in_words
-from vomstudio.products.ortho.views import view_along_axis, view_along_line, view_of_plane
+from vomstudio.products.ortho.view_directions import view_along_axis, view_along_line, view_of_plane
 from vomstudio.products.sample.check import Check
 from vomstudio.products.sample.report import as_text
 from vomstudio.progress import CancelToken, Silent
@@ -29,7 +29,9 @@ SAME = np.eye(4)
 VIEWS = [(0, 90), (40, 35), (305, 62), (180, -90), (220, 50)]
 
 
-def make(data: Any, view: views.View, folder: Path, gsd: float | None, **more: Any) -> Any:
+def make(
+    data: Any, view: view_directions.View, folder: Path, gsd: float | None, **more: Any
+) -> Any:
     """Write an orthophoto and return (made, rgba, depth, facts)."""
     planned = plan(data, view, to_world=SAME, gsd=gsd)
     made = write_orthophoto(data, planned, folder / "o.tif", force=True, **more)
@@ -459,8 +461,8 @@ def test_a_view_of_a_model_without_north_and_scale_names_no_winds_and_no_metres(
     unknown = replace(known, north_known=False, metric=False)
     assert end_labels(known) == ("N (000)", "S (180)", "up")
     assert end_labels(unknown) == ("000, local", "180, local", "up")
-    assert " m over" in views.cost_of_direction(2.0, 3.0)
-    assert " m over" not in views.cost_of_direction(2.0, 3.0, metric=False)
+    assert " m over" in view_directions.cost_of_direction(2.0, 3.0)
+    assert " m over" not in view_directions.cost_of_direction(2.0, 3.0, metric=False)
     mesh, _ = marked_mesh(tmp_path)
     made, *_ = make(mesh, unknown, tmp_path, 0.01, sheet=tmp_path / "s.png")
     facts = json.loads(made.sidecar.read_text())
@@ -541,12 +543,12 @@ def test_a_region_beside_the_model_is_refused(tmp_path) -> None:  # type: ignore
 
 @pytest.mark.parametrize("trend", [359.96, 360.0 - 1e-9, -1e-20, 360.0, 0.0, -0.04, 720.0])
 def test_a_view_to_the_north_is_toward_0_and_never_360(tmp_path: Path, trend: float) -> None:
-    view = views.view_along_line(trend, 30.0)
+    view = view_directions.view_along_line(trend, 30.0)
     assert 0.0 <= view.trend_deg < 360.0
     assert 0.0 <= view.flipped().flipped().trend_deg < 360.0
     words = direction_in_words(view)
     assert words == "View toward 000.0/30.0 (trend/plunge, deg), as given"
-    south = views.view_along_line(trend + 180.0, -30.0)
+    south = view_directions.view_along_line(trend + 180.0, -30.0)
     assert 0.0 <= south.flipped().trend_deg < 360.0
     both = {"trend_deg": trend % 360.0, "plunge_deg": 7.0}
     checked = Check("", both, both, 1.0, None, None)
@@ -556,7 +558,7 @@ def test_a_view_to_the_north_is_toward_0_and_never_360(tmp_path: Path, trend: fl
 @pytest.mark.parametrize("hair", [1e-9, 4e-5])
 def test_a_view_a_hair_west_of_north_is_not_written_as_360(tmp_path: Path, hair: float) -> None:
     upright = quad([(0, 0, 0), (4, 0, 0), (4, 0, 4), (0, 0, 4)], [(200, 10, 10)] * 4)
-    made, *_ = make(upright, views.view_along_line(360.0 - hair, 0.0), tmp_path, 0.5)
+    made, *_ = make(upright, view_directions.view_along_line(360.0 - hair, 0.0), tmp_path, 0.5)
     with rasterio.open(made.image) as picture:
         assert picture.tags()["VOMSTUDIO_VIEW"] == "trend 0.0000 plunge 0.0000 deg"
 

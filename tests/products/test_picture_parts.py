@@ -17,7 +17,7 @@ from vomstudio.geology.orientation import lines_to_vectors
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.geometry.view_frame import ViewFrame
-from vomstudio.products.ortho import cloud_picture, mesh_picture, planning, views
+from vomstudio.products.ortho import cloud_picture, mesh_picture, planning, view_directions
 from vomstudio.products.ortho._mesh_kernels import blend_corners
 from vomstudio.products.ortho._texture_kernels import sample
 from vomstudio.products.ortho.cloud_picture import CloudSource, local_spacing
@@ -25,7 +25,7 @@ from vomstudio.products.ortho.mesh_picture import MeshSource, texel_sizes
 from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.planning import Region, plan
 from vomstudio.products.ortho.tiles import Grid, Tile
-from vomstudio.products.ortho.views import view_along_axis, view_along_line
+from vomstudio.products.ortho.view_directions import view_along_axis, view_along_line
 
 SAME = np.eye(4)
 UP = np.array([0.0, 0.0, -1.0])
@@ -131,7 +131,7 @@ def test_an_axis_is_looked_along_downwards_however_it_is_given(trend: float, plu
 def test_what_a_wrong_direction_costs_is_reckoned(
     error: float | None, depth: float, metric: bool
 ) -> None:
-    words = views.cost_of_direction(error, depth, metric=metric)
+    words = view_directions.cost_of_direction(error, depth, metric=metric)
     angle = np.radians(5.0 if error is None else error)
     unit = "m" if metric else "units"
     assert f"{1 - np.cos(angle):.1%}" in words

@@ -19,7 +19,7 @@ from vomstudio.products.ortho.sheet import (
     end_labels,
     format_of,
 )
-from vomstudio.products.ortho.views import view_along_line
+from vomstudio.products.ortho.view_directions import view_along_line
 
 Box = tuple[float, float, float, float]
 

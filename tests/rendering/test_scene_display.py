@@ -14,12 +14,12 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.rendering.prepare import preparation
 from vomstudio.rendering.scene.canvas import BACKGROUND
-from vomstudio.rendering.scene.picture import bands
+from vomstudio.rendering.scene.frame_drawing import bands
 from vomstudio.rendering.scene.scene import Scene
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.rendering.view.scalars import FieldStyle
-from vomstudio.tools.types import Area
+from vomstudio.tools.interaction_types import Area
 
 
 @pytest.fixture

@@ -16,13 +16,13 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMainWindow
 
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.discs import disc
 from vomstudio.geometry.mesh import Material, Mesh
-from vomstudio.rendering.qt import map_signs, painting
+from vomstudio.geometry.plane_discs import disc
+from vomstudio.rendering.qt import compass_and_scale, painting
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.rendering.view.symbols import small_disc, symbol_of_plane
-from vomstudio.tools.types import Button, Pointer, PointerEvent, Preview
+from vomstudio.tools.interaction_types import Button, Pointer, PointerEvent, Preview
 
 UTM = np.array([576_712.0, 5_188_140.0, 183.0])
 NONE = Qt.KeyboardModifier.NoModifier
@@ -385,14 +385,16 @@ def test_the_scale_bar_is_true_in_the_orthographic_view(stage: Stage) -> None:
     stage.view.moves.set_orthographic(True)
     stage.view.moves.look_along(37.0, 12.0)
     QApplication.processEvents()
-    length, pixels = map_signs.scale_bar(stage.view.moves.metres_per_pixel(), stage.view.width())
+    length, pixels = compass_and_scale.scale_bar(
+        stage.view.moves.metres_per_pixel(), stage.view.width()
+    )
     assert length in {m * 10.0**e for m in (1.0, 2.0, 5.0) for e in range(-3, 3)}
     right = stage.view.camera.frame[0]
     for start in UTM + np.array([[0.0, 0.0, 0.0], [8.0, 5.0, 3.0]]):
         marks, _ = stage.view.project(np.stack([start, start + length * right]))
         assert np.hypot(*(marks[1] - marks[0])) == pytest.approx(pixels, abs=0.01)
     picture = stage.picture()
-    row = picture[stage.view.height() - round(map_signs.MARGIN) - 4]
+    row = picture[stage.view.height() - round(compass_and_scale.MARGIN) - 4]
     white = np.flatnonzero(row.min(axis=1) > 200)
     assert np.ptp(white) + 1 == pytest.approx(pixels, abs=2.5)
 

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QApplication
 
 from tests.rendering.test_viewport import UTM, Stage, wall
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.rendering.qt import map_signs
+from vomstudio.rendering.qt import compass_and_scale
 from vomstudio.rendering.qt.bar_painting import ColorBar, lay_out_bars
 from vomstudio.rendering.view.clipping import FACES, ClipBox
 from vomstudio.rendering.view.scalars import ELEVATION, FieldStyle, Scale, make_scale
@@ -130,7 +130,7 @@ def test_bars_stay_clear_of_scale_bar_compass_and_each_other(
     width, height = size
     bars = bars_of(kinds, width, height)
     assert bars
-    taken = [map_signs.compass_box(height), map_signs.scale_bar_box(width, height)]
+    taken = [compass_and_scale.compass_box(height), compass_and_scale.scale_bar_box(width, height)]
     for bar in bars:
         assert bar.box.left() >= 0
         assert bar.box.right() <= width

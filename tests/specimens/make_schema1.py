@@ -195,7 +195,7 @@ class Geologist:
         assert self.studio.attempt(make, *args, **values)
 
     def hit(self, model_id: str, point: Any) -> Any:
-        from vomstudio.tools.types import Hit
+        from vomstudio.tools.interaction_types import Hit
 
         surface = self.studio.models[model_id].surface
         if surface.element == "point":
@@ -207,21 +207,21 @@ class Geologist:
         return Hit(model_id, surface.element, index, place)
 
     def click(self, model_id: str, points: Any, **more: Any) -> None:
-        from vomstudio.tools.types import Button, Pointer, PointerEvent
+        from vomstudio.tools.interaction_types import Button, Pointer, PointerEvent
 
         for point in points:
             hit = self.hit(model_id, point)
             self.studio.pointer(PointerEvent(Pointer.CLICK, 0, 0, Button.LEFT, hit=hit, **more))
 
     def drag_vertex(self, model_id: str, index: int, point: Any) -> None:
-        from vomstudio.tools.types import Button, Pointer, PointerEvent
+        from vomstudio.tools.interaction_types import Button, Pointer, PointerEvent
 
         for kind in (Pointer.DRAG_START, Pointer.DRAG_MOVE, Pointer.DRAG_END):
             hit = self.hit(model_id, point)
             self.studio.pointer(PointerEvent(kind, 0, 0, Button.LEFT, hit=hit, handle=index))
 
     def stroke(self, model_id: str, points: Any, *, ctrl: bool = False) -> None:
-        from vomstudio.tools.types import Button, Pointer, PointerEvent
+        from vomstudio.tools.interaction_types import Button, Pointer, PointerEvent
 
         kinds = [Pointer.DRAG_START, *[Pointer.DRAG_MOVE] * (len(points) - 2), Pointer.DRAG_END]
         for kind, point in zip(kinds, points, strict=True):
@@ -303,7 +303,7 @@ def days(outcrop: Path, state: Path) -> None:
         write_control,
         write_marks,
     )
-    from vomstudio.jobs.running import run_job
+    from vomstudio.jobs.run_job import run_job
     from vomstudio.jobs.tasks import write_layers
     from vomstudio.progress import Silent
 

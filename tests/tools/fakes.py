@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from vomstudio.document.measurements import measure_all
-from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent
+from vomstudio.document.measurement_cache import measure_all
+from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
 
 
 class Context:

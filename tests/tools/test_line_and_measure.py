@@ -16,10 +16,10 @@ from vomstudio.document.kinds.dimension import Dimension
 from vomstudio.document.kinds.lineation import Lineation
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError
+from vomstudio.tools.interaction_types import Button, Pointer
 from vomstudio.tools.line import LineTool
 from vomstudio.tools.measure import MeasureTool
 from vomstudio.tools.trace import TraceTool
-from vomstudio.tools.types import Button, Pointer
 
 STRIA = ((0.0, 0.0, 0.5), (1.0, 0.02, 0.98), (2.0, -0.01, 1.51), (3.0, 0.0, 2.0))
 

@@ -21,9 +21,9 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.patches import ids_of
 from vomstudio.geometry.streaming.surfaces import surface_of
-from vomstudio.tools.painted import area_of
+from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
+from vomstudio.tools.painted_area import area_of
 from vomstudio.tools.patch import PatchTool
-from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent
 
 # One face of a dipping, slightly rough bed; some 1 600 squares of 10 cm.
 DIP = np.array([[0.8, 0.0, 0.6], [0.0, 1.0, 0.0], [-0.6, 0.0, 0.8]])
@@ -382,7 +382,7 @@ def test_what_cannot_be_written_is_not_done(tool, context):
 def test_the_stroke_is_shown_live_with_its_fit_and_is_gone_with_its_release(
     tool, context, monkeypatch
 ):
-    monkeypatch.setattr("vomstudio.tools.stroke._LIVE_SHARE", 1.0)
+    monkeypatch.setattr("vomstudio.tools.brush_stroke._LIVE_SHARE", 1.0)
     stroke(tool, (1.0, 1.0), (1.5, 1.0), release=False)
     preview = context.shown[-1]
     assert len(preview.area.corners) == len(within((1.0, 1.0)) | within((1.5, 1.0)))
@@ -403,7 +403,7 @@ def test_the_stroke_is_shown_live_with_its_fit_and_is_gone_with_its_release(
 
 
 def test_a_fit_that_takes_long_is_left_out_until_it_is_its_turn(tool, context, monkeypatch):
-    monkeypatch.setattr("vomstudio.tools.stroke._LIVE_SHARE", 1e-9)
+    monkeypatch.setattr("vomstudio.tools.brush_stroke._LIVE_SHARE", 1e-9)
     stroke(tool, (1.0, 1.0), (2.0, 1.0), release=False)
     first = tool.measurement
     tool.pointer(at(Pointer.DRAG_MOVE, (3.0, 1.0)))

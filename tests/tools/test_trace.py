@@ -15,8 +15,8 @@ from vomstudio.document.journal import replay
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError
+from vomstudio.tools.interaction_types import Button, Pointer
 from vomstudio.tools.trace import TraceTool
-from vomstudio.tools.types import Button, Pointer
 
 LINE = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (2.0, 0.0, 0.0)]
 

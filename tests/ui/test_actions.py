@@ -15,7 +15,7 @@ from vomstudio.document.records import Frame
 from vomstudio.geology.orientation import Plane
 from vomstudio.tools.trace import TraceTool
 from vomstudio.ui.interpret.tool_panels.trace import TracePanel
-from vomstudio.ui.shell.palette import CommandPalette
+from vomstudio.ui.shell.command_palette import CommandPalette
 
 
 def beds(studio) -> None:

@@ -16,7 +16,7 @@ from vomstudio.ui.scene import display_commands
 from vomstudio.workspace import display
 from vomstudio.workspace.display import Display, why_not_mode
 from vomstudio.workspace.model_loading import OpenModel
-from vomstudio.workspace.owner import Loop
+from vomstudio.workspace.owner_thread import Loop
 
 BOX = ClipBox((0.0, 1.0, 2.0), (10.0, 11.0, 12.0))
 

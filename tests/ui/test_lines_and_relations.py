@@ -16,7 +16,7 @@ from vomstudio.document.kinds.lineation import Lineation
 from vomstudio.tools.line import LineTool
 from vomstudio.tools.measure import MeasureTool
 from vomstudio.ui.common.plane_box import SELECTED
-from vomstudio.ui.interpret.relations import IntersectionDialog
+from vomstudio.ui.interpret.plane_relations import IntersectionDialog
 from vomstudio.ui.interpret.table_panel import COLUMNS
 from vomstudio.ui.interpret.tool_panels.line import LinePanel
 from vomstudio.ui.interpret.tool_panels.measure import MeasurePanel

@@ -13,9 +13,9 @@ from tests.geometry.test_brush import centre_of, grid
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.geometry.streaming.surfaces import surface_of
+from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
 from vomstudio.tools.patch import PatchTool
 from vomstudio.tools.trace import TraceTool
-from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent
 from vomstudio.ui.interpret.tool_panels.patch import PatchPanel
 from vomstudio.ui.interpret.tool_panels.trace import TracePanel
 

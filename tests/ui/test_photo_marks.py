@@ -14,7 +14,7 @@ from vomstudio.errors import InputError, TargetError
 from vomstudio.io.control.control_files import crs_of, read_control, read_marks
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.writing import write_marks
-from vomstudio.io.project.taking_in import read_beside, stored_path, tables_of
+from vomstudio.io.project.sidecar_import import read_beside, stored_path, tables_of
 from vomstudio.io.settings import Settings
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.photos import photo_exports

@@ -20,10 +20,10 @@ from vomstudio.io.project.sample import read_picks, read_truth, sample_model
 from vomstudio.io.settings import Settings
 from vomstudio.jobs.job import Nothing
 from vomstudio.jobs.model_tasks import LOAD_MODEL, WARM, ModelFile
+from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
 from vomstudio.tools.trace import TraceTool
-from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent
 from vomstudio.workspace.notices import Notice
-from vomstudio.workspace.owner import Loop
+from vomstudio.workspace.owner_thread import Loop
 from vomstudio.workspace.workspace import Workspace
 
 WITHOUT = ("PySide6", "vtk", "vtkmodules", "pyvista")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from vomstudio.errors import UsageError
 from vomstudio.progress import Progress, Silent
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.cli.output import Output
@@ -33,7 +34,7 @@ class Parser(argparse.ArgumentParser):
         found = re.match(r"argument ([^:]+): (.*)", message, re.DOTALL)
         field, said = found.groups() if found else (None, message)
         said = " ".join(said.split())
-        raise UsageError(f"{said}; see {self.prog} --help.", field=field)
+        raise UsageError(tr("{said}; see {prog} --help.", said=said, prog=self.prog), field=field)
 
     def _print_message(self, message: str, file: object = None) -> None:
         raise HelpWanted(message.rstrip("\n"))
@@ -42,9 +43,9 @@ class Parser(argparse.ArgumentParser):
 def add_command(subparsers: Subparsers, name: str, run: Run, *, help_: str) -> Parser:
     """A command with the options that all share."""
     parser: Parser = subparsers.add_parser(name, help=help_, description=f"{help_}.")
-    parser.add_argument("--json", action="store_true", help="print one JSON object on stdout")
+    parser.add_argument("--json", action="store_true", help=tr("print one JSON object on stdout"))
     parser.add_argument(
-        "--progress", choices=["json"], help="report progress as JSON lines on stderr"
+        "--progress", choices=["json"], help=tr("report progress as JSON lines on stderr")
     )
     parser.set_defaults(run=run)
     return parser
@@ -52,14 +53,16 @@ def add_command(subparsers: Subparsers, name: str, run: Run, *, help_: str) -> P
 
 def add_output(parser: Parser, what: str, *, required: bool = False) -> None:
     parser.add_argument("-o", "--output", metavar="FILE", required=required, help=what)
-    parser.add_argument("--force", action="store_true", help="replace FILE if it is there already")
+    parser.add_argument(
+        "--force", action="store_true", help=tr("replace FILE if it is there already")
+    )
 
 
 def add_azimuth(parser: Parser) -> None:
     parser.add_argument(
         "--azimuth",
         choices=["strike", "dipdir"],
-        help="what a column called azimuth, or the first of a table without header, means",
+        help=tr("what a column called azimuth, or the first of a table without header, means"),
     )
 
 

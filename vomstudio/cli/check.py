@@ -6,10 +6,11 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.cli import words
+from vomstudio.cli import text_tables
 from vomstudio.cli.arguments import Subparsers, add_command, progress_of
 from vomstudio.cli.output import Output
 from vomstudio.errors import UsageError
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.survey.check_results import SurveyReport
@@ -17,14 +18,16 @@ if TYPE_CHECKING:
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
-        subparsers, "check", run, help_="Check a set of photos before or after it is aligned"
+        subparsers, "check", run, help_=tr("Check a set of photos before or after it is aligned")
     )
-    parser.add_argument("photos", metavar="PHOTOS", help="folder of photos")
+    parser.add_argument("photos", metavar="PHOTOS", help=tr("folder of photos"))
     parser.add_argument(
-        "--distance", type=float, metavar="M", help="distance from camera to rock, if known"
+        "--distance", type=float, metavar="M", help=tr("distance from camera to rock, if known")
     )
     parser.add_argument(
-        "--scene", metavar="DIR", help="folder of an alignment of these photos, to check that too"
+        "--scene",
+        metavar="DIR",
+        help=tr("folder of an alignment of these photos, to check that too"),
     )
 
 
@@ -33,7 +36,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.survey.check import check_photos
 
     if args.distance is not None and not 0 < args.distance < 1e6:
-        raise UsageError("a distance is a positive number of metres.", field="--distance")
+        raise UsageError(tr("a distance is a positive number of metres."), field="--distance")
     progress = progress_of(args)
     scene = None
     if args.scene is not None:
@@ -69,17 +72,17 @@ def _in_words(report: SurveyReport) -> str:
     rows = [
         (
             photo.name,
-            words.number(None if photo.gsd_m is None else 1000 * photo.gsd_m, 2),
-            words.number(photo.blur, 2),
-            words.number(photo.views, 1),
-            words.number(None if photo.overlap is None else 100 * photo.overlap, 0),
+            text_tables.number(None if photo.gsd_m is None else 1000 * photo.gsd_m, 2),
+            text_tables.number(photo.blur, 2),
+            text_tables.number(photo.views, 1),
+            text_tables.number(None if photo.overlap is None else 100 * photo.overlap, 0),
         )
         for photo in report.photos
     ]
     lines = []
     if rows:
         heads = ("photo", "pixel", "blur", "views", "overlap")
-        lines = [words.table(heads, ("", "mm", "px", "", "%"), rows), ""]
+        lines = [text_tables.table(heads, ("", "mm", "px", "", "%"), rows), ""]
     for finding in report.findings:
         lines.append(f"{finding.severity}: {finding.text}")
     lines += ["", report.verdict]

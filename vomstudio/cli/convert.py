@@ -10,6 +10,7 @@ from vomstudio.cli.arguments import Subparsers, add_command, progress_of
 from vomstudio.cli.output import Output
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry.units import METRES
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geometry.cloud import PointCloud
@@ -19,16 +20,18 @@ if TYPE_CHECKING:
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
-        subparsers, "convert", run, help_="Write a model or cloud in another format"
+        subparsers, "convert", run, help_=tr("Write a model or cloud in another format")
     )
-    parser.add_argument("input", metavar="IN", help="model or cloud in any format that is read")
-    parser.add_argument("output", metavar="OUT", help="the file to write; its ending says what")
-    parser.add_argument("--crs", metavar="EPSG", help="the projected CRS that IN is in")
-    parser.add_argument("--up", choices=["y", "z"], help="the axis of IN that points up")
+    parser.add_argument("input", metavar="IN", help=tr("model or cloud in any format that is read"))
+    parser.add_argument("output", metavar="OUT", help=tr("the file to write; its ending says what"))
+    parser.add_argument("--crs", metavar="EPSG", help=tr("the projected CRS that IN is in"))
+    parser.add_argument("--up", choices=["y", "z"], help=tr("the axis of IN that points up"))
     parser.add_argument(
-        "--unit", choices=sorted(METRES), default=None, help="the unit of IN's coordinates"
+        "--unit", choices=sorted(METRES), default=None, help=tr("the unit of IN's coordinates")
     )
-    parser.add_argument("--force", action="store_true", help="replace OUT if it is there already")
+    parser.add_argument(
+        "--force", action="store_true", help=tr("replace OUT if it is there already")
+    )
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -58,7 +61,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.unit is not None:
         if crs is not None and METRES[args.unit] != unit:
             raise UsageError(
-                f"the unit of {crs} is {unit:g} m, not {args.unit}; leave one of them out.",
+                tr(
+                    "the unit of {crs} is {unit:g} m, not {unit_2}; leave one of them out.",
+                    crs=crs,
+                    unit=unit,
+                    unit_2=args.unit,
+                ),
                 field="--unit",
             )
     elif crs is not None and unit != 1.0:

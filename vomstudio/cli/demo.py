@@ -15,6 +15,7 @@ from vomstudio.cli.arguments import Parser, Subparsers, add_command, progress_of
 from vomstudio.cli.output import Output
 from vomstudio.errors import TargetError, WorkerError
 from vomstudio.progress import Progress
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.io.project.folder import Project
@@ -29,19 +30,25 @@ PROJECT = "sample.vom"
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
-        subparsers, "demo", run, help_="Measure the embedded sample outcrop, whose truth is known"
+        subparsers,
+        "demo",
+        run,
+        help_=tr("Measure the embedded sample outcrop, whose truth is known"),
     )
     parser.add_argument(
         "-o",
         "--output",
         metavar="DIR",
         default=DEFAULT_FOLDER,
-        help=f"folder for everything that is written (default {DEFAULT_FOLDER})",
+        help=tr(
+            "folder for everything that is written (default {DEFAULT_FOLDER})",
+            DEFAULT_FOLDER=DEFAULT_FOLDER,
+        ),
     )
     parser.add_argument(
         "--without-photos",
         action="store_true",
-        help="measure the finished model only: seconds instead of a minute or two",
+        help=tr("measure the finished model only: seconds instead of a minute or two"),
     )
 
 
@@ -113,7 +120,7 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
         sample_photos,
     )
     from vomstudio.jobs.reconstruction_tasks import RECONSTRUCT, ReconstructionOrder
-    from vomstudio.jobs.running import run_job
+    from vomstudio.jobs.run_job import run_job
     from vomstudio.products.sample.photo_check import check_photos, in_words
 
     order = ReconstructionOrder(
@@ -126,7 +133,7 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
     )
     made = run_job(RECONSTRUCT, order, progress)
     if made.dense_gsd_m is None:
-        raise WorkerError("none of the sample's photos was placed; install the program again")
+        raise WorkerError(tr("none of the sample's photos was placed; install the program again"))
     outcrop, cloud = read_model(sample_model()).data, read_model(Path(made.dense)).data
     checks = check_photos(
         read_cameras(made.poses),
@@ -169,15 +176,17 @@ def _prepare(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if any(folder.iterdir()) and not (folder / MARK).is_file():
-            raise TargetError("this folder holds other files; name a new one.", file=folder)
+            raise TargetError(tr("this folder holds other files; name a new one."), file=folder)
         (folder / MARK).write_text("made by vomstudio demo\n", "utf-8")
         project = folder / PROJECT
         if project.exists():
             if (project / "journal.sqlite").is_file() and not is_free(project):
-                raise TargetError("this project is open in a window; close it.", file=project)
+                raise TargetError(tr("this project is open in a window; close it."), file=project)
             shutil.rmtree(project)
     except OSError as error:
-        raise TargetError(f"the folder cannot be used ({error.strerror})", file=folder) from error
+        raise TargetError(
+            tr("the folder cannot be used ({strerror})", strerror=error.strerror), file=folder
+        ) from error
 
 
 def _project(folder: Path, picks: SamplePicks) -> list[Path]:

@@ -31,6 +31,7 @@ from vomstudio.cli.output import Channel, Output, stdout_kept, to_json
 from vomstudio.errors import Cancelled, InputError, UsageError, VomError
 from vomstudio.failures import log  # noqa: F401 - without a log nothing of it reaches stderr
 from vomstudio.version import __version__
+from vomstudio.words import tr
 
 _COMMAND_MODULES = {
     "demo": demo,
@@ -124,7 +125,10 @@ def _from_system(error: OSError) -> VomError:
     if isinstance(error, BrokenPipeError) or error.filename is None:
         return _OurFault(f"the system refused ({reason}); please try again.")
     name = os.fsdecode(error.filename) if isinstance(error.filename, bytes) else error.filename
-    return InputError(f"the system refused this ({reason}); check name and rights.", file=str(name))
+    return InputError(
+        tr("the system refused this ({reason}); check name and rights.", reason=reason),
+        file=str(name),
+    )
 
 
 def _fail(error: VomError, channel: Channel | None, output: Output) -> int:
@@ -147,8 +151,8 @@ def _say(text: str) -> None:
 def _parser() -> Parser:
     parser = Parser(
         prog="vomstudio",
-        description="Geology measured on virtual outcrop models.",
-        epilog="Without a command the window opens: vomstudio [FILE or PROJECT].",
+        description=tr("Geology measured on virtual outcrop models."),
+        epilog=tr("Without a command the window opens: vomstudio [FILE or PROJECT]."),
     )
     parser.add_argument("--version", action="version", version=f"VOM Studio {__version__}")
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=Parser)
@@ -159,4 +163,6 @@ def _parser() -> Parser:
 
 
 def _no_command(args: object, out: object) -> None:
-    raise UsageError(f"name a command: {', '.join(COMMANDS)}; see vomstudio --help.")
+    raise UsageError(
+        tr("name a command: {COMMANDS}; see vomstudio --help.", COMMANDS=", ".join(COMMANDS))
+    )

@@ -7,14 +7,15 @@ from pathlib import Path
 
 from vomstudio.cli.arguments import Subparsers, add_command, add_output
 from vomstudio.cli.output import Output
+from vomstudio.words import tr
 
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
-        subparsers, "export", run, help_="Write a project's features for other programs"
+        subparsers, "export", run, help_=tr("Write a project's features for other programs")
     )
-    parser.add_argument("project", metavar="PROJECT", help="the folder NAME.vom")
-    parser.add_argument("--to", metavar="FORMAT", required=True, help="csv, gpkg, shp or dxf")
+    parser.add_argument("project", metavar="PROJECT", help=tr("the folder NAME.vom"))
+    parser.add_argument("--to", metavar="FORMAT", required=True, help=tr("csv, gpkg, shp or dxf"))
     add_output(parser, "the file to write", required=True)
 
 

@@ -5,23 +5,26 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.cli import words
+from vomstudio.cli import text_tables
 from vomstudio.cli.arguments import Subparsers, add_command, add_output
 from vomstudio.cli.output import Output
 from vomstudio.errors import GeometryError
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.io.text.tables import PointGroups
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    parser = add_command(subparsers, "fit", run, help_="Fit planes to points and judge them")
-    parser.add_argument("points", metavar="POINTS", help="text table with x, y, z")
+    parser = add_command(subparsers, "fit", run, help_=tr("Fit planes to points and judge them"))
+    parser.add_argument("points", metavar="POINTS", help=tr("text table with x, y, z"))
     parser.add_argument(
         "--by",
         metavar="COLUMN",
-        help="name or number of the column that tells the planes apart "
-        "(segment: the parts between --- lines)",
+        help=tr(
+            "name or number of the column that tells the planes apart (segment: the "
+            "parts between --- lines)"
+        ),
     )
     parser.add_argument("--method", choices=["pca", "regression"], default="pca")
     add_output(parser, "write the orientation table as CSV")
@@ -76,9 +79,13 @@ def _fitted(groups: PointGroups, method: Any) -> tuple[list[dict[str, Any]], lis
 def _nothing_fitted(path: str, by: str | None, skipped: list[dict[str, str]]) -> GeometryError:
     first = skipped[0]
     if by is None:
-        return GeometryError(f"no plane: {first['reason']}.", file=path)
+        return GeometryError(tr("no plane: {reason}.", reason=first["reason"]), file=path)
     return GeometryError(
-        f"none of its {len(skipped)} planes can be fitted; the first: {first['reason']}.",
+        tr(
+            "none of its {count} planes can be fitted; the first: {reason}.",
+            count=len(skipped),
+            reason=first["reason"],
+        ),
         file=path,
         field=f"{by} {first['id']}",
     )
@@ -92,13 +99,13 @@ def _in_words(rows: list[dict[str, Any]]) -> str:
         [
             str(row["id"]),
             str(row["n_points"]),
-            words.azimuth(row["strike_rhr_deg"], 3),
-            words.inclination(row["dip_deg"], 3),
-            "undefined" if row["undefined"] else words.azimuth(row["dip_direction_deg"], 3),
+            text_tables.azimuth(row["strike_rhr_deg"], 3),
+            text_tables.inclination(row["dip_deg"], 3),
+            "undefined" if row["undefined"] else text_tables.azimuth(row["dip_direction_deg"], 3),
             _pair(row, "confidence95"),
             _pair(row, "angular_error"),
-            words.figures(row["rms_m"]),
-            words.figures(row["extent_m"]),
+            text_tables.figures(row["rms_m"]),
+            text_tables.figures(row["extent_m"]),
             row["quality"],
         ]
         for row in rows
@@ -108,9 +115,9 @@ def _in_words(rows: list[dict[str, Any]]) -> str:
         for row in rows
         if row["quality_reason"]
     ]
-    return "\n".join([words.table(heads, units, body), *reasons])
+    return "\n".join([text_tables.table(heads, units, body), *reasons])
 
 
 def _pair(row: dict[str, Any], name: str) -> str:
     largest, smallest = row[f"max_{name}_deg"], row[f"min_{name}_deg"]
-    return f"{words.number(largest, 4)}/{words.number(smallest, 4)}"
+    return f"{text_tables.number(largest, 4)}/{text_tables.number(smallest, 4)}"

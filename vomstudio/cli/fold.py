@@ -7,10 +7,11 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
-from vomstudio.cli import words
+from vomstudio.cli import text_tables
 from vomstudio.cli.arguments import Subparsers, add_azimuth, add_command
 from vomstudio.cli.output import Output
 from vomstudio.errors import GeometryError, UsageError, VomError
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     import numpy as np
@@ -23,16 +24,21 @@ DEFAULT_KIND = "bedding"
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    parser = add_command(subparsers, "fold", run, help_="Pi-plane, fold axis beta and its verdict")
-    parser.add_argument("table", metavar="TABLE", help="table of planes")
+    parser = add_command(
+        subparsers, "fold", run, help_=tr("Pi-plane, fold axis beta and its verdict")
+    )
+    parser.add_argument("table", metavar="TABLE", help=tr("table of planes"))
     parser.add_argument(
         "--kind",
-        help=f"use planes of this kind only (default {DEFAULT_KIND}, if the table has kinds)",
+        help=tr(
+            "use planes of this kind only (default {DEFAULT_KIND}, if the table has kinds)",
+            DEFAULT_KIND=DEFAULT_KIND,
+        ),
     )
     parser.add_argument(
         "--sets",
         metavar="A,B[,C]",
-        help="the axis common to these sets (hanging wall, footwall, fault), by their means",
+        help=tr("the axis common to these sets (hanging wall, footwall, fault), by their means"),
     )
     add_azimuth(parser)
 
@@ -160,7 +166,7 @@ class Choice:
 def _names(text: str) -> list[str]:
     names = [name.strip() for name in text.split(",")]
     if len(names) < 2 or not all(names) or len({n.casefold() for n in names}) < len(names):
-        raise UsageError("name two or three different sets, as in --sets A,B.", field="--sets")
+        raise UsageError(tr("name two or three different sets, as in --sets A,B."), field="--sets")
     return names
 
 
@@ -179,11 +185,12 @@ def _in_words(result: dict[str, Any]) -> str:
     lines = [
         f"planes used   {result['used']} of {result['n']}",
         *(f"  left out    {o['n']} {o['what']} ({o['reason']})" for o in result["left_out"]),
-        f"beta          {words.line(beta)}  trend/plunge, deg",
+        f"beta          {text_tables.line(beta)}  trend/plunge, deg",
         f"  confidence  {confidence}",
-        f"pi-plane      {words.azimuth(plane['dip_direction_deg'])}/"
-        f"{words.inclination(plane['dip_deg'])} dip direction/dip = "
-        f"{words.azimuth(plane['strike_rhr_deg'])}/{words.inclination(plane['dip_deg'])} "
+        f"pi-plane      {text_tables.azimuth(plane['dip_direction_deg'])}/"
+        f"{text_tables.inclination(plane['dip_deg'])} dip direction/dip = "
+        f"{text_tables.azimuth(plane['strike_rhr_deg'])}/"
+        f"{text_tables.inclination(plane['dip_deg'])} "
         "strike (RHR)/dip, deg",
         f"verdict       {result['verdict']}; view along beta valid: {result['valid']}",
         *(f"  - {reason}" for reason in result["reasons"]),

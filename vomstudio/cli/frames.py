@@ -6,17 +6,27 @@ import argparse
 
 from vomstudio.cli.arguments import Subparsers, add_command, progress_of
 from vomstudio.cli.output import Output
+from vomstudio.words import tr
 
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
-        subparsers, "frames", run, help_="Take the sharp frames of a video, for a reconstruction"
+        subparsers,
+        "frames",
+        run,
+        help_=tr("Take the sharp frames of a video, for a reconstruction"),
     )
     parser.add_argument("video", metavar="VIDEO")
-    parser.add_argument("-o", "--output", metavar="DIR", required=True, help="folder for them")
-    parser.add_argument("--force", action="store_true", help="write into a folder that is in use")
+    parser.add_argument("-o", "--output", metavar="DIR", required=True, help=tr("folder for them"))
     parser.add_argument(
-        "--fps", type=float, default=2.0, metavar="N", help="frames per second, 1 to 4 (default 2)"
+        "--force", action="store_true", help=tr("write into a folder that is in use")
+    )
+    parser.add_argument(
+        "--fps",
+        type=float,
+        default=2.0,
+        metavar="N",
+        help=tr("frames per second, 1 to 4 (default 2)"),
     )
 
 

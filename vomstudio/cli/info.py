@@ -11,6 +11,7 @@ from vomstudio.cli.arguments import Subparsers, add_command, progress_of
 from vomstudio.cli.output import Output
 from vomstudio.errors import InputError
 from vomstudio.progress import Progress
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
@@ -26,8 +27,10 @@ GRIDS = {".tif", ".tiff"}
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    parser = add_command(subparsers, "info", run, help_="Say what is in models, tables and photos")
-    parser.add_argument("files", metavar="FILE", nargs="+", help="file, or folder of photos")
+    parser = add_command(
+        subparsers, "info", run, help_=tr("Say what is in models, tables and photos")
+    )
+    parser.add_argument("files", metavar="FILE", nargs="+", help=tr("file, or folder of photos"))
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -121,7 +124,7 @@ def _table(path: Path) -> dict[str, Any]:
     table = read_table(path)
     if not len(table):
         raise InputError(
-            "there is a header and nothing below it; a table needs rows.",
+            tr("there is a header and nothing below it; a table needs rows."),
             file=path,
             line=table.header_line,
         )
@@ -166,9 +169,11 @@ def _picture(path: Path) -> dict[str, Any]:
         finally:
             Image.MAX_IMAGE_PIXELS = limit
     except UnidentifiedImageError as error:
-        raise InputError("this is not an image, or a damaged one.", file=path) from error
+        raise InputError(tr("this is not an image, or a damaged one."), file=path) from error
     except (OSError, ValueError, SyntaxError) as error:
-        raise InputError(f"this image cannot be read ({error}).", file=path) from error
+        raise InputError(
+            tr("this image cannot be read ({error}).", error=error), file=path
+        ) from error
     warnings = []
     if 33550 in tags or 34264 in tags:
         warnings.append("it is georeferenced, but its place is not shown here")

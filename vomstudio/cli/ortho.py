@@ -14,42 +14,48 @@ from vomstudio.cli.arguments import (
     progress_of,
 )
 from vomstudio.cli.output import Output
-from vomstudio.cli.words import azimuth
+from vomstudio.cli.text_tables import azimuth
 from vomstudio.errors import InputError, UsageError
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.io.models.reader import LoadedModel
-    from vomstudio.products.ortho.views import View
+    from vomstudio.products.ortho.view_directions import View
 
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
-        subparsers, "ortho", run, help_="Orthophoto of a model along any direction, as GeoTIFF"
+        subparsers, "ortho", run, help_=tr("Orthophoto of a model along any direction, as GeoTIFF")
     )
-    parser.add_argument("model", metavar="MODEL", help="mesh or point cloud")
+    parser.add_argument("model", metavar="MODEL", help=tr("mesh or point cloud"))
     parser.add_argument(
-        "--trend", type=float, metavar="T", help="look toward this trend, deg (with --plunge)"
-    )
-    parser.add_argument(
-        "--plunge", type=float, metavar="P", help="and this plunge: 90 is straight down"
+        "--trend", type=float, metavar="T", help=tr("look toward this trend, deg (with --plunge)")
     )
     parser.add_argument(
-        "--plane", metavar="DD/D", help="look against the upward normal of this plane"
+        "--plunge", type=float, metavar="P", help=tr("and this plunge: 90 is straight down")
     )
     parser.add_argument(
-        "--fold", metavar="TABLE", help="look along the fold axis of this table's bedding"
+        "--plane", metavar="DD/D", help=tr("look against the upward normal of this plane")
+    )
+    parser.add_argument(
+        "--fold", metavar="TABLE", help=tr("look along the fold axis of this table's bedding")
     )
     add_output(parser, "the picture, NAME.tif; NAME_depth.tif and NAME.json beside", required=True)
-    parser.add_argument("--gsd", type=float, metavar="M", help="metres per pixel")
-    parser.add_argument("--flip", action="store_true", help="look from the other side")
+    parser.add_argument("--gsd", type=float, metavar="M", help=tr("metres per pixel"))
+    parser.add_argument("--flip", action="store_true", help=tr("look from the other side"))
     parser.add_argument(
-        "--sheet", metavar="FILE", help="also a picture with scale bar and orientation (.png, .pdf)"
+        "--sheet",
+        metavar="FILE",
+        help=tr("also a picture with scale bar and orientation (.png, .pdf)"),
     )
     parser.add_argument(
-        "--up", choices=["y", "z"], default="z", help="the model's axis that points up (default z)"
+        "--up",
+        choices=["y", "z"],
+        default="z",
+        help=tr("the model's axis that points up (default z)"),
     )
     parser.add_argument(
-        "--unit", type=float, metavar="M", default=1.0, help="metres per unit of the model"
+        "--unit", type=float, metavar="M", default=1.0, help=tr("metres per unit of the model")
     )
     add_azimuth(parser)
 
@@ -59,14 +65,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.files.atomic import check_target
     from vomstudio.io.models.opening import read_model
     from vomstudio.io.photos.cameras_file import scale_known
-    from vomstudio.products.ortho import orthophoto, planning, views
+    from vomstudio.products.ortho import orthophoto, planning, view_directions
     from vomstudio.products.ortho.sheet import format_of
 
     _one_direction(args)
     if args.unit <= 0 or args.unit != args.unit or args.unit == float("inf"):
-        raise UsageError("a unit has a length in metres, such as 0.001 for mm.", field="--unit")
+        raise UsageError(tr("a unit has a length in metres, such as 0.001 for mm."), field="--unit")
     if args.gsd is not None and not 0 < args.gsd < float("inf"):
-        raise UsageError("the size of a pixel must be a length in metres.", field="--gsd")
+        raise UsageError(tr("the size of a pixel must be a length in metres."), field="--gsd")
     if args.sheet is not None:
         format_of(args.sheet)
     for target in (args.output, *orthophoto.outputs_of(args.output)[:2], args.sheet):
@@ -101,7 +107,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
     if fold is not None:
         deep = float(plan.points[:, 2].max() - plan.points[:, 2].min())
-        fold["cost"] = views.cost_of_direction(
+        fold["cost"] = view_directions.cost_of_direction(
             fold["beta"]["max_confidence95_deg"], deep, metric=view.metric
         )
         warnings.append(fold["cost"])
@@ -142,18 +148,18 @@ def _one_direction(args: argparse.Namespace) -> None:
     ]
     if sum(ways) != 1:
         raise UsageError(
-            "say once where to look: --trend T --plunge P, or --plane DD/D, or --fold TABLE."
+            tr("say once where to look: --trend T --plunge P, or --plane DD/D, or --fold TABLE.")
         )
     if ways[0] and (args.trend is None or args.plunge is None):
         raise UsageError(
-            "a direction has both a trend and a plunge.",
+            tr("a direction has both a trend and a plunge."),
             field="--plunge" if args.plunge is None else "--trend",
         )
 
 
 def _fixed_view(args: argparse.Namespace) -> View | None:
     from vomstudio.geology.notation import parse_plane
-    from vomstudio.products.ortho.views import view_along_line, view_of_plane
+    from vomstudio.products.ortho.view_directions import view_along_line, view_of_plane
 
     if args.fold is not None:
         return None
@@ -181,7 +187,7 @@ def _fold(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
 
 
 def _fold_view(fold: dict[str, Any] | None, loaded: LoadedModel, to_world: Any) -> View:
-    from vomstudio.products.ortho.views import view_along_axis
+    from vomstudio.products.ortho.view_directions import view_along_axis
 
     assert fold is not None
     beta = fold["beta"]

@@ -19,6 +19,7 @@ from typing import Any, TextIO
 
 from vomstudio.errors import Cancelled, TargetError
 from vomstudio.progress import CancelToken
+from vomstudio.words import tr
 
 
 class Output:
@@ -106,7 +107,9 @@ class Channel:
             raise
         except OSError as error:
             full = "the disk is full" if error.errno == errno.ENOSPC else str(error.strerror)
-            raise TargetError(f"standard output cannot be written ({full}).") from error
+            raise TargetError(
+                tr("standard output cannot be written ({full}).", full=full)
+            ) from error
 
 
 @contextlib.contextmanager

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from vomstudio.cli.arguments import Subparsers, add_command, add_output
 from vomstudio.cli.output import Output
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.survey.planning import SurveyPlan
@@ -14,35 +15,46 @@ if TYPE_CHECKING:
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
-        subparsers, "plan", run, help_="Plan a photo survey: distance, positions, control points"
+        subparsers,
+        "plan",
+        run,
+        help_=tr("Plan a photo survey: distance, positions, control points"),
     )
     parser.add_argument(
         "--camera",
         nargs="+",
         required=True,
         metavar="CAMERA",
-        help="its name, a photo taken with it, or numbers: 23.5x15.6,35,6000x4000 (sensor in mm, "
-        "focal length in mm, pixels)",
+        help=tr(
+            "its name, a photo taken with it, or numbers: 23.5x15.6,35,6000x4000 (sensor "
+            "in mm, focal length in mm, pixels)"
+        ),
     )
-    parser.add_argument("--focal", type=float, metavar="MM", help="focal length of the lens")
-    parser.add_argument("--distance", type=float, metavar="M", help="from camera to rock")
-    parser.add_argument("--width", type=float, required=True, metavar="M", help="of the outcrop")
-    parser.add_argument("--height", type=float, required=True, metavar="M", help="of the outcrop")
-    parser.add_argument("--gsd", type=float, metavar="M", help="wanted size of a pixel on the rock")
+    parser.add_argument("--focal", type=float, metavar="MM", help=tr("focal length of the lens"))
+    parser.add_argument("--distance", type=float, metavar="M", help=tr("from camera to rock"))
     parser.add_argument(
-        "--plane", type=float, metavar="M", help="smallest plane to be measured, across"
+        "--width", type=float, required=True, metavar="M", help=tr("of the outcrop")
     )
     parser.add_argument(
-        "--overlap", type=float, default=0.7, metavar="SHARE", help="0.6 to 0.8 (default 0.7)"
+        "--height", type=float, required=True, metavar="M", help=tr("of the outcrop")
+    )
+    parser.add_argument(
+        "--gsd", type=float, metavar="M", help=tr("wanted size of a pixel on the rock")
+    )
+    parser.add_argument(
+        "--plane", type=float, metavar="M", help=tr("smallest plane to be measured, across")
+    )
+    parser.add_argument(
+        "--overlap", type=float, default=0.7, metavar="SHARE", help=tr("0.6 to 0.8 (default 0.7)")
     )
     parser.add_argument(
         "--manner",
         choices=["handheld", "drone", "terrain"],
         default="handheld",
-        help="on foot, by drone before a cliff, or by drone over flat ground",
+        help=tr("on foot, by drone before a cliff, or by drone over flat ground"),
     )
     parser.add_argument(
-        "--aperture", type=float, default=8.0, metavar="N", help="f-number (default 8)"
+        "--aperture", type=float, default=8.0, metavar="N", help=tr("f-number (default 8)")
     )
     add_output(parser, "a field sheet to print (.pdf, .svg, .html)")
 

@@ -11,17 +11,18 @@ from typing import TYPE_CHECKING, Any
 from vomstudio.cli.arguments import Run, Subparsers, add_command, progress_of
 from vomstudio.cli.output import Output
 from vomstudio.geometry.units import METRES
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
-    from vomstudio.workspace.desk import ProjectDesk
-    from vomstudio.workspace.summary import ProjectSummary
+    from vomstudio.workspace.headless_project import ProjectDesk
+    from vomstudio.workspace.project_summary import ProjectSummary
 
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
-        subparsers, "project", _run, help_="Look into a project, change it, and keep it sound"
+        subparsers, "project", _run, help_=tr("Look into a project, change it, and keep it sound")
     )
-    parser.add_argument("project", metavar="PROJECT", help="the folder NAME.vom")
+    parser.add_argument("project", metavar="PROJECT", help=tr("the folder NAME.vom"))
     actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
 
     def add(name: str, act: Run, help_: str) -> argparse.ArgumentParser:
@@ -29,45 +30,49 @@ def add_parser(subparsers: Subparsers) -> None:
         made: argparse.ArgumentParser = actions.add_parser(
             name, help=help_, description=f"{help_}.", argument_default=argparse.SUPPRESS
         )
-        made.add_argument("--json", action="store_true", help="print one JSON object on stdout")
+        made.add_argument("--json", action="store_true", help=tr("print one JSON object on stdout"))
         made.add_argument(
-            "--progress", choices=["json"], help="report progress as JSON lines on stderr"
+            "--progress", choices=["json"], help=tr("report progress as JSON lines on stderr")
         )
         made.set_defaults(act=act)
         return made
 
     add("list", _list, "Say what is in it")
     model = add("add-model", _add_model, "Make a model part of it")
-    model.add_argument("file", metavar="FILE", help="model or cloud in any format that is read")
-    model.add_argument("--crs", metavar="EPSG", default=None, help="the projected CRS of FILE")
+    model.add_argument("file", metavar="FILE", help=tr("model or cloud in any format that is read"))
+    model.add_argument("--crs", metavar="EPSG", default=None, help=tr("the projected CRS of FILE"))
     model.add_argument(
-        "--up", choices=["y", "z"], default=None, help="the axis of FILE that points up"
+        "--up", choices=["y", "z"], default=None, help=tr("the axis of FILE that points up")
     )
     model.add_argument(
-        "--unit", choices=sorted(METRES), default=None, help="the unit of FILE's coordinates"
+        "--unit", choices=sorted(METRES), default=None, help=tr("the unit of FILE's coordinates")
     )
     picks = add("add-picks", _add_picks, "Add traces: points in World along beds or fractures")
-    picks.add_argument("table", metavar="TABLE", help="text table with x, y, z")
+    picks.add_argument("table", metavar="TABLE", help=tr("text table with x, y, z"))
     picks.add_argument(
-        "--model", default=None, help="name or id of the model they lie on (default: the only one)"
+        "--model",
+        default=None,
+        help=tr("name or id of the model they lie on (default: the only one)"),
     )
-    picks.add_argument("--type", required=True, help="feature type, such as bedding")
+    picks.add_argument("--type", required=True, help=tr("feature type, such as bedding"))
     picks.add_argument(
         "--by",
         metavar="COLUMN",
         default=None,
-        help="name or number of the column that tells the traces apart, and names them",
+        help=tr("name or number of the column that tells the traces apart, and names them"),
     )
-    picks.add_argument("--set", default="", help="the set that they belong to")
+    picks.add_argument("--set", default="", help=tr("the set that they belong to"))
     fit = add("fit", _fit, "Fit and judge its features")
-    fit.add_argument("ids", metavar="ID", nargs="*", default=[], help="ids or names (default: all)")
+    fit.add_argument(
+        "ids", metavar="ID", nargs="*", default=[], help=tr("ids or names (default: all)")
+    )
     add("undo", _undo, "Take the last step back")
     add("redo", _redo, "Do the step that was taken back again")
     add("verify", _verify, "Read every row and file of it and say what is not as it was written")
     add("repair", _repair, "Write a journal with damaged rows anew, and keep the damaged one")
     compact = add("compact", _compact, "Take away rows and files that nothing can reach any more")
     compact.add_argument(
-        "--dry-run", action="store_true", default=False, help="only say what would go"
+        "--dry-run", action="store_true", default=False, help=tr("only say what would go")
     )
 
 
@@ -84,7 +89,7 @@ def _list(args: argparse.Namespace, out: Output) -> None:
 
 
 def _fit(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.workspace.summary import fitted
+    from vomstudio.workspace.project_summary import fitted
 
     found = fitted(Path(args.project), args.ids)
     result = {
@@ -112,7 +117,7 @@ def _verify(args: argparse.Namespace, out: Output) -> None:
 
 # --- changing ------------------------------------------------------------------------------------
 def _add_model(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.workspace.declared import Declared
+    from vomstudio.workspace.frame_declaration import Declared
 
     with _changing(args, out) as desk:
         added = desk.add_model(Path(args.file), Declared(args.crs, args.up, args.unit))
@@ -123,7 +128,7 @@ def _add_model(args: argparse.Namespace, out: Output) -> None:
 
 def _add_picks(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.text.tables import read_points
-    from vomstudio.workspace.desk import Picks
+    from vomstudio.workspace.headless_project import Picks
 
     groups = read_points(args.table, args.by)
     names = groups.ids if args.by is not None else ("",)
@@ -190,8 +195,8 @@ def _changing(
 ) -> Iterator[ProjectDesk]:
     """The open project; what was done to it is saved, and its layers are brought up to date."""
     from vomstudio.io.settings import read_settings
-    from vomstudio.workspace.desk import ProjectDesk
-    from vomstudio.workspace.layers import written_layers
+    from vomstudio.workspace.headless_project import ProjectDesk
+    from vomstudio.workspace.layer_export import written_layers
 
     settings, problems = read_settings()
     out.warn(problems)
@@ -213,7 +218,7 @@ def _report(args: argparse.Namespace, out: Output, what: dict[str, Any], words: 
 
 # --- in words ------------------------------------------------------------------------------------
 def _summary(args: argparse.Namespace) -> ProjectSummary:
-    from vomstudio.workspace.summary import summarise
+    from vomstudio.workspace.project_summary import summarise
 
     return summarise(Path(args.project))
 
@@ -238,15 +243,16 @@ def _in_words(summary: ProjectSummary) -> str:
 
 
 def _row_in_words(row: dict[str, Any]) -> str:
-    from vomstudio.cli import words
+    from vomstudio.cli import text_tables
 
     def angle(name: str, show: Callable[[float, int], str]) -> str:
         return "–" if row.get(name) is None else show(row[name], 3)
 
     if row["geometry"] == "line":
-        place = f"{angle('trend_deg', words.azimuth)}/{angle('plunge_deg', words.inclination)}"
+        plunge = angle("plunge_deg", text_tables.inclination)
+        place = f"{angle('trend_deg', text_tables.azimuth)}/{plunge}"
     else:
-        dip = angle("dip_deg", words.inclination)
-        place = f"{angle('dip_direction_deg', words.azimuth)}/{dip}"
+        dip = angle("dip_deg", text_tables.inclination)
+        place = f"{angle('dip_direction_deg', text_tables.azimuth)}/{dip}"
     quality = f", {row['quality']}" if row.get("quality") else ""
     return f"{row['name']} ({row['kind']}): {place}{quality}"

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from vomstudio.cli.arguments import Subparsers, add_command, progress_of
 from vomstudio.cli.output import Output
 from vomstudio.errors import InputError, UsageError
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.jobs.reconstruction_tasks import Reconstruction
@@ -17,56 +18,59 @@ if TYPE_CHECKING:
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
-        subparsers, "reconstruct", run, help_="Make a textured model of a folder of photos"
+        subparsers, "reconstruct", run, help_=tr("Make a textured model of a folder of photos")
     )
-    parser.add_argument("photos", metavar="PHOTOS", help="folder of JPEG, TIFF or PNG photos")
+    parser.add_argument("photos", metavar="PHOTOS", help=tr("folder of JPEG, TIFF or PNG photos"))
     parser.add_argument(
         "-o", "--output", metavar="DIR", required=True,
-        help="folder for the model; run again with the same one to go on where it stopped",
+        help=tr("folder for the model; run again with the same one to go on where it stopped"),
     )  # fmt: skip
     parser.add_argument(
         "--quality",
         choices=["preview", "low", "medium", "high"],
         default="medium",
-        help="how much of the photos' resolution is used (default medium)",
+        help=tr("how much of the photos' resolution is used (default medium)"),
     )
     parser.add_argument(
         "--gcp",
         metavar="FILE",
-        help="ground control: CSV label,x,y,z[,sigma][,use], XML of MicMac or Metashape, or "
-        "OpenDroneMap's gcp_list.txt (default: control.csv in or beside the folder of the photos, "
-        "where enough of its points are marked; none: do without)",
+        help=tr(
+            "ground control: CSV label,x,y,z[,sigma][,use], XML of MicMac or Metashape, "
+            "or OpenDroneMap's gcp_list.txt (default: control.csv in or beside the "
+            "folder of the photos, where enough of its points are marked; none: do "
+            "without)"
+        ),
     )
     parser.add_argument(
         "--marks", metavar="FILE",
-        help="where the control is seen: CSV label,photo,x,y, or MicMac's XML (default: in --gcp "
-        "where that holds them, else marks.csv beside it, or in the folder of the photos); labels "
-        "that are not in --gcp are tie points",
+        help=tr("where the control is seen: CSV label,photo,x,y, or MicMac's XML (default: "
+"in --gcp where that holds them, else marks.csv beside it, or in the folder "
+"of the photos); labels that are not in --gcp are tie points"),
     )  # fmt: skip
-    parser.add_argument("--crs", metavar="EPSG", help="of the model, such as EPSG:32615")
+    parser.add_argument("--crs", metavar="EPSG", help=tr("of the model, such as EPSG:32615"))
     parser.add_argument(
-        "--scheduler", metavar="ADDRESS", help="work on the Dask cluster of this scheduler"
+        "--scheduler", metavar="ADDRESS", help=tr("work on the Dask cluster of this scheduler")
     )
     parser.add_argument(
-        "--threads", type=int, metavar="N", help="of this machine (default: all processors)"
+        "--threads", type=int, metavar="N", help=tr("of this machine (default: all processors)")
     )
     parser.add_argument(
         "--seed", type=int, metavar="N", default=0,
-        help="of what is random; with --threads 1 the same seed gives the same model",
+        help=tr("of what is random; with --threads 1 the same seed gives the same model"),
     )  # fmt: skip
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.jobs.reconstruction_tasks import RECONSTRUCT, ReconstructionOrder
-    from vomstudio.jobs.running import run_job
+    from vomstudio.jobs.run_job import run_job
 
     photos, folder = Path(args.photos), Path(args.output)
     if not photos.is_dir():
-        raise InputError("is no folder of photos", file=photos)
+        raise InputError(tr("is no folder of photos"), file=photos)
     if args.threads is not None and args.threads < 1:
-        raise UsageError("is 1 or more", field="--threads")
+        raise UsageError(tr("is 1 or more"), field="--threads")
     if folder.resolve() == photos.resolve():
-        raise UsageError("is the photos' own folder; name another", field="--output")
+        raise UsageError(tr("is the photos' own folder; name another"), field="--output")
     crs = None if args.crs is None else _crs(args.crs)
     control, marks, said = _control(args)
     order = ReconstructionOrder(
@@ -95,7 +99,9 @@ def _crs(text: str) -> str:
     except InputError as error:
         raise UsageError(error.message, field="--crs") from error
     if metres != 1.0:
-        raise UsageError("is not in metres; choose one that is, such as a UTM zone", field="--crs")
+        raise UsageError(
+            tr("is not in metres; choose one that is, such as a UTM zone"), field="--crs"
+        )
     return crs
 
 
@@ -129,7 +135,7 @@ def _control(args: argparse.Namespace) -> tuple[Path | None, Path | None, list[s
         marks = with_photos
     if marks is None and not (marks := marks_beside(control)).is_file():
         raise InputError(
-            "there is no such file; name the marks with --marks", file=marks, field="--marks"
+            tr("there is no such file; name the marks with --marks"), file=marks, field="--marks"
         )
     _require_file(marks, "--marks")
     return control, marks, []
@@ -137,7 +143,7 @@ def _control(args: argparse.Namespace) -> tuple[Path | None, Path | None, list[s
 
 def _require_file(path: Path | None, field: str) -> None:
     if path is not None and not path.is_file():
-        raise InputError("there is no such file", file=path, field=field)
+        raise InputError(tr("there is no such file"), file=path, field=field)
 
 
 def _in_words(result: Reconstruction) -> str:

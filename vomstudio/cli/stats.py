@@ -5,9 +5,10 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.cli import words
+from vomstudio.cli import text_tables
 from vomstudio.cli.arguments import Subparsers, add_azimuth, add_command
 from vomstudio.cli.output import Output
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     import numpy as np
@@ -20,14 +21,14 @@ UNNAMED = "unassigned"
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
-        subparsers, "stats", run, help_="Orientation tensor, Fisher mean and shape of each set"
+        subparsers, "stats", run, help_=tr("Orientation tensor, Fisher mean and shape of each set")
     )
-    parser.add_argument("table", metavar="TABLE", help="table of planes or lines")
+    parser.add_argument("table", metavar="TABLE", help=tr("table of planes or lines"))
     parser.add_argument(
-        "--set", metavar="COLUMN", dest="set_column", help="name or number of the set column"
+        "--set", metavar="COLUMN", dest="set_column", help=tr("name or number of the set column")
     )
     parser.add_argument(
-        "--directed", action="store_true", help="lines have a head and a tail: don't flip them"
+        "--directed", action="store_true", help=tr("lines have a head and a tail: don't flip them")
     )
     add_azimuth(parser)
 
@@ -100,16 +101,18 @@ def _in_words(name: str, found: dict[str, Any]) -> str:
         lines.append(f"  Fisher mean     none: {found['fisher_reason']}")
     else:
         lines.append(
-            f"  Fisher mean     {words.line(fisher)}  "
-            f"alpha95 {words.number(fisher['alpha95_deg'], 2)} deg, "
-            f"kappa {words.number(fisher['kappa'], 2)}, R {words.number(fisher['R'], 4)}"
+            f"  Fisher mean     {text_tables.line(fisher)}  "
+            f"alpha95 {text_tables.number(fisher['alpha95_deg'], 2)} deg, "
+            f"kappa {text_tables.number(fisher['kappa'], 2)}, "
+            f"R {text_tables.number(fisher['R'], 4)}"
         )
     lines.append(f"  tensor          S1 {s1:.4f}, S2 {s2:.4f}, S3 {s3:.4f}")
-    axes = ", ".join(words.line(axis) for axis in found["tensor"]["axes"])
+    axes = ", ".join(text_tables.line(axis) for axis in found["tensor"]["axes"])
     lines.append(f"  axes            {axes}  (trend/plunge, deg)")
     shape, vollmer = found["woodcock"], found["vollmer"]
     lines.append(
-        f"  Woodcock        K {words.number(shape['K'], 4)}, C {words.number(shape['C'], 4)}"
+        f"  Woodcock        K {text_tables.number(shape['K'], 4)}, "
+        f"C {text_tables.number(shape['C'], 4)}"
     )
     lines.append(
         f"  Vollmer         P {vollmer['P']:.4f}, G {vollmer['G']:.4f}, R {vollmer['R']:.4f}"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from vomstudio.cli.arguments import Subparsers, add_azimuth, add_command, add_output
 from vomstudio.cli.output import Output
 from vomstudio.errors import UsageError
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.io.text.orientation_reading import OrientationTable
@@ -19,16 +20,27 @@ UNNAMED = "unassigned"
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
-        subparsers, "stereonet", run, help_="Draw a stereonet, lower hemisphere, as SVG, PDF or PNG"
+        subparsers,
+        "stereonet",
+        run,
+        help_=tr("Draw a stereonet, lower hemisphere, as SVG, PDF or PNG"),
     )
-    parser.add_argument("table", metavar="TABLE", help="table of planes or lines")
+    parser.add_argument("table", metavar="TABLE", help=tr("table of planes or lines"))
     add_output(parser, "the picture, by its ending: .svg, .pdf or .png", required=True)
     parser.add_argument(
-        "--set", metavar="COLUMN", dest="set_column", help="colour by this column (name or number)"
+        "--set",
+        metavar="COLUMN",
+        dest="set_column",
+        help=tr("colour by this column (name or number)"),
     )
-    parser.add_argument("--contour", metavar="METHOD", help="density: kamb, exponential_kamb ...")
     parser.add_argument(
-        "--projection", choices=["area", "angle"], default="area", help="equal area or equal angle"
+        "--contour", metavar="METHOD", help=tr("density: kamb, exponential_kamb ...")
+    )
+    parser.add_argument(
+        "--projection",
+        choices=["area", "angle"],
+        default="area",
+        help=tr("equal area or equal angle"),
     )
     add_azimuth(parser)
 
@@ -41,7 +53,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
     format_ = _format(args.output)
     if args.contour is not None and args.contour not in DENSITY_METHODS:
         raise UsageError(
-            f"'{args.contour}' is no way to contour; use {', '.join(DENSITY_METHODS)}.",
+            tr(
+                "'{contour}' is no way to contour; use {DENSITY_METHODS}.",
+                contour=args.contour,
+                DENSITY_METHODS=", ".join(DENSITY_METHODS),
+            ),
             field="--contour",
         )
     check_target(args.output, force=args.force, inputs=[args.table])
@@ -77,7 +93,7 @@ def _format(path: str) -> str:
     ending = Path(path).suffix.lower().removeprefix(".")
     if ending not in FORMATS:
         raise UsageError(
-            "the ending says what to draw: .svg, .pdf or .png.", file=path, field="--output"
+            tr("the ending says what to draw: .svg, .pdf or .png."), file=path, field="--output"
         )
     return ending
 

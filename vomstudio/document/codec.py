@@ -27,6 +27,7 @@ from vomstudio.document.records import (
     Registration,
 )
 from vomstudio.errors import DocumentError
+from vomstudio.words import tr
 
 _KINDS: dict[str, type] = {
     "model": Model,
@@ -68,12 +69,16 @@ def decode(plain: Mapping[str, Any], records: Mapping[str, Record] = NOTHING) ->
     kind = values.pop("record", None)
     cls = _KINDS.get(kind) if isinstance(kind, str) else None
     if cls is None:
-        raise DocumentError(f"a record of unknown kind {kind!r} cannot be read", field="record")
+        raise DocumentError(
+            tr("a record of unknown kind {kind!r} cannot be read", kind=kind), field="record"
+        )
     values = _known(cls, values)
     try:
         record: Record = cls(**_decoded(values, records))
     except TypeError as error:
-        raise DocumentError(f"a {kind} lacks a field: {error}") from error
+        raise DocumentError(
+            tr("a {kind} lacks a field: {error}", kind=kind, error=error)
+        ) from error
     return record
 
 
@@ -127,7 +132,7 @@ def _read(
         return decode(plain, named)
     record = records.get(id_)
     if record is None:
-        raise DocumentError(f"it changes {id_}, which an unreadable row has brought")
+        raise DocumentError(tr("it changes {id_}, which an unreadable row has brought", id_=id_))
     values = _decoded(_known(type(record), plain), named)
     changed: Record = dataclasses.replace(record, **values)
     return changed
@@ -138,7 +143,9 @@ def _known(cls: type, values: Mapping[str, Any]) -> Plain:
     values = _of_earlier_schemas(cls, dict(values))
     unknown = set(values) - {field.name for field in dataclasses.fields(cls)}
     if unknown:
-        raise DocumentError(f"a {_NAMES[cls]} has an unknown field", field=sorted(unknown)[0])
+        raise DocumentError(
+            tr("a {NAMES} has an unknown field", NAMES=_NAMES[cls]), field=sorted(unknown)[0]
+        )
     return values
 
 
@@ -173,16 +180,18 @@ def _decoded(values: Mapping[str, Any], records: Mapping[str, Record]) -> Plain:
 
 def _part(name: str, value: Any, records: Mapping[str, Record]) -> Any:
     if not isinstance(value, Mapping):
-        raise DocumentError("a part of a record cannot be read", field=name)
+        raise DocumentError(tr("a part of a record cannot be read"), field=name)
     if set(value) == {"registration"}:
         found = records.get(value["registration"])
         if not isinstance(found, Registration):
-            raise DocumentError("it rests on a registration that is not there", field=name)
+            raise DocumentError(tr("it rests on a registration that is not there"), field=name)
         return found
     try:
         return _PARTS[name](**{key: _tuples(each) for key, each in value.items()})
     except TypeError as error:
-        raise DocumentError(f"a part of a record cannot be read: {error}", field=name) from error
+        raise DocumentError(
+            tr("a part of a record cannot be read: {error}", error=error), field=name
+        ) from error
 
 
 def _tuples(value: Any) -> Any:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from vomstudio.document.records import Record
 from vomstudio.errors import DocumentError
+from vomstudio.words import tr
 
 Changes = Mapping[str, Record | None]
 
@@ -41,7 +42,9 @@ class Edit:
         if strict:
             for id_, record in self.before.items():
                 if records.get(id_) != record:
-                    raise DocumentError(f"{self.label}: {id_} has changed in the meantime")
+                    raise DocumentError(
+                        tr("{label}: {id_} has changed in the meantime", label=self.label, id_=id_)
+                    )
         for id_, record in self.after.items():
             if record is None:
                 records.pop(id_, None)

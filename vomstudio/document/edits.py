@@ -13,7 +13,7 @@ from vomstudio.document.edit import Edit, change
 from vomstudio.document.kind import kind_of
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.measurements import measure_one
+from vomstudio.document.measurement_cache import measure_one
 from vomstudio.document.records import (
     Feature,
     FeatureType,
@@ -27,6 +27,7 @@ from vomstudio.document.records import (
     Typed,
 )
 from vomstudio.errors import DocumentError
+from vomstudio.words import tr
 
 Records = Mapping[str, Record]
 
@@ -38,7 +39,7 @@ def new_id(prefix: str) -> str:
 
 def add_model(records: Records, model: Model) -> Edit:
     if model.id in records:
-        raise DocumentError(f"{model.name} is in the project already")
+        raise DocumentError(tr("{model} is in the project already", model=model.name))
     return change(records, f"Open model {model.name}", {model.id: model})
 
 
@@ -50,13 +51,17 @@ def declare_frame(
     model = _get(records, model_id, Model)
     if model.registration is not None and not instead_of_registration:
         raise DocumentError(
-            f"{model.name} is placed by its registration ({model.registration.name}); declaring "
-            "a frame would give that up"
+            tr(
+                "{model} is placed by its registration ({registration}); declaring a frame "
+                "would give that up",
+                model=model.name,
+                registration=model.registration.name,
+            )
         )
     if not frame.unit_m > 0:
-        raise DocumentError("the unit must be a positive number of metres", field="unit")
+        raise DocumentError(tr("the unit must be a positive number of metres"), field="unit")
     if frame.kind == "crs" and not frame.crs:
-        raise DocumentError("a frame in a CRS needs the CRS, such as EPSG:32633", field="CRS")
+        raise DocumentError(tr("a frame in a CRS needs the CRS, such as EPSG:32633"), field="CRS")
     label = f"Declare the frame of {model.name}"
     if model.registration is not None:
         label += ", in place of its registration"
@@ -84,7 +89,11 @@ def relocate_model(records: Records, model_id: str, path: str, content_hash: str
     model = _get(records, model_id, Model)
     if content_hash != model.content_hash:
         raise DocumentError(
-            f"{path} is not the file on which {model.name} was measured; open it as another model"
+            tr(
+                "{path} is not the file on which {model} was measured; open it as another model",
+                path=path,
+                model=model.name,
+            )
         )
     return change(records, f"Locate {model.name}", {model_id: replace(model, path=path)})
 
@@ -96,8 +105,13 @@ def remove_model(records: Records, model_id: str) -> Edit:
     count = sum(isinstance(r, OnAModel) and r.model_id == model_id for r in records.values())
     if count:
         raise DocumentError(
-            f"{model.name} carries {count} feature{'s' if count > 1 else ''}; "
-            "delete these first, or hide the model instead"
+            tr(
+                "{model} carries {count} feature{value}; delete these first, or hide the "
+                "model instead",
+                model=model.name,
+                count=count,
+                value="s" if count > 1 else "",
+            )
         )
     return change(records, f"Remove model {model.name}", {model_id: None})
 
@@ -107,7 +121,7 @@ def add_trace(records: Records, trace: Trace) -> Edit:
     model = _get(records, trace.model_id, Model)
     kind = _get(records, trace.type_id, FeatureType)
     if trace.id in records:
-        raise DocumentError(f"{trace.name} is there already")
+        raise DocumentError(tr("{trace} is there already", trace=trace.name))
     if not trace.name:
         trace = replace(trace, name=next_name(records, kind))
     measure_one(trace, model)
@@ -141,7 +155,7 @@ def add_features(records: Records, features: Sequence[Feature]) -> Edit:
     after: dict[str, Record | None] = {}
     for feature in features:
         if feature.id in records or feature.id in after:
-            raise DocumentError(f"{feature.name} is there already")
+            raise DocumentError(tr("{feature} is there already", feature=feature.name))
         if isinstance(feature, OnAModel):
             _get(records, feature.model_id, Model)
         kind: FeatureType | str
@@ -155,7 +169,7 @@ def add_features(records: Records, features: Sequence[Feature]) -> Edit:
             feature = feature.but(name=name)
         after[feature.id] = feature
     if not after:
-        raise DocumentError("there is nothing to add")
+        raise DocumentError(tr("there is nothing to add"))
     first = next(iter(after.values()))
     who = first.name if len(after) == 1 else f"{len(after)} features"  # type: ignore[union-attr]
     return change(records, f"Add {who}", after)
@@ -172,8 +186,11 @@ def set_line(
     feature = _get(records, feature_id, Picked)
     if kind_of(feature).plane is not None:
         raise DocumentError(
-            f"{feature.name} has a plane, which other vertices must define anew; "
-            "change it as a trace"
+            tr(
+                "{feature} has a plane, which other vertices must define anew; change it as "
+                "a trace",
+                feature=feature.name,
+            )
         )
     after = replace(feature, vertices=tuple(vertices))
     if hasattr(after, "resolution"):
@@ -191,13 +208,13 @@ def add_readings(
         others = [r for r in after.values() if r is not None]
         after |= add_type({**records, **{r.id: r for r in others}}, kind).after
     if not readings:
-        raise DocumentError("there is nothing to add")
+        raise DocumentError(tr("there is nothing to add"))
     known = {**records, **{kind.id: kind for kind in types}}
     next_of: dict[str, int] = {}
     for reading in readings:
         kind = _get(known, reading.type_id, FeatureType)
         if reading.id in records or reading.id in after:
-            raise DocumentError(f"{reading.name} is there already")
+            raise DocumentError(tr("{reading} is there already", reading=reading.name))
         if not reading.name:
             prefix = kind.name[:1].upper()
             if prefix not in next_of:
@@ -225,13 +242,19 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
         if "type_id" in values:
             _get(records, values["type_id"], FeatureType)
         if "name" in values and not str(values["name"]).strip():
-            raise DocumentError("a feature needs a name", field="name")
+            raise DocumentError(tr("a feature needs a name"), field="name")
         for field in values:
             if not any(a.field == field for a in kind_of(feature).attributes):
-                raise DocumentError(f"{feature.name} has no {field.replace('_', ' ')}")
+                raise DocumentError(
+                    tr(
+                        "{feature} has no {replace}",
+                        feature=feature.name,
+                        replace=field.replace("_", " "),
+                    )
+                )
         after[id_] = replace(feature, **values)
     if not after:
-        raise DocumentError("nothing is selected")
+        raise DocumentError(tr("nothing is selected"))
     what = " and ".join(key.removesuffix("_id").removesuffix("_name") for key in values)
     who = next(iter(after.values())).name if len(after) == 1 else f"{len(after)} features"  # type: ignore[union-attr]
     return change(records, f"Change {what} of {who}", after)
@@ -241,7 +264,7 @@ def delete(records: Records, ids: Iterable[str]) -> Edit:
     """Delete features. What rests on one of them (a rake, an intersection) stays, and says so."""
     features: list[Feature] = [_get(records, id_, Feature) for id_ in ids]
     if not features:
-        raise DocumentError("nothing is selected")
+        raise DocumentError(tr("nothing is selected"))
     who = features[0].name if len(features) == 1 else f"{len(features)} features"
     return change(records, f"Delete {who}", {feature.id: None for feature in features})
 
@@ -250,7 +273,7 @@ def add_type(records: Records, kind: FeatureType) -> Edit:
     """A feature type of the user's own. Raises DocumentError where its name is taken or empty."""
     _check_type(records, kind)
     if kind.id in records:
-        raise DocumentError(f"{kind.name} is there already")
+        raise DocumentError(tr("{kind} is there already", kind=kind.name))
     return change(records, f"Add feature type {kind.name}", {kind.id: kind})
 
 
@@ -284,23 +307,29 @@ def remove_type(records: Records, type_id: str) -> Edit:
     count = sum(isinstance(r, Typed) and r.type_id == type_id for r in records.values())
     if count:
         raise DocumentError(
-            f"{count} feature{'s are' if count > 1 else ' is'} of the type {kind.name}; "
-            "give them another type first"
+            tr(
+                "{count} feature{value} of the type {kind}; give them another type first",
+                count=count,
+                value="s are" if count > 1 else " is",
+                kind=kind.name,
+            )
         )
     if sum(isinstance(r, FeatureType) for r in records.values()) == 1:
-        raise DocumentError("the last feature type cannot be removed")
+        raise DocumentError(tr("the last feature type cannot be removed"))
     return change(records, f"Remove feature type {kind.name}", {type_id: None})
 
 
 def _check_type(records: Records, kind: FeatureType) -> None:
     if not kind.name.strip():
-        raise DocumentError("a feature type needs a name", field="name")
+        raise DocumentError(tr("a feature type needs a name"), field="name")
     if not re.fullmatch(r"#[0-9a-fA-F]{6}", kind.color):
-        raise DocumentError("a colour is written #rrggbb", field="color")
+        raise DocumentError(tr("a colour is written #rrggbb"), field="color")
     same = kind.name.strip().casefold()
     for other in records.values():
         if isinstance(other, FeatureType) and other.id != kind.id and other.name.casefold() == same:
-            raise DocumentError(f"there is a feature type {other.name} already", field="name")
+            raise DocumentError(
+                tr("there is a feature type {other} already", other=other.name), field="name"
+            )
 
 
 def next_name(records: Records, kind: FeatureType | str) -> str:
@@ -318,5 +347,5 @@ def _get(records: Records, id_: str, cls: type[Any]) -> Any:
     record = records.get(id_)
     if not isinstance(record, cls):
         what = "feature" if cls is Picked else cls.__name__.lower()
-        raise DocumentError(f"there is no {what} {id_!r} in the project")
+        raise DocumentError(tr("there is no {what} {id_!r} in the project", what=what, id_=id_))
     return record

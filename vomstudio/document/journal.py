@@ -10,6 +10,7 @@ from vomstudio.document.codec import Plain, decode_edit
 from vomstudio.document.edit import Edit
 from vomstudio.document.records import Record
 from vomstudio.errors import DocumentError
+from vomstudio.words import tr
 
 RowKind = Literal["do", "amend", "take_in", "undo", "redo", "save", "discard", "draft"]
 
@@ -135,7 +136,7 @@ def _play(result: Replay, row: Row) -> None:
     elif row.kind == "draft":
         result.draft = None if row.after is None else Draft(row.seq, row.after)
     elif row.kind != "gap":
-        raise DocumentError("is of a kind that this version does not know")
+        raise DocumentError(tr("is of a kind that this version does not know"))
 
 
 def _amended(result: Replay, row: Row, edit: Edit) -> Edit:
@@ -151,7 +152,7 @@ def _taken(stack: list[tuple[int, Edit]], row: Row) -> list[tuple[int, Edit]]:
     """Takes row `of_seq` off a stack, and what lies above it, newest first: steps that were left
     out because they are damaged had taken those. Raises DocumentError where it is not there."""
     if all(seq != row.of_seq for seq, _ in stack):
-        raise DocumentError(f"speaks of row {row.of_seq}, which is not there")
+        raise DocumentError(tr("speaks of row {of_seq}, which is not there", of_seq=row.of_seq))
     taken = [stack.pop()]
     while taken[-1][0] != row.of_seq:
         taken.append(stack.pop())

@@ -20,6 +20,7 @@ from vomstudio.document.records import (
     Registration,
 )
 from vomstudio.errors import DocumentError
+from vomstudio.words import tr
 
 Records = Mapping[str, Record]
 After = dict[str, Record | None]
@@ -74,7 +75,7 @@ def add_photo_set(
 ) -> Edit:
     """A folder of photos, with what lay beside them."""
     if photo_set.id in records:
-        raise DocumentError(f"{photo_set.name} is in the project already")
+        raise DocumentError(tr("{photo_set} is in the project already", photo_set=photo_set.name))
     after: After = {photo_set.id: photo_set}
     after |= _points_after(records, photo_set.id, points, marks or {})
     after |= _masks_after(records, photo_set.id, masks or {})
@@ -239,7 +240,7 @@ def _masks_after(records: Records, photo_set_id: str, masks: Mapping[str, Asset 
 def _set(records: Records, photo_set_id: str) -> PhotoSet:
     found = records.get(photo_set_id)
     if not isinstance(found, PhotoSet):
-        raise DocumentError("the photos are not in the project any more")
+        raise DocumentError(tr("the photos are not in the project any more"))
     return found
 
 

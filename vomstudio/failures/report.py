@@ -10,7 +10,7 @@ from importlib import metadata
 
 from vomstudio import __version__
 from vomstudio.failures import crashes, log
-from vomstudio.failures.scrubbing import scrub
+from vomstudio.failures.redaction import scrub
 
 _LIBRARIES = (
     "PySide6-Essentials", "vtk", "pyvista", "pyvistaqt", "numpy", "scipy", "numba", "pandas",

@@ -16,6 +16,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from vomstudio.errors import TargetError
+from vomstudio.words import tr
 
 _DISK_FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 _FORBIDDEN = {errno.EACCES, errno.EPERM, errno.EROFS}
@@ -34,7 +35,7 @@ def check_target(
     """
     shown = Path(path)
     if not shown.name:
-        raise TargetError("this names no file; give the output a file name.", file=shown)
+        raise TargetError(tr("this names no file; give the output a file name."), file=shown)
     try:
         target = shown.resolve()
         mode = target.stat().st_mode
@@ -45,21 +46,24 @@ def check_target(
     parent = target.parent
     if not parent.is_dir():
         what = "is a file, not a folder" if parent.exists() else "does not exist"
-        raise TargetError(f"the folder {parent} {what}; make it or name another.", file=shown)
+        raise TargetError(
+            tr("the folder {parent} {what}; make it or name another.", parent=parent, what=what),
+            file=shown,
+        )
     if mode is None:
         return target
     if stat.S_ISDIR(mode):
-        raise TargetError("this is a folder; give the output a file name.", file=shown)
+        raise TargetError(tr("this is a folder; give the output a file name."), file=shown)
     if not stat.S_ISREG(mode):
-        raise TargetError("this is a device or pipe; give the output a file name.", file=shown)
+        raise TargetError(tr("this is a device or pipe; give the output a file name."), file=shown)
     if any(_is_same_file(target, given) for given in inputs):
-        raise TargetError("this file is read by the command; name another output.", file=shown)
+        raise TargetError(tr("this file is read by the command; name another output."), file=shown)
     if not force:
         raise TargetError(
-            "this file exists already; use --force to replace it, or name another.", file=shown
+            tr("this file exists already; use --force to replace it, or name another."), file=shown
         )
     if not os.access(target, os.W_OK):
-        raise TargetError("this file is write protected; name another.", file=shown)
+        raise TargetError(tr("this file is write protected; name another."), file=shown)
     return target
 
 
@@ -87,7 +91,7 @@ def atomic_group(
     given = list(inputs)
     targets = [check_target(path, force=force, inputs=given) for path in paths]
     if len(set(targets)) < len(targets):
-        raise TargetError("two of the outputs have the same name.", file=paths[0])
+        raise TargetError(tr("two of the outputs have the same name."), file=paths[0])
     # Short names of their own: the targets' may already be as long as the file system allows.
     key = secrets.token_hex(6)
     temporaries = [t.with_name(f".vom-{key}-{i}.part{t.suffix}") for i, t in enumerate(targets)]

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from vomstudio.errors import TargetError
 from vomstudio.files.atomic import write_bytes
+from vomstudio.words import tr
 
 
 def set_aside(path: Path) -> Path:
@@ -19,7 +20,10 @@ def set_aside(path: Path) -> Path:
         data = path.read_bytes()
     except OSError as error:
         raise TargetError(
-            f"it cannot be put aside before it is replaced ({error.strerror})", file=path
+            tr(
+                "it cannot be put aside before it is replaced ({strerror})", strerror=error.strerror
+            ),
+            file=path,
         ) from error
     for number in itertools.count(1):
         kept = path.with_name(f"{path.name}.bak{'' if number == 1 else number}")

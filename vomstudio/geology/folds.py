@@ -30,6 +30,7 @@ from vomstudio.geology.orientation import (
     rake_of,
 )
 from vomstudio.geology.statistics import flip_to, orientation_tensor, unit_vectors
+from vomstudio.words import tr
 
 MIN_ARC = 1e-10
 """S2 below this: the planes are parallel (to 1e-5 rad); any line in them would do."""
@@ -114,13 +115,16 @@ def fold_axis(dip_direction_deg: npt.ArrayLike, dip_deg: npt.ArrayLike) -> FoldA
     poles = planes_to_poles(dip_direction_deg, dip_deg).reshape(-1, 3)
     n = len(poles)
     if n < 2:
-        raise GeometryError(f"A fold axis needs at least 2 planes; {n} given.")
+        raise GeometryError(tr("A fold axis needs at least 2 planes; {n} given.", n=n))
     poles = unit_vectors(poles)
     values, axes = orientation_tensor(poles)
     if values[1] < MIN_ARC:
         raise GeometryError(
-            f"All {n} planes are parallel: they define no fold axis. Any direction in the plane "
-            "shows true thickness; choose one."
+            tr(
+                "All {n} planes are parallel: they define no fold axis. Any direction in the "
+                "plane shows true thickness; choose one.",
+                n=n,
+            )
         )
     semi_axes: tuple[float, float] | None = None
     if n > 2:
@@ -143,19 +147,22 @@ def common_axis(
     an empty one, or parallel means.
     """
     if len(sets) < 2:
-        raise GeometryError("A common axis needs at least 2 sets; name them as A,B.")
+        raise GeometryError(tr("A common axis needs at least 2 sets; name them as A,B."))
     names = list(sets)
     members: list[Array] = []
     for name in names:
         poles = planes_to_poles(*sets[name]).reshape(-1, 3)
         if len(poles) == 0:
-            raise GeometryError(f"Set {name} has no planes.")
+            raise GeometryError(tr("Set {name} has no planes.", name=name))
         members.append(unit_vectors(poles))
     means = np.array([orientation_tensor(poles)[1][0] for poles in members])
     values, axes = orientation_tensor(means)
     if values[1] < MIN_ARC:
         raise GeometryError(
-            f"The mean planes of {', '.join(names)} are parallel: they have no common axis."
+            tr(
+                "The mean planes of {names} are parallel: they have no common axis.",
+                names=", ".join(names),
+            )
         )
     beta = axes[2]
     semi_axes: tuple[float, float] | None = None

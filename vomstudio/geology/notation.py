@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from vomstudio.errors import InputError
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.vectors import wrap360
+from vomstudio.words import tr
 
 NOTATIONS = ("dipdir/dip", "strike/dip", "quadrant")
 """What planes can be printed in."""
@@ -172,7 +173,7 @@ def parse_line(text: str) -> Line:
 
 
 def _unclear(text: str, why: str) -> InputError:
-    return InputError(f"“{' '.join(text.split())}” cannot be read: {why}.")
+    return InputError(tr("“{split}” cannot be read: {why}.", split=" ".join(text.split()), why=why))
 
 
 def _kinds(tokens: list[_Token]) -> list[str]:
@@ -182,7 +183,7 @@ def _kinds(tokens: list[_Token]) -> list[str]:
 def _tokens(text: str) -> list[_Token]:
     """Numbers, bearings, winds, labels, rules and arrows; separators are used up on the way."""
     if not text.strip():
-        raise InputError("The orientation is empty; write it as 132/41.")
+        raise InputError(tr("The orientation is empty; write it as 132/41."))
     raw: list[_Token] = []
     after_mark = True
     clean = text.translate(_SAME).upper()

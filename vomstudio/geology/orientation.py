@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.vectors import wrap360
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
@@ -48,7 +49,7 @@ def sin_cos_deg(angle_deg: float | Array) -> tuple[Array, Array]:
 def _finite(value: float, name: str) -> float:
     number = float(value)
     if not math.isfinite(number):
-        raise GeometryError(f"The {name} is not a number; give degrees.", field=name)
+        raise GeometryError(tr("The {name} is not a number; give degrees.", name=name), field=name)
     return number
 
 
@@ -158,8 +159,11 @@ class Line:
         plunge = _finite(self.plunge_deg, "plunge") + 0.0
         if not -90.0 <= plunge <= 90.0:
             raise GeometryError(
-                f"A plunge of {plunge:g} degrees is impossible; give one from 0 to 90 "
-                "(down to -90 for a directed line that points up).",
+                tr(
+                    "A plunge of {plunge:g} degrees is impossible; give one from 0 to 90 (down "
+                    "to -90 for a directed line that points up).",
+                    plunge=plunge,
+                ),
                 field="plunge",
             )
         object.__setattr__(self, "plunge_deg", plunge)
@@ -212,8 +216,11 @@ class Plane:
         dip = _finite(self.dip_deg, "dip") + 0.0
         if not 0.0 <= dip <= 90.0:
             raise GeometryError(
-                f"A dip of {dip:g} degrees is impossible; give one from 0 to 90 "
-                "(an overturned bed is flagged, its dip stays under 90).",
+                tr(
+                    "A dip of {dip:g} degrees is impossible; give one from 0 to 90 (an "
+                    "overturned bed is flagged, its dip stays under 90).",
+                    dip=dip,
+                ),
                 field="dip",
             )
         object.__setattr__(self, "dip_deg", dip)
@@ -270,7 +277,9 @@ class Plane:
 def _vector3(vector: npt.ArrayLike, name: str) -> Array:
     v = np.asarray(vector, dtype=np.float64)
     if v.shape != (3,) or not np.isfinite(v).all() or not v.any():
-        raise GeometryError(f"The {name} must be three finite numbers that are not all zero.")
+        raise GeometryError(
+            tr("The {name} must be three finite numbers that are not all zero.", name=name)
+        )
     return v
 
 
@@ -302,7 +311,7 @@ def intersection(a: Plane, b: Plane) -> Line:
     """The line in which two planes meet. Raises GeometryError where they are parallel."""
     across = np.cross(a.normal(), b.normal())
     if np.linalg.norm(across) < math.radians(ANGLE_TOLERANCE_DEG):
-        raise GeometryError("The two planes are parallel: they have no line of intersection.")
+        raise GeometryError(tr("The two planes are parallel: they have no line of intersection."))
     return Line.from_vector(across)
 
 
@@ -310,7 +319,7 @@ def plane_through(a: Line, b: Line) -> Plane:
     """The plane that holds both lines. Raises GeometryError where they are parallel."""
     across = np.cross(a.vector(), b.vector())
     if np.linalg.norm(across) < math.radians(ANGLE_TOLERANCE_DEG):
-        raise GeometryError("The two lines are parallel: they do not define a plane.")
+        raise GeometryError(tr("The two lines are parallel: they do not define a plane."))
     return Plane.from_normal(across)
 
 
@@ -368,5 +377,5 @@ def _in_plane(line: Line, plane: Plane) -> tuple[float, float]:
     v = line.vector()
     along, down = float(v @ plane.strike_vector()), float(v @ plane.dip_vector())
     if math.hypot(along, down) < math.radians(ANGLE_TOLERANCE_DEG):
-        raise GeometryError("The line is perpendicular to the plane: it has no rake there.")
+        raise GeometryError(tr("The line is perpendicular to the plane: it has no rake there."))
     return along, down

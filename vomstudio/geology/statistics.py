@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Array, Line
+from vomstudio.words import tr
 
 ZERO_EIGENVALUE = 1e-20
 """S3 below this is a set that lies exactly in a plane: orientations equal to 1e-10 rad."""
@@ -25,12 +26,16 @@ def unit_vectors(vectors: npt.ArrayLike) -> Array:
     """(n, 3) unit vectors. Raises GeometryError for an empty set, zero or non-finite vectors."""
     v = np.atleast_2d(np.asarray(vectors, dtype=np.float64))
     if v.ndim != 2 or v.shape[1] != 3 or len(v) == 0:
-        raise GeometryError("No orientations: a set needs at least one.")
+        raise GeometryError(tr("No orientations: a set needs at least one."))
     length = np.linalg.norm(v, axis=1)
     bad = ~np.isfinite(length) | (length == 0)
     if bad.any():
         raise GeometryError(
-            f"Orientation {int(np.argmax(bad)) + 1} of {len(v)} is not a direction; leave it out."
+            tr(
+                "Orientation {argmax} of {count} is not a direction; leave it out.",
+                argmax=int(np.argmax(bad)) + 1,
+                count=len(v),
+            )
         )
     return np.asarray(v / length[:, None])
 
@@ -77,7 +82,7 @@ def axial_mean(vectors: npt.ArrayLike) -> Line:
     leaves no preferred axis."""
     values, axes = orientation_tensor(vectors)
     if values[0] - values[1] < 1e-12:
-        raise GeometryError("The orientations have no mean: they spread evenly over a plane.")
+        raise GeometryError(tr("The orientations have no mean: they spread evenly over a plane."))
     return Line.from_vector(axes[0])
 
 
@@ -114,7 +119,7 @@ def fisher(vectors: npt.ArrayLike, directed: bool) -> Fisher:
     total = v.sum(axis=0)
     resultant = float(np.linalg.norm(total))
     if resultant < 1e-9 * n:
-        raise GeometryError("The directions cancel out: they have no mean.")
+        raise GeometryError(tr("The directions cancel out: they have no mean."))
     mean = total / resultant
     # n - R without cancellation: each term is 1 - cos of the angle to the mean.
     lack = 0.5 * float(np.sum((v - mean) ** 2))

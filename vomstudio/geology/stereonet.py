@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Array, Line, Plane, sin_cos_deg
+from vomstudio.words import tr
 
 PROJECTIONS = ("area", "angle")
 
@@ -99,7 +100,7 @@ def small_circle(
     """The cone about an axis as polylines (k, 2), split where it crosses the primitive circle, the
     part of it that points up shown by its lower end."""
     if not 0.0 < half_angle_deg <= 90.0:
-        raise GeometryError("The half-angle of a cone must be over 0 and at most 90 degrees.")
+        raise GeometryError(tr("The half-angle of a cone must be over 0 and at most 90 degrees."))
     first, second = _frame(axis.vector())
     return cone_curve(axis.vector(), first, second, half_angle_deg, half_angle_deg, projection, n)
 
@@ -121,7 +122,7 @@ def confidence_ellipse(
     first = first - a * (first @ a)
     length = float(np.linalg.norm(first))
     if not math.isfinite(length) or length < 1e-9:
-        raise GeometryError("The direction of an ellipse must lie across its axis.")
+        raise GeometryError(tr("The direction of an ellipse must lie across its axis."))
     first = first / length
     return cone_curve(a, first, np.cross(a, first), max_angle_deg, min_angle_deg, projection, n)
 

@@ -14,9 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.coincident_points import place_keys, welded
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.patches import face_areas, face_points
-from vomstudio.geometry.places import place_keys, welded
 from vomstudio.geometry.surface import Surface, VertexSurface
 
 Array = npt.NDArray[np.float64]

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -51,9 +52,22 @@ class Intrinsics:
     def __post_init__(self) -> None:
         names = MODELS.get(self.model)
         if names is None:
-            raise GeometryError(f"the camera model {self.model} is not one of {', '.join(MODELS)}")
+            raise GeometryError(
+                tr(
+                    "the camera model {model} is not one of {MODELS}",
+                    model=self.model,
+                    MODELS=", ".join(MODELS),
+                )
+            )
         if len(names) != len(self.params):
-            raise GeometryError(f"{self.model} has {len(names)} parameters, not {len(self.params)}")
+            raise GeometryError(
+                tr(
+                    "{model} has {count} parameters, not {count_2}",
+                    model=self.model,
+                    count=len(names),
+                    count_2=len(self.params),
+                )
+            )
 
     @classmethod
     def pinhole(cls, width: int, height: int, f: float, cx: float, cy: float) -> Intrinsics:

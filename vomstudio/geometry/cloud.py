@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.geometry.arrangement import Arrangement
+from vomstudio.geometry.progressive_order import Arrangement
 
 
 @dataclass(frozen=True, eq=False)

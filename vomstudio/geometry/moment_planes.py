@@ -17,6 +17,7 @@ from vomstudio.geometry.plane_limits import (
 )
 from vomstudio.geometry.planes import PlaneFit
 from vomstudio.geometry.vectors import TILT_FLOOR, dip_of_normals, upward
+from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
 
@@ -35,19 +36,25 @@ def fit_moments(
     centroid = np.asarray(mean, dtype=np.float64)
     matrix = np.asarray(scatter, dtype=np.float64)
     if n < 3:
-        raise GeometryError(f"A plane through {n} points: {TOO_FEW}.")
+        raise GeometryError(tr("A plane through {n} points: {TOO_FEW}.", n=n, TOO_FEW=TOO_FEW))
     if not (np.isfinite(matrix).all() and (np.abs(centroid) < LARGEST).all()):
-        raise GeometryError(f"A plane through {n} points: {NOT_FINITE}.")
+        raise GeometryError(
+            tr("A plane through {n} points: {NOT_FINITE}.", n=n, NOT_FINITE=NOT_FINITE)
+        )
     matrix = matrix / n
     size = float(np.trace(matrix))
     rounding = ROUNDINGS * float(np.finfo(np.float64).eps) * float(np.abs(centroid).max())
     if size <= max(rounding**2, np.finfo(np.float64).tiny):
-        raise GeometryError(f"A plane through {n} points: {IDENTICAL}.")
+        raise GeometryError(
+            tr("A plane through {n} points: {IDENTICAL}.", n=n, IDENTICAL=IDENTICAL)
+        )
     values, vectors = np.linalg.eigh(matrix / size)
     values, axes = np.maximum(values[::-1], 0.0), vectors.T[::-1].copy()
     thin = 64.0 * float(np.finfo(np.float64).eps)
     if values[1] <= max(thin, (rounding**2) / size):
-        raise GeometryError(f"A plane through {n} points: {COLLINEAR}.")
+        raise GeometryError(
+            tr("A plane through {n} points: {COLLINEAR}.", n=n, COLLINEAR=COLLINEAR)
+        )
     values = np.where(values <= thin, 0.0, values)
     values /= values.sum()
     axes[2] = upward(axes[None, 2])[0]

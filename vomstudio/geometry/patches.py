@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.places import welded
 from vomstudio.geometry.plane_errors import LEVEL, joint_quantile
 
 Floats = npt.NDArray[np.float64]

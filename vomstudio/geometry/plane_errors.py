@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.geometry import roughness
+from vomstudio.geometry import residual_correlation
 from vomstudio.geometry.vectors import strike_and_dip_lines
 
 Floats = npt.NDArray[np.float64]
@@ -86,7 +86,7 @@ def quantiles(
     white = joint_quantile(dof)
     if not ordered:
         return white, white.copy(), dof + 3.0, np.zeros(len(dof), bool)
-    return roughness.inflate(u, v, r, starts, counts, dof, white)
+    return residual_correlation.inflate(u, v, r, starts, counts, dof, white)
 
 
 def regression_axes_rad(

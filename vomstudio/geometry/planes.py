@@ -18,6 +18,7 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.plane_figures import Method, figures, members
 from vomstudio.geometry.plane_limits import LARGEST, NOT_FINITE, TOO_FEW
+from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -158,7 +159,9 @@ def fit_plane(
         array = array.reshape(0, 3)
     fits = fit_planes(array, np.array([0, len(array)]), method=method, axis=axis, ordered=ordered)
     if fits.error[0] is not None:
-        raise GeometryError(f"A plane through {len(array)} points: {fits.error[0]}.")
+        raise GeometryError(
+            tr("A plane through {count} points: {error}.", count=len(array), error=fits.error[0])
+        )
     return fits[0]
 
 
@@ -181,11 +184,13 @@ def fit_planes(
     xyz = np.asarray(points, dtype=np.float64)
     cuts = np.asarray(offsets, dtype=np.int64)
     if xyz.ndim != 2 or xyz.shape[1] != 3:
-        raise GeometryError("Points need three coordinates each: x, y, z.", field="points")
+        raise GeometryError(tr("Points need three coordinates each: x, y, z."), field="points")
     if method not in ("pca", "regression"):
-        raise GeometryError(f"Unknown method {method!r}: use pca or regression.", field="method")
+        raise GeometryError(
+            tr("Unknown method {method!r}: use pca or regression.", method=method), field="method"
+        )
     if axis not in ("x", "y", "z"):
-        raise GeometryError(f"Unknown axis {axis!r}: use x, y or z.", field="axis")
+        raise GeometryError(tr("Unknown axis {axis!r}: use x, y or z.", axis=axis), field="axis")
     if (
         cuts.ndim != 1
         or len(cuts) < 1
@@ -194,7 +199,7 @@ def fit_planes(
         or (np.any(np.diff(cuts) < 0))
     ):
         raise GeometryError(
-            "Offsets must rise from 0 to the number of points at most.", field="offsets"
+            tr("Offsets must rise from 0 to the number of points at most."), field="offsets"
         )
     counts = np.diff(cuts)
     reasons, keep = _sound_groups(xyz, cuts, counts)

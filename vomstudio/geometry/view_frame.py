@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -36,7 +37,7 @@ class ViewFrame:
         d = np.asarray(direction, np.float64).reshape(3)
         length = float(np.linalg.norm(d))
         if not np.isfinite(length) or length == 0.0:
-            raise GeometryError("A view direction must be a vector with a length.")
+            raise GeometryError(tr("A view direction must be a vector with a length."))
         d = d / length + 0.0
         plunge = np.degrees(np.arctan2(-d[2], np.hypot(d[0], d[1])))
         steep = abs(plunge) >= STEEP_DEG - _ROUNDING_DEG

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.errors import TargetError, VomError
 from vomstudio.files.atomic import atomic_write
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geology.quality import Thresholds
@@ -97,7 +98,9 @@ def write_settings(settings: Settings, path: Path | None = None) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise TargetError(f"the settings cannot be kept ({error.strerror})", file=path) from error
+        raise TargetError(
+            tr("the settings cannot be kept ({strerror})", strerror=error.strerror), file=path
+        ) from error
     with atomic_write(path, force=True) as part:
         Path(part).write_text(_toml(asdict(settings)), encoding="utf-8")
 

@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 from vomstudio.errors import UsageError, WorkerError
 from vomstudio.photogrammetry.base.memory import at_once
 from vomstudio.progress import Executor, Inline, Progress
+from vomstudio.words import tr
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -78,7 +79,7 @@ class Cluster:
             import distributed
         except ImportError as error:
             raise UsageError(
-                "a cluster needs Dask; install it with: pip install 'vomstudio[cluster]'",
+                tr("a cluster needs Dask; install it with: pip install 'vomstudio[cluster]'"),
                 field="--scheduler",
             ) from error
         for name in ("distributed", "distributed.client", "distributed.core", "tornado"):
@@ -89,13 +90,19 @@ class Cluster:
             self._client: Any = connect(address, timeout=10, set_as_default=False)
         except (OSError, ValueError, TypeError) as error:
             raise UsageError(
-                f"no Dask scheduler answers at {address}; start one, or leave this out",
+                tr(
+                    "no Dask scheduler answers at {address}; start one, or leave this out",
+                    address=address,
+                ),
                 field="--scheduler",
             ) from error
         if not self._workers_come():
             self.close()
             raise UsageError(
-                f"the scheduler at {address} has no workers; start some: dask worker {address}",
+                tr(
+                    "the scheduler at {address} has no workers; start some: dask worker {address}",
+                    address=address,
+                ),
                 field="--scheduler",
             )
 
@@ -147,9 +154,14 @@ class Cluster:
                         self._require_workers()
                         if tries == _TRIES:
                             raise WorkerError(
-                                f"the cluster lost the same part of the work {_TRIES} times "
-                                f"({type(error).__name__}), perhaps for want of memory; what is "
-                                "finished is kept, try again"
+                                tr(
+                                    "the cluster lost the same part of the work {tries} times "
+                                    "({error}), "
+                                    "perhaps for want of memory; "
+                                    "what is finished is kept, try again",
+                                    tries=tries,
+                                    error=type(error).__name__,
+                                )
                             ) from error
                         submit(number, item, tries + 1)
                         continue
@@ -164,8 +176,10 @@ class Cluster:
     def _require_workers(self) -> None:
         if not self._workers_come():
             raise WorkerError(
-                "the cluster has lost all its workers; what is finished is kept, start workers and "
-                "try again"
+                tr(
+                    "the cluster has lost all its workers; what is finished is kept, start "
+                    "workers and try again"
+                )
             )
 
     def _workers_come(self) -> bool:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vomstudio.jobs import wire
+from vomstudio.jobs import serialisation
 from vomstudio.jobs.job import Job, Lane, Nothing
 from vomstudio.progress import Progress
 
@@ -76,7 +76,7 @@ NOTHING_ALIGNED = AlignmentOverview(None, (), (), 0, (), None, 0, False, None, {
 def _alignment(asked: AlignmentIn, progress: Progress) -> AlignmentOverview:
     from vomstudio.photogrammetry.inspect.inspection import overview
 
-    return wire.decode(AlignmentOverview, overview(asked.out))
+    return serialisation.decode(AlignmentOverview, overview(asked.out))
 
 
 INSPECT_ALIGNMENT = Job(

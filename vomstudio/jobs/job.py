@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
-from vomstudio.jobs import wire
+from vomstudio.jobs import serialisation
 from vomstudio.progress import Progress
 
 Request = TypeVar("Request")
@@ -44,4 +44,4 @@ class Job(Generic[Request, Result]):
     def carry_out(self, args: Any, progress: Progress) -> Any:
         """In the worker: plain values in, plain values out. Raises WorkerError where they do not
         fit, and what the work raises."""
-        return wire.encode(self.do(wire.decode(self.request, args), progress))
+        return serialisation.encode(self.do(serialisation.decode(self.request, args), progress))

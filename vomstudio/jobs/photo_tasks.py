@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vomstudio.io.project.taking_in import Beside
+from vomstudio.io.project.sidecar_import import Beside
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.progress import Progress
 from vomstudio.survey.check_results import SurveyReport
@@ -150,7 +150,7 @@ class PhotosBeside:
 
 
 def _take_in_photos(asked: PhotosBeside, progress: Progress) -> Beside:
-    from vomstudio.io.project.taking_in import read_beside
+    from vomstudio.io.project.sidecar_import import read_beside
 
     progress.stage("Taking in points and masks", len(asked.masks))
     return read_beside(

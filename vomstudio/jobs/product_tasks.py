@@ -7,7 +7,7 @@ from pathlib import Path
 
 from vomstudio.jobs.job import Job, Lane, Nothing
 from vomstudio.jobs.model_tasks import Matrix
-from vomstudio.products.ortho import orthophoto, planning, views
+from vomstudio.products.ortho import orthophoto, planning, view_directions
 from vomstudio.progress import Progress
 
 
@@ -34,7 +34,7 @@ class OrthophotoOrder:
 
     path: Path
     cache: Path
-    view: views.View
+    view: view_directions.View
     to_world: Matrix
     crs: str | None
     gsd: float | None

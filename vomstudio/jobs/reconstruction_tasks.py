@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vomstudio.jobs import wire
+from vomstudio.jobs import serialisation
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.progress import Progress
 from vomstudio.survey.check_results import SurveyReport
@@ -74,7 +74,7 @@ class Reconstruction:
     work_mb: float
 
     def as_dict(self) -> dict[str, Any]:
-        plain: dict[str, Any] = wire.encode(self)
+        plain: dict[str, Any] = serialisation.encode(self)
         return plain
 
 
@@ -101,7 +101,7 @@ def _reconstruct(asked: ReconstructionOrder, progress: Progress) -> Reconstructi
         executor.close()
     with outputs.disk_watched(asked.out):
         write_report(outputs.Outputs(asked.out).report, result)
-    return wire.decode(Reconstruction, result)
+    return serialisation.decode(Reconstruction, result)
 
 
 RECONSTRUCT = Job(

@@ -15,9 +15,10 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from vomstudio.errors import Cancelled, WorkerError
-from vomstudio.jobs import wire
+from vomstudio.jobs import serialisation
 from vomstudio.jobs.events import LIFELINE, Done, Event, Failed, Fault, from_line
 from vomstudio.jobs.job import Job, Request, Result
+from vomstudio.words import tr
 
 Listener = Callable[[Event], None]
 _log = logging.getLogger(__name__)
@@ -50,10 +51,10 @@ class Worker:
     def submit(self, job: Job[Request, Result], request: Request, listener: Listener) -> int:
         """Returns the job's number. Raises WorkerError where the request cannot cross, or no
         process can be had for it."""
-        args = wire.encode(request)
+        args = serialisation.encode(request)
         with self._lock:
             if self._closed:
-                raise WorkerError("the program is closing; nothing more is begun")
+                raise WorkerError(tr("the program is closing; nothing more is begun"))
             number = next(self._numbers)
             command = {"job": number, "task": job.name, "args": args}
             try:
@@ -64,7 +65,9 @@ class Worker:
                     self._process = None
                     owner = self._write(command)
             except OSError as error:
-                raise WorkerError(f"the worker process cannot be started: {error}") from error
+                raise WorkerError(
+                    tr("the worker process cannot be started: {error}", error=error)
+                ) from error
             self._listeners[number], self._owners[number] = listener, owner
             self._results[number] = job.result
             return number
@@ -210,8 +213,11 @@ class Worker:
                 Cancelled()
                 if job in cancelled
                 else WorkerError(
-                    f"the worker process ended unexpectedly ({_ending(process.returncode)}); "
-                    "what is finished is kept, try again"
+                    tr(
+                        "the worker process ended unexpectedly ({ending}); "
+                        "what is finished is kept, try again",
+                        ending=_ending(process.returncode),
+                    )
                 )
             )
             self._deliver(Failed(job, fault.as_dict(), fault.exit_code))
@@ -230,7 +236,7 @@ class Worker:
 
 def _typed(event: Done, result: type[Any]) -> Event:
     try:
-        return Done(event.job, wire.decode(result, event.result))
+        return Done(event.job, serialisation.decode(result, event.result))
     except WorkerError as error:
         return Failed(event.job, error.as_dict(), error.exit_code)
 

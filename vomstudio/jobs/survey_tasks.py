@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vomstudio.jobs import wire
+from vomstudio.jobs import serialisation
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.progress import Progress
 
@@ -44,7 +44,7 @@ def _take_frames(asked: FramesOrder, progress: Progress) -> TakenFrames:
     report = take_frames(
         asked.video, asked.out, fps=asked.fps, force=asked.force, progress=progress
     )
-    return wire.decode(TakenFrames, report.as_dict())
+    return serialisation.decode(TakenFrames, report.as_dict())
 
 
 TAKE_FRAMES = Job("take_frames", Lane.PHOTOS, FramesOrder, TakenFrames, _take_frames)
@@ -109,12 +109,12 @@ def _foresee(asked: ForecastOrder, progress: Progress) -> Forecast:
     from vomstudio.errors import VomError
     from vomstudio.io.photos.reading import read_photos
     from vomstudio.photogrammetry.base.settings import Settings
-    from vomstudio.photogrammetry.pipeline.memory_needs import memory_need
+    from vomstudio.photogrammetry.pipeline.memory_estimate import memory_need
 
     settings = Settings(quality=asked.quality, threads=asked.threads)
     memory = None
     if asked.sizes:
-        memory = wire.decode(MemoryFacts, memory_need(settings, asked.sizes).as_dict())
+        memory = serialisation.decode(MemoryFacts, memory_need(settings, asked.sizes).as_dict())
     control = None
     if asked.control is not None:
         photos = read_photos(asked.photos, progress).photos
@@ -139,7 +139,7 @@ def _control(path: Path, marks: Path | None, crs: str | None, photos: Any) -> Co
     reason = "as chosen" if crs is not None else f"stated in {path.name}"
     seen = read_marks(marks_beside(path) if marks is None else marks)
     found = check_control(points, seen, photos, placed, reason)
-    return wire.decode(ControlFacts, found.as_dict())
+    return serialisation.decode(ControlFacts, found.as_dict())
 
 
 FORESEE = Job("foresee", Lane.INSPECTION, ForecastOrder, Forecast, _foresee)

@@ -18,11 +18,12 @@ import traceback
 from typing import Any, TextIO
 
 from vomstudio.errors import VomError, WorkerError
-from vomstudio.failures import crashes, hooks
-from vomstudio.failures.desk import DESK
+from vomstudio.failures import crashes, exception_hooks
+from vomstudio.failures.error_collector import DESK
 from vomstudio.jobs.events import LIFELINE, Done, Event, Failed, Fault, Stage, Step, to_line
 from vomstudio.jobs.tasks import TASKS
 from vomstudio.progress import CancelToken
+from vomstudio.words import tr
 
 
 class _Reporter:
@@ -56,7 +57,7 @@ def main() -> int:
             out.flush()
 
     job = 0
-    hooks.install(crashes.WORKER)
+    exception_hooks.install(crashes.WORKER)
     DESK.listen(lambda failure: send(Fault(job, failure.what)))
     jobs: queue.SimpleQueue[tuple[int, str, dict[str, Any], CancelToken]] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(sys.stdin, jobs), daemon=True).start()
@@ -66,20 +67,29 @@ def main() -> int:
         try:
             token.check()
             if name not in TASKS:
-                raise WorkerError(f"this version has no task “{name}”; restart the program")
+                raise WorkerError(
+                    tr("this version has no task “{name}”; restart the program", name=name)
+                )
             send(Done(job, TASKS[name].carry_out(args, _Reporter(job, token, send))))
         except VomError as error:
             send(Failed(job, error.as_dict(), error.exit_code))
         except MemoryError:
-            fault = WorkerError("there is not enough memory for this; close other programs")
+            fault = WorkerError(tr("there is not enough memory for this; close other programs"))
             send(Failed(job, fault.as_dict(), fault.exit_code))
         except BrokenPipeError:
-            hooks.uninstall()
+            exception_hooks.uninstall()
             return 0
         except Exception as error:  # noqa: BLE001  a worker answers for every job it was given
             traceback.print_exc(file=sys.stderr)
             DESK.report(error, f"in the task {name}")
-            fault = WorkerError(f"{name} failed: {type(error).__name__}: {error}")
+            fault = WorkerError(
+                tr(
+                    "{name} failed: {name__}: {error}",
+                    name=name,
+                    name__=type(error).__name__,
+                    error=error,
+                )
+            )
             send(Failed(job, fault.as_dict(), fault.exit_code))
 
 
@@ -117,5 +127,5 @@ def _listen(stdin: TextIO, jobs: queue.SimpleQueue[Any]) -> None:
             continue
         token = tokens[job[0]] = CancelToken()
         jobs.put((*job, token))
-    hooks.uninstall()
+    exception_hooks.uninstall()
     os._exit(0)

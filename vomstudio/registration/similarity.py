@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -57,14 +58,16 @@ def fit_similarity(
     w = np.ones(len(a)) if weights is None else np.asarray(weights, np.float64)
     a, b, w = a[w > 0], b[w > 0], w[w > 0]
     if len(a) < 3:
-        raise GeometryError(f"{len(a)} points do not place a model; at least 3 are needed")
+        raise GeometryError(
+            tr("{count} points do not place a model; at least 3 are needed", count=len(a))
+        )
     w = w / w.sum()
     ca, cb = w @ a, w @ b
     da, db = a - ca, b - cb
     for spread in (da, db):
         axes = np.linalg.svd(spread * np.sqrt(w)[:, None], compute_uv=False)
         if not axes[1] > _COLLINEAR * axes[0]:
-            raise GeometryError("the points lie on one line, about which the model could turn")
+            raise GeometryError(tr("the points lie on one line, about which the model could turn"))
     u, s, vt = np.linalg.svd((db * w[:, None]).T @ da)
     sign = np.array([1.0, 1.0, np.sign(np.linalg.det(u) * np.linalg.det(vt))])
     rotation = (u * sign) @ vt

@@ -15,6 +15,7 @@ import numpy as np
 from vomstudio.progress import Progress, Silent
 from vomstudio.survey import picture_checks, station_checks
 from vomstudio.survey.camera_positions import metres_from_gps
+from vomstudio.survey.check_limits import Limits, Looked
 from vomstudio.survey.check_results import (
     Finding,
     PhotoFigures,
@@ -25,7 +26,6 @@ from vomstudio.survey.check_results import (
     ordered,
     verdict_of,
 )
-from vomstudio.survey.limits import Limits, Looked
 from vomstudio.survey.overlap import features_of, look_at_set, optical_axes
 from vomstudio.survey.photo_limits import ground_sampling_distance, smallest_plane
 from vomstudio.survey.photo_quality import look_at

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from vomstudio.errors import UsageError
+from vomstudio.words import tr
 
 # A cloud resolves about 10 pixels (textbook 3.2.1), and a plane should span 100 times the
 # resolution (4.1.3).
@@ -28,7 +29,7 @@ def ground_sampling_distance(
         ("image width", image_width_px),
     ):
         if not value > 0:
-            raise UsageError("must be a positive number", field=name)
+            raise UsageError(tr("must be a positive number"), field=name)
     return sensor_width_mm * distance_m / (focal_length_mm * image_width_px)
 
 

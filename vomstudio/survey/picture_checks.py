@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vomstudio.survey.check_limits import Limits, Looked
 from vomstudio.survey.check_results import Finding, named
-from vomstudio.survey.limits import Limits, Looked
 
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo

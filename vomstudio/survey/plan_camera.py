@@ -8,6 +8,7 @@ from pathlib import Path
 
 from vomstudio.errors import UsageError
 from vomstudio.io.text.rows import shortened
+from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ def camera_of(words: str, focal_mm: float | None = None) -> PlanCamera:
     """
     words = words.strip()
     if focal_mm is not None and not 0 < focal_mm < 1e5:
-        raise UsageError("a focal length is a positive number of millimetres.", field="--focal")
+        raise UsageError(tr("a focal length is a positive number of millimetres."), field="--focal")
     if _is_file(words):
         return _camera_of_photo(words, focal_mm)
     if re.match(r"^[\d.=,;xX×\s]*$|.*=", words):
@@ -46,15 +47,22 @@ def camera_of(words: str, focal_mm: float | None = None) -> PlanCamera:
         like = similar_cameras(words)
         offer = f"; similar are {', '.join(like)}" if like else ""
         raise UsageError(
-            f"'{shortened(words)}' is not in the table of cameras{offer}. Name a photo taken with "
-            "it, or give numbers: sensor x height in mm, focal length in mm, pixels, as in "
-            "23.5x15.6,35,6000x4000.",
+            tr(
+                "'{shortened}' is not in the table of cameras{offer}. Name a photo taken "
+                "with it, or give numbers: sensor x height in mm, focal length in mm, "
+                "pixels, as in 23.5x15.6,35,6000x4000.",
+                shortened=shortened(words),
+                offer=offer,
+            ),
             field="--camera",
         )
     focal = focal_mm or model.focal_mm
     if focal is None:
         raise UsageError(
-            f"the {model.label} takes different lenses: give the focal length with --focal MM.",
+            tr(
+                "the {label} takes different lenses: give the focal length with --focal MM.",
+                label=model.label,
+            ),
             field="--focal",
         )
     return PlanCamera(
@@ -81,8 +89,10 @@ def _camera_of_photo(path: str, focal_mm: float | None) -> PlanCamera:
         sensor, focal = 36.0, 36.0 * photo.focal_px / long_side
     if sensor is None or focal is None:
         raise UsageError(
-            "this photo does not say enough of its camera; give numbers: sensor in mm, focal "
-            "length in mm, pixels, as in 23.5x15.6,35,6000x4000.",
+            tr(
+                "this photo does not say enough of its camera; give numbers: sensor in mm, "
+                "focal length in mm, pixels, as in 23.5x15.6,35,6000x4000."
+            ),
             file=path,
             field="--camera",
         )
@@ -153,7 +163,10 @@ def _camera_of_numbers(words: str, focal_mm: float | None) -> PlanCamera:
 
 def _not_a_camera(words: str) -> UsageError:
     return UsageError(
-        f"'{shortened(words)}' does not describe a camera: give sensor in mm, focal length in mm "
-        "and pixels, as in 23.5x15.6,35,6000x4000.",
+        tr(
+            "'{shortened}' does not describe a camera: give sensor in mm, focal length "
+            "in mm and pixels, as in 23.5x15.6,35,6000x4000.",
+            shortened=shortened(words),
+        ),
         field="--camera",
     )

@@ -18,6 +18,7 @@ import numpy.typing as npt
 from vomstudio.errors import UsageError
 from vomstudio.survey.photo_limits import ground_sampling_distance, gsd_for_plane, smallest_plane
 from vomstudio.survey.plan_camera import PlanCamera
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Manner = Literal["handheld", "drone", "terrain"]
@@ -211,12 +212,14 @@ def plan_survey(
     if distance_m is None:
         if gsd_m is None:
             raise UsageError(
-                "say how far the camera will be, or how large a pixel may be: --distance M or "
-                "--gsd M; or the smallest plane to be measured: --plane M."
+                tr(
+                    "say how far the camera will be, or how large a pixel may be: --distance M "
+                    "or --gsd M; or the smallest plane to be measured: --plane M."
+                )
             )
         distance_m = distance_for(camera, gsd_m)
     if distance_m * 1000.0 <= 2.0 * camera.focal_mm:
-        raise UsageError("this is closer than a lens can focus.", field="--distance")
+        raise UsageError(tr("this is closer than a lens can focus."), field="--distance")
     gsd = ground_sampling_distance(
         camera.sensor_width_mm, camera.focal_mm, distance_m, camera.width_px
     )
@@ -230,7 +233,11 @@ def plan_survey(
     expected = (width_m / spacing[0] + 2.0) * (height_m / spacing[1] + 1.0) * 2.0
     if expected > _MOST_PHOTOS:
         raise UsageError(
-            f"this would take some {expected:,.0f} photos; go farther away, or plan a part of it."
+            tr(
+                "this would take some {expected:,.0f} photos; go farther away, or plan a "
+                "part of it.",
+                expected=expected,
+            )
         )
     stations, least, middle = _stations(
         camera, distance_m, width_m, height_m, footprint, spacing, manner
@@ -261,10 +268,11 @@ def _require_sound(overlap: float, lengths: Mapping[str, float | None]) -> None:
     """Raises UsageError with the name of what is wrong."""
     for name, value in lengths.items():
         if value is not None and not 0 < value < 1e6:
-            raise UsageError("must be a positive number.", field=name)
+            raise UsageError(tr("must be a positive number."), field=name)
     if not LEAST_OVERLAP <= overlap <= MOST_OVERLAP:
         raise UsageError(
-            "neighbouring photos should overlap by 60 to 80 %: give 0.6 to 0.8.", field="--overlap"
+            tr("neighbouring photos should overlap by 60 to 80 %: give 0.6 to 0.8."),
+            field="--overlap",
         )
 
 

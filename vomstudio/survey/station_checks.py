@@ -15,8 +15,8 @@ from vomstudio.survey.camera_positions import (
     rotation_error95_deg,
     straightness,
 )
+from vomstudio.survey.check_limits import Limits, Looked
 from vomstudio.survey.check_results import Finding, length, named
-from vomstudio.survey.limits import Limits, Looked
 from vomstudio.survey.overlap import SetLook
 
 if TYPE_CHECKING:

@@ -17,6 +17,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError, TargetError, UsageError
 from vomstudio.progress import Progress, Silent
 from vomstudio.survey.photo_quality import blur
+from vomstudio.words import tr
 
 Bytes = npt.NDArray[np.uint8]
 
@@ -89,7 +90,9 @@ def take_frames(
     Raises InputError for what is no video, UsageError, TargetError, Cancelled.
     """
     if not 0.05 <= fps <= 10.0:
-        raise UsageError("take 1 to 4 frames per second (0.05 to 10 are possible).", field="--fps")
+        raise UsageError(
+            tr("take 1 to 4 frames per second (0.05 to 10 are possible)."), field="--fps"
+        )
     progress = progress or Silent()
     target = _checked_target(Path(folder), force)
     with _Video(Path(video)) as source:
@@ -97,17 +100,22 @@ def take_frames(
         try:
             part = Path(tempfile.mkdtemp(prefix=".vom-frames-", dir=parent))
         except OSError as error:
-            raise TargetError(f"cannot write here ({error.strerror})", file=folder) from error
+            raise TargetError(
+                tr("cannot write here ({strerror})", strerror=error.strerror), file=folder
+            ) from error
         try:
             report = _take(source, target, part, fps, progress)
             _judge(report, fps)
             if not report.frames:
                 why = ", ".join(f"{n} moments {reason}" for reason, n in report.skipped.items())
-                raise InputError(f"no frame of it can be used: {why}.", file=source.path)
+                raise InputError(
+                    tr("no frame of it can be used: {why}.", why=why), file=source.path
+                )
             _put_in_place(part, target, report)
         except OSError as error:
             raise TargetError(
-                f"the frames cannot be written ({error.strerror}).", file=folder
+                tr("the frames cannot be written ({strerror}).", strerror=error.strerror),
+                file=folder,
             ) from error
         finally:
             shutil.rmtree(part, ignore_errors=True)
@@ -122,17 +130,19 @@ class _Video:
         import cv2
 
         if path.is_dir():
-            raise InputError("this is a folder; name a video.", file=path)
+            raise InputError(tr("this is a folder; name a video."), file=path)
         if not path.is_file():
-            raise InputError("there is no such file.", file=path)
+            raise InputError(tr("there is no such file."), file=path)
         if path.stat().st_size == 0:
-            raise InputError("this file is empty (0 bytes).", file=path)
+            raise InputError(tr("this file is empty (0 bytes)."), file=path)
         self.path = path
         self._capture = cv2.VideoCapture(str(path))
         ok, first = self._capture.read() if self._capture.isOpened() else (False, None)
         if not ok or first is None:
             self._capture.release()
-            raise InputError("this is not a video that can be read, or a damaged one.", file=path)
+            raise InputError(
+                tr("this is not a video that can be read, or a damaged one."), file=path
+            )
         self._first = np.asarray(first)
         self.height, self.width = self._first.shape[:2]
         fps = float(self._capture.get(cv2.CAP_PROP_FPS))
@@ -302,17 +312,20 @@ def _judge(report: FrameReport, fps: float) -> None:
 # ------------------------------------------------------------------------------------------------
 def _checked_target(folder: Path, force: bool) -> Path:
     if not folder.name:
-        raise TargetError("this names no folder.", file=folder)
+        raise TargetError(tr("this names no folder."), file=folder)
     target = folder.absolute()
     if not target.parent.is_dir():
         raise TargetError(
-            f"the folder {target.parent} does not exist; make it or name another.", file=folder
+            tr(
+                "the folder {parent} does not exist; make it or name another.", parent=target.parent
+            ),
+            file=folder,
         )
     if target.exists() and not target.is_dir():
-        raise TargetError("this is a file, not a folder; name another.", file=folder)
+        raise TargetError(tr("this is a file, not a folder; name another."), file=folder)
     if target.is_dir() and any(target.iterdir()) and not force and not is_ours(target):
         raise TargetError(
-            "this folder holds other files; use --force to write among them, or name another.",
+            tr("this folder holds other files; use --force to write among them, or name another."),
             file=folder,
         )
     return target

@@ -14,7 +14,7 @@ from vomstudio.document import catalogue
 from vomstudio.document.figures import Figure, Form, Subject
 from vomstudio.document.kind import GisLayer, Kind
 from vomstudio.document.kinds import KINDS, kind_of
-from vomstudio.document.measurements import Measurements
+from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, Record
 from vomstudio.tables.orientation_table import plain
 from vomstudio.tables.project_table import ProjectTable

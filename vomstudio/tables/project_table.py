@@ -8,10 +8,10 @@ from functools import partial
 from pathlib import Path
 
 from vomstudio.document.catalogue import IN_WORLD, NO_MODEL
-from vomstudio.document.comparison import nearest_picks
 from vomstudio.document.figures import Subject
 from vomstudio.document.kinds import kind_of
-from vomstudio.document.measurements import Measurements
+from vomstudio.document.measurement_cache import Measurements
+from vomstudio.document.reading_comparison import nearest_picks
 from vomstudio.document.records import Feature, Model, OnAModel, Record, get
 from vomstudio.tables.orientation_table import Row, row_of
 

@@ -16,9 +16,9 @@ from vomstudio.document.kinds.lineation import SENSES, Lineation, SlipSense
 from vomstudio.document.records import Model, Point
 from vomstudio.errors import GeometryError
 from vomstudio.geology.notation import format_line
-from vomstudio.geometry.discs import disc
-from vomstudio.tools.entry import ToolEntry
+from vomstudio.geometry.plane_discs import disc
 from vomstudio.tools.polyline import PolylineTool, plane_of, points_text
+from vomstudio.tools.tool_entry import ToolEntry
 
 
 @dataclass(frozen=True)

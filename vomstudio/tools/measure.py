@@ -16,9 +16,10 @@ from vomstudio.document.kinds.dimension import KINDS as DIMENSION_KINDS
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Model, Point
 from vomstudio.errors import GeometryError
-from vomstudio.geometry.discs import disc
-from vomstudio.tools.entry import ToolEntry
+from vomstudio.geometry.plane_discs import disc
 from vomstudio.tools.polyline import PolylineTool, plane_of, points_text
+from vomstudio.tools.tool_entry import ToolEntry
+from vomstudio.words import tr
 
 KINDS: tuple[DimensionKind, ...] = tuple(kind for kind, _ in DIMENSION_KINDS)
 TWO_ENDS = ("distance", "thickness")
@@ -127,9 +128,11 @@ class MeasureTool(PolylineTool[Dimension]):
             raise GeometryError(f"{why[:1].upper()}{why[1:]}.")
         measured = self.measurement
         if measured is None or measured.problem:
-            raise GeometryError(measured.problem if measured and measured.problem else "no points")
+            raise GeometryError(
+                measured.problem if measured and measured.problem else tr("no points")
+            )
         if max((measured.dimension or {}).values(), default=0.0) <= 0.0:
-            raise GeometryError("All points are at the same place; pick them farther apart.")
+            raise GeometryError(tr("All points are at the same place; pick them farther apart."))
         records = self._context.session.records
         if not self._continued:
             return edits.add_features(records, [feature])

@@ -24,12 +24,13 @@ from vomstudio.errors import DocumentError, VomError
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.geometry.units import area_text
-from vomstudio.tools.context import ToolContext
-from vomstudio.tools.entry import ToolEntry
-from vomstudio.tools.fit_words import WIDTH, error_text, first_reason, indices_text
+from vomstudio.tools.brush_stroke import Stroke
+from vomstudio.tools.fit_summary import WIDTH, error_text, first_reason, indices_text
+from vomstudio.tools.interaction_types import BrushRing, Button, Hit, Pointer, PointerEvent, Preview
 from vomstudio.tools.polyline import rgb
-from vomstudio.tools.stroke import Stroke
-from vomstudio.tools.types import BrushRing, Button, Hit, Pointer, PointerEvent, Preview
+from vomstudio.tools.tool_context import ToolContext
+from vomstudio.tools.tool_entry import ToolEntry
+from vomstudio.words import tr
 
 SMALLEST_RADIUS, LARGEST_RADIUS = 1e-3, 1e4
 STEP = 1.25
@@ -266,12 +267,12 @@ class PatchTool:
     def take_up(self, patch_id: str) -> None:
         """Go on painting a patch of the document."""
         if self._down:
-            raise DocumentError("a stroke is being made: release it first")
+            raise DocumentError(tr("a stroke is being made: release it first"))
         patch = get(self._context.session.records, patch_id, Patch)
         if patch is None:
-            raise DocumentError("only a patch can be painted on")
+            raise DocumentError(tr("only a patch can be painted on"))
         if self._context.surface(patch.model_id) is None:
-            raise DocumentError(f"the model of {patch.name} is not open")
+            raise DocumentError(tr("the model of {patch} is not open", patch=patch.name))
         self._id, self._before, self._hover = patch.id, patch, None
         self._show()
         self._context.tool_changed()

@@ -20,8 +20,9 @@ from vomstudio.document.measurement import Measurement, world_points
 from vomstudio.document.records import FeatureType, Model, Picked, Point, get_feature
 from vomstudio.errors import DocumentError, VomError
 from vomstudio.geometry import transform
-from vomstudio.tools.context import ToolContext
-from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent, Preview
+from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent, Preview
+from vomstudio.tools.tool_context import ToolContext
+from vomstudio.words import tr
 
 F = TypeVar("F", bound=Picked)
 
@@ -272,10 +273,12 @@ class PolylineTool(Generic[F]):
     def continue_feature(self, feature_id: str) -> None:
         """Take up a feature of the document again."""
         if self.open:
-            raise DocumentError(f"a {self.what} is being picked: finish or cancel it first")
+            raise DocumentError(
+                tr("a {what} is being picked: finish or cancel it first", what=self.what)
+            )
         feature = self._context.session.records.get(feature_id)
         if not isinstance(feature, self.record):
-            raise DocumentError(f"only a {self.what} can be continued")
+            raise DocumentError(tr("only a {what} can be continued", what=self.what))
         self._continued = True
         # No line to where the cursor was last over the outcrop.
         self._hover = None

@@ -12,11 +12,11 @@ from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Model, Point
-from vomstudio.geometry.discs import disc
-from vomstudio.tools.entry import ToolEntry
-from vomstudio.tools.fit_words import error_text, first_reason, indices_text
+from vomstudio.geometry.plane_discs import disc
+from vomstudio.tools.fit_summary import error_text, first_reason, indices_text
+from vomstudio.tools.local_surface import around
 from vomstudio.tools.polyline import PolylineTool, points_text
-from vomstudio.tools.surroundings import around
+from vomstudio.tools.tool_entry import ToolEntry
 
 
 class TraceTool(PolylineTool[Trace]):

@@ -11,7 +11,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.field_style import ELEVATION, FieldStyle, field_names
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.signals import Signal
-from vomstudio.workspace.owner import Later
+from vomstudio.workspace.owner_thread import Later
 
 MODES = {
     "textured": "Textured",

@@ -29,10 +29,10 @@ from vomstudio.jobs.model_tasks import (
     GlimpsedPoints,
     ModelFile,
 )
-from vomstudio.jobs.priority import give_way
+from vomstudio.jobs.thread_priority import give_way
 from vomstudio.signals import Signal
-from vomstudio.workspace.jobs import Jobs, RunningJob
-from vomstudio.workspace.owner import Post
+from vomstudio.workspace.owner_thread import Post
+from vomstudio.workspace.running_jobs import Jobs, RunningJob
 
 
 @dataclass(eq=False)

@@ -13,15 +13,15 @@ from vomstudio.errors import VomError
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.io.photos import cameras_file
 from vomstudio.io.project.folder import is_project
-from vomstudio.io.project.taking_in import RECONSTRUCTIONS
+from vomstudio.io.project.sidecar_import import RECONSTRUCTIONS
 from vomstudio.jobs.model_tasks import COPY_MODEL, CopiedModel, ModelCopy
 from vomstudio.signals import Signal
 from vomstudio.workspace.editing import Editing
-from vomstudio.workspace.jobs import Jobs
 from vomstudio.workspace.model_loading import ModelLoader, OpenModel
 from vomstudio.workspace.notices import Notice, Notices
 from vomstudio.workspace.preferences import Preferences
 from vomstudio.workspace.projects import Projects
+from vomstudio.workspace.running_jobs import Jobs
 
 
 class Models:

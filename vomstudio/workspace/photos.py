@@ -18,7 +18,7 @@ from vomstudio.geometry.streaming.octree import StreamedCloud
 from vomstudio.io.photos.cameras_file import FILE_NAME, find_photos, read_cameras
 from vomstudio.signals import Signal
 from vomstudio.workspace.models import Models
-from vomstudio.workspace.owner import Post
+from vomstudio.workspace.owner_thread import Post
 from vomstudio.workspace.projects import Projects
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from vomstudio.errors import VomError
 from vomstudio.io.settings import Settings, SettingsFile
 from vomstudio.signals import Signal
 from vomstudio.workspace.notices import Notices
-from vomstudio.workspace.owner import Post
+from vomstudio.workspace.owner_thread import Post
 
 
 class Preferences:

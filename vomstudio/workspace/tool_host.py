@@ -5,21 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
-from vomstudio.document.measurements import Measurement
+from vomstudio.document.measurement_cache import Measurement
 from vomstudio.document.records import Feature, FeatureType
 from vomstudio.document.selection import Selection
 from vomstudio.document.session import Session
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.signals import Signal
-from vomstudio.tools.context import Tool
-from vomstudio.tools.found import TOOLS
-from vomstudio.tools.types import PointerEvent, Preview
-from vomstudio.workspace.derived import Derived
+from vomstudio.tools.interaction_types import PointerEvent, Preview
+from vomstudio.tools.registry import TOOLS
+from vomstudio.tools.tool_context import Tool
+from vomstudio.workspace.derived_quantities import Derived
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.notices import Notices
+from vomstudio.workspace.plane_summary import plane_text
 from vomstudio.workspace.preferences import Preferences
 from vomstudio.workspace.projects import Projects
-from vomstudio.workspace.wording import plane_text
 
 T = TypeVar("T")
 

@@ -10,18 +10,18 @@ from vomstudio.document.records import Model, get_feature
 from vomstudio.document.selection import Selection
 from vomstudio.io.settings import Settings
 from vomstudio.signals import Signal
-from vomstudio.workspace.derived import Derived
+from vomstudio.workspace.derived_quantities import Derived
 from vomstudio.workspace.display import Display
 from vomstudio.workspace.editing import Editing
-from vomstudio.workspace.jobs import Jobs
-from vomstudio.workspace.layers import GisLayers
+from vomstudio.workspace.layer_export import GisLayers
 from vomstudio.workspace.model_loading import ModelLoader
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.notices import Notices
-from vomstudio.workspace.owner import Call, Later, Post
+from vomstudio.workspace.owner_thread import Call, Later, Post
 from vomstudio.workspace.photos import PhotoLinks
 from vomstudio.workspace.preferences import Preferences
 from vomstudio.workspace.projects import Projects
+from vomstudio.workspace.running_jobs import Jobs
 from vomstudio.workspace.tool_host import ToolHost
 from vomstudio.workspace.visibility import Visibility
 

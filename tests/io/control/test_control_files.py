@@ -17,7 +17,7 @@ from vomstudio.io.control.control_files import (
     read_marks,
 )
 from vomstudio.io.control.points import ControlPoint, Mark
-from vomstudio.io.photos.names import photo_finder
+from vomstudio.io.photos.photo_names import photo_finder
 
 
 def written(folder: Path, text: str | bytes, name: str = "control.xml") -> Path:

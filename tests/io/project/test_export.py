@@ -10,7 +10,7 @@ import pytest
 from tests.samples import ZIGZAG, bed
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.measurements import Measurements
+from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Frame, Model
 from vomstudio.errors import InputError, TargetError, UsageError
 from vomstudio.io.project.export import export_project

@@ -23,7 +23,7 @@ from vomstudio.document.kinds.lineation import Lineation
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.measurements import Measurements
+from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import DEFAULT_TYPES, FeatureType, Frame, Model
 from vomstudio.errors import Cancelled, TargetError, UsageError
 from vomstudio.geometry.cloud import PointCloud

@@ -17,7 +17,7 @@ from pyogrio.raw import read
 from tests.io.project.test_gis_files import CRS, UTM, features
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.measurements import Measurements
+from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Frame
 from vomstudio.errors import InputError, TargetError, UsageError
 from vomstudio.geology.quality import Thresholds

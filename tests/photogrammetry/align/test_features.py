@@ -19,7 +19,7 @@ from vomstudio.photogrammetry.align.features import (
     extraction_memory,
     grey,
 )
-from vomstudio.photogrammetry.base.engine import colmap
+from vomstudio.photogrammetry.base.colmap import colmap
 
 
 def rock(width: int = 400, height: int = 300, seed: int = 0) -> np.ndarray:

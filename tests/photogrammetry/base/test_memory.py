@@ -8,7 +8,7 @@ import pytest
 from vomstudio.jobs.executors import Threads
 from vomstudio.photogrammetry.base import checkpoints, memory
 from vomstudio.photogrammetry.base.checkpoints import Checkpoints
-from vomstudio.photogrammetry.dense import depthmaps, fitting, fusion, undistortion
+from vomstudio.photogrammetry.dense import depthmaps, fusion, memory_limits, undistortion
 from vomstudio.photogrammetry.surface import meshing
 from vomstudio.progress import Silent
 
@@ -51,18 +51,18 @@ def test_one_photo_is_always_worked_on(free):
 
 def test_depths_of_photos_that_fit_are_sought_at_the_wanted_size(free):
     free(16)
-    assert fitting.fitting_size(3200, [(6000, 4000)] * 12) == 3200
+    assert memory_limits.fitting_size(3200, [(6000, 4000)] * 12) == 3200
 
 
 def test_with_little_memory_or_very_many_photos_depths_are_sought_in_smaller_photos(free):
     free(3)
-    small = fitting.fitting_size(3200, [(6000, 4000)] * 12)
+    small = memory_limits.fitting_size(3200, [(6000, 4000)] * 12)
     assert small < 3200
     pixels = round(small * small / 1.5)
     assert depthmaps.memory_needed(small, round(small / 1.5)) < 0.7 * 3 * GB
     assert fusion.memory_needed(12 * pixels, pixels) < 1.01 * 0.7 * 3 * GB
     free(16)
-    assert fitting.fitting_size(3200, [(6000, 4000)] * 1000) < 1600
+    assert memory_limits.fitting_size(3200, [(6000, 4000)] * 1000) < 1600
 
 
 def test_a_surface_of_little_memory_has_fewer_points(free):

@@ -8,6 +8,7 @@ Model and moves everything with it. The record of each kind of feature is in `do
 from __future__ import annotations
 
 from vomstudio.document.records.basics import IDENTITY, Matrix, Point
+from vomstudio.document.records.feature_types import DEFAULT_TYPES, FeatureType
 from vomstudio.document.records.features import (
     Feature,
     Group,
@@ -29,7 +30,6 @@ from vomstudio.document.records.photos import (
     Reconstruction,
 )
 from vomstudio.document.records.registrations import Registration
-from vomstudio.document.records.types import DEFAULT_TYPES, FeatureType
 
 Resting = PhotoSet | Mask | MarkedPoint | ImageMark | Reconstruction | Registration
 """What models rest on."""

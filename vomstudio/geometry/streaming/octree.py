@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.geometry.arrangement import Arrangement
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.progressive_order import Arrangement
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree

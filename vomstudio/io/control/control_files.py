@@ -7,6 +7,7 @@ from pathlib import Path
 from vomstudio.errors import UsageError
 from vomstudio.io.control.points import CONTROL, MARKS, ControlPoint, Mark
 from vomstudio.io.control.registry import choose_format, find_formats
+from vomstudio.words import tr
 
 
 def read_control(path: str | Path) -> list[ControlPoint]:
@@ -58,11 +59,16 @@ def agreed_crs(control: Path, crs: str | None) -> str | None:
         return stated
     code, unit = parse_crs(crs)
     if unit != 1.0:
-        raise UsageError("is not in metres; choose one that is", field="CRS")
+        raise UsageError(tr("is not in metres; choose one that is"), field="CRS")
     if stated not in (None, code):
         raise UsageError(
-            f"{code} is not that of {control.name}, which is in {stated}; leave it out, or convert "
-            "the points",
+            tr(
+                "{code} is not that of {control}, which is in {stated}; leave it out, or "
+                "convert the points",
+                code=code,
+                control=control.name,
+                stated=stated,
+            ),
             field="CRS",
         )
     return code

@@ -15,7 +15,7 @@ class ControlFormat:
 
     name : as a person says it
     matches : whether a file is of this format; False for one that is not there
-    points : of a file, in a projected CRS in metres (`io.control.metres`), or in a local frame
+    points : of a file, in a projected CRS in metres (`io.control.projection`), or in a local frame
     marks : of a file, in pixels of the photo as stored, from the outer corner of its top left pixel
     crs : "EPSG:n" or WKT of `points`; None where the file states none
     holds_marks : its files have points and marks both

@@ -12,6 +12,7 @@ from vomstudio.errors import TargetError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.files.backup import set_aside
 from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.words import tr
 
 _CRS = re.compile(r"# (?:EPSG:\d+|[A-Z]+CRS\[.*\])")
 
@@ -51,7 +52,9 @@ def _write(
         try:
             path.unlink(missing_ok=True)
         except OSError as error:
-            raise TargetError(f"it cannot be removed ({error.strerror}).", file=path) from error
+            raise TargetError(
+                tr("it cannot be removed ({strerror}).", strerror=error.strerror), file=path
+            ) from error
         return kept
     text = io.StringIO()
     # Unquoted, a line that begins with # or > is none of the table.

@@ -7,6 +7,7 @@ from math import isfinite
 from pathlib import Path
 
 from vomstudio.errors import InputError
+from vomstudio.words import tr
 
 _LONGEST = 100_000
 
@@ -24,13 +25,18 @@ def parse_crs(text: str) -> tuple[str, float]:
         crs = CRS.from_user_input(plain)
     except CRSError as error:
         raise InputError(
-            f"“{text.strip()}” is not a CRS that is known here; write a code such as EPSG:32633",
+            tr(
+                "“{strip}” is not a CRS that is known here; write a code such as EPSG:32633",
+                strip=text.strip(),
+            ),
             field="CRS",
         ) from error
     if not crs.is_projected:
         raise InputError(
-            f"{crs.name} has no East and North in metres; choose a projected CRS such as a UTM "
-            "zone",
+            tr(
+                "{crs} has no East and North in metres; choose a projected CRS such as a UTM zone",
+                crs=crs.name,
+            ),
             field="CRS",
         )
     code = crs.to_epsg()

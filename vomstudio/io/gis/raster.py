@@ -16,6 +16,7 @@ from typing import Any, Literal
 import numpy as np
 
 from vomstudio.errors import TargetError
+from vomstudio.words import tr
 
 BLOCK = 512
 """Side of the blocks inside the files, pixels."""
@@ -126,7 +127,7 @@ def _is_whole(dataset: Any, size: int) -> bool:
 
 
 def _not_whole(path: str | Path) -> TargetError:
-    return TargetError("it cannot be written whole; see whether the disk is full.", file=path)
+    return TargetError(tr("it cannot be written whole; see whether the disk is full."), file=path)
 
 
 def write_tile(dataset: Any, column: int, row: int, values: np.ndarray[Any, Any]) -> None:

@@ -30,14 +30,15 @@ from vomstudio.geometry.streaming.octree import (
     parts_of,
 )
 from vomstudio.io.gis.crs import parse_crs, sidecar_crs
-from vomstudio.io.models.formats._las_records import Choice, Layout, choose, cloud_of, layout_of
-from vomstudio.io.models.formats._las_top import (
+from vomstudio.io.models.formats._las_header import (
     MAX_CHUNK_POINTS,
     Top,
     is_sound_chunk,
     read_top,
     unpack,
 )
+from vomstudio.io.models.formats._las_records import Choice, Layout, choose, cloud_of, layout_of
+from vomstudio.words import tr
 
 Array = npt.NDArray[Any]
 Key = tuple[int, int, int, int]
@@ -95,7 +96,7 @@ class CopcFile:
         self.path = Path(path)
         if not is_copc(path):
             raise InputError(
-                "This is no COPC file: it has no octree; read it as a LAZ file.", file=path
+                tr("This is no COPC file: it has no octree; read it as a LAZ file."), file=path
             )
         self.top: Top = read_top(self.path)
         info = self.top.records.get(("copc", 1), b"")
@@ -203,7 +204,8 @@ class CopcFile:
                 chunk = self._file.read(int(size))
             except OSError as error:
                 raise InputError(
-                    f"The file cannot be read any more ({error.strerror}).", file=self.path
+                    tr("The file cannot be read any more ({strerror}).", strerror=error.strerror),
+                    file=self.path,
                 ) from error
             if len(chunk) != size or not is_sound_chunk(chunk, int(points), self.top):
                 raise self._damaged("a node of it is not what its table says")
@@ -263,7 +265,8 @@ class CopcFile:
 
     def _damaged(self, why: str) -> InputError:
         return InputError(
-            f"The COPC file is damaged ({why}); copy or export it again.", file=self.path
+            tr("The COPC file is damaged ({why}); copy or export it again.", why=why),
+            file=self.path,
         )
 
 
@@ -283,7 +286,9 @@ def read_nodes(path: str | Path, keys: Iterable[Sequence[int]]) -> PointCloud:
         rows = {tuple(key): row for row, key in enumerate(found.keys.tolist())}
         missing = [key for key in wanted if key not in rows]
         if missing:
-            raise InputError(f"The file has no node {missing[0]} with points.", file=path)
+            raise InputError(
+                tr("The file has no node {missing} with points.", missing=missing[0]), file=path
+            )
         return file.read(found.take(np.array([rows[key] for key in wanted], np.int64)))
 
 
@@ -316,7 +321,7 @@ def stream(path: str | Path, budget: int) -> StreamedCloud:
     try:
         found = file.nodes()
         if not len(found) or not np.isfinite(file.bounds).all():
-            raise InputError("The file holds no points that can be read.", file=path)
+            raise InputError(tr("The file holds no points that can be read."), file=path)
         order = np.argsort(found.offsets)
         starts = np.empty(len(found), np.int64)
         starts[order] = np.concatenate([[0], np.cumsum(found.points[order])[:-1]])

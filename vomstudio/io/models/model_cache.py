@@ -20,14 +20,15 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError, TargetError
-from vomstudio.geometry.arrangement import Arrangement, arrange
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
+from vomstudio.geometry.progressive_order import Arrangement, arrange
 from vomstudio.io.models import image_store
 from vomstudio.io.models.offset_file import checked_origin, offset_path
 from vomstudio.io.models.opening import file_hash, read_model, resolution
 from vomstudio.io.models.reader import LoadedModel
 from vomstudio.progress import Progress
+from vomstudio.words import tr
 
 VERSION = 3
 META = "meta.json"
@@ -82,7 +83,10 @@ def save(loaded: LoadedModel, folder: Path) -> None:
         draft = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
     except OSError as error:
         raise TargetError(
-            f"The cache cannot be written ({error.strerror}); free its disk or move the project.",
+            tr(
+                "The cache cannot be written ({strerror}); free its disk or move the project.",
+                strerror=error.strerror,
+            ),
             file=folder,
         ) from error
     try:
@@ -103,7 +107,10 @@ def save(loaded: LoadedModel, folder: Path) -> None:
         _put_in_place(draft, folder)
     except OSError as error:
         raise TargetError(
-            f"The cache cannot be written ({error.strerror}); free its disk or move the project.",
+            tr(
+                "The cache cannot be written ({strerror}); free its disk or move the project.",
+                strerror=error.strerror,
+            ),
             file=folder,
         ) from error
     finally:
@@ -208,7 +215,9 @@ def load(path: Path, folder: Path, progress: Progress | None = None) -> LoadedMo
 
 
 def _damaged(folder: Path, why: str) -> InputError:
-    return InputError(f"The cache is damaged ({why}); open the model's own file.", file=folder)
+    return InputError(
+        tr("The cache is damaged ({why}); open the model's own file.", why=why), file=folder
+    )
 
 
 def _read_meta(folder: Path) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from vomstudio.io.photos.cameras_file import (
     write_cameras,
 )
 from vomstudio.progress import Progress, Silent
+from vomstudio.words import tr
 
 PHOTOS = Path("photos")
 """Where copied photos lie beside the copy of their model."""
@@ -93,9 +94,12 @@ def copy_model(
         place = Path(error.filename2 or error.filename or target)
         if place.is_relative_to(folder):
             raise TargetError(
-                f"the model cannot be copied here ({error.strerror})", file=target
+                tr("the model cannot be copied here ({strerror})", strerror=error.strerror),
+                file=target,
             ) from error
-        raise InputError(f"cannot be copied ({error.strerror})", file=place) from error
+        raise InputError(
+            tr("cannot be copied ({strerror})", strerror=error.strerror), file=place
+        ) from error
     finally:
         shutil.rmtree(part, ignore_errors=True)
     return target / model.name

@@ -18,6 +18,7 @@ from vomstudio.io.gis.crs import sidecar_crs
 from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.models.registry import choose_reader, read_head
 from vomstudio.progress import Progress, Silent
+from vomstudio.words import tr
 
 HASH_BLOCK_BYTES = 4 * 1024 * 1024
 SAMPLED_FACES = 200_000
@@ -45,7 +46,7 @@ def read_model(path: str | Path, progress: Progress | None = None) -> LoadedMode
     except MemoryError:
         hasher.stop()
         raise InputError(
-            "The model is larger than the free memory; divide it into tiles.", file=path
+            tr("The model is larger than the free memory; divide it into tiles."), file=path
         ) from None
     except BaseException:
         hasher.stop()
@@ -102,7 +103,10 @@ class _Hasher(threading.Thread):
         if self.is_alive():
             self.join()
         if self._error is not None:
-            raise InputError(f"The file cannot be read ({self._error.strerror}).", file=self._path)
+            raise InputError(
+                tr("The file cannot be read ({strerror}).", strerror=self._error.strerror),
+                file=self._path,
+            )
         return self._digest
 
 

@@ -12,8 +12,8 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models.copc import CopcFile, is_copc
+from vomstudio.io.models.formats._las_header import Top, is_sound_chunk, mended, read_top, unpack
 from vomstudio.io.models.formats._las_records import choose, cloud_of, layout_of
-from vomstudio.io.models.formats._las_top import Top, is_sound_chunk, mended, read_top, unpack
 
 Array = npt.NDArray[Any]
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from vomstudio.errors import InputError
 from vomstudio.io.models.reader import HEAD_BYTES, Reader
 from vomstudio.io.plugins import Found, find_plugins
+from vomstudio.words import tr
 
 GROUP = "vomstudio.readers"
 
@@ -37,15 +38,19 @@ def read_head(path: Path) -> bytes:
     """The first bytes of a file. Raises InputError when it is not a file that can be read."""
     try:
         if path.is_dir():
-            raise InputError("This is a folder; name a model file in it.", file=path)
+            raise InputError(tr("This is a folder; name a model file in it."), file=path)
         with open(path, "rb") as file:
             return file.read(HEAD_BYTES)
     except FileNotFoundError:
-        raise InputError("There is no such file; check its name.", file=path) from None
+        raise InputError(tr("There is no such file; check its name."), file=path) from None
     except PermissionError:
-        raise InputError("You may not read this file; change its permissions.", file=path) from None
+        raise InputError(
+            tr("You may not read this file; change its permissions."), file=path
+        ) from None
     except (OSError, ValueError) as error:
-        raise InputError(f"The file cannot be opened ({error}).", file=str(path)) from None
+        raise InputError(
+            tr("The file cannot be opened ({error}).", error=error), file=str(path)
+        ) from None
 
 
 def choose_reader(path: Path, head: bytes) -> Reader:
@@ -54,7 +59,7 @@ def choose_reader(path: Path, head: bytes) -> Reader:
     Raises InputError that lists what can be read.
     """
     if not head:
-        raise InputError("The file is empty; export or copy it again.", file=path)
+        raise InputError(tr("The file is empty; export or copy it again."), file=path)
     found = find_readers()
     extension = path.suffix.lower()
     by_extension = [r for r in found.all if extension in r.extensions]

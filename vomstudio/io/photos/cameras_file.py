@@ -18,6 +18,7 @@ import numpy as np
 from vomstudio.errors import GeometryError, InputError
 from vomstudio.files.atomic import atomic_write
 from vomstudio.geometry.cameras import MODELS, Intrinsics, View
+from vomstudio.words import tr
 
 FILE_NAME = "cameras.json"
 """Its name beside the model."""
@@ -114,16 +115,18 @@ def read_cameras(path: str | Path) -> Cameras:
     try:
         head = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", file=path) from error
+        raise InputError(
+            tr("cannot be read ({strerror})", strerror=error.strerror), file=path
+        ) from error
     except ValueError as error:
-        raise InputError(f"is no JSON ({error})", file=path) from error
+        raise InputError(tr("is no JSON ({error})", error=error), file=path) from error
     if not isinstance(head, dict) or head.get("format") != _FORMAT:
         raise InputError(
-            "holds no cameras of a reconstruction; choose the cameras.json beside the model",
+            tr("holds no cameras of a reconstruction; choose the cameras.json beside the model"),
             file=path,
         )
     if head.get("version", 0) > _VERSION:
-        raise InputError("was written by a newer version of this program; update it", file=path)
+        raise InputError(tr("was written by a newer version of this program; update it"), file=path)
     try:
         x, y, z = (int(value) for value in head["origin"])
         return Cameras(
@@ -135,7 +138,12 @@ def read_cameras(path: str | Path) -> Cameras:
         )
     except (KeyError, TypeError, ValueError, GeometryError) as error:
         raise InputError(
-            f"is damaged ({type(error).__name__}: {error}); reconstruct again", file=path
+            tr(
+                "is damaged ({name__}: {error}); reconstruct again",
+                name__=type(error).__name__,
+                error=error,
+            ),
+            file=path,
         ) from error
 
 

@@ -16,6 +16,7 @@ from vomstudio.files.atomic import atomic_write
 from vomstudio.files.backup import set_aside
 from vomstudio.io.photos.photo import Photo
 from vomstudio.io.photos.pixels import opened, read_mask
+from vomstudio.words import tr
 
 Flags = npt.NDArray[np.bool_]
 
@@ -92,5 +93,7 @@ def keep_mask(place: Path, used: Flags, found: Path | None) -> tuple[Path | None
     try:
         place.unlink()
     except OSError as error:
-        raise TargetError(f"it cannot be removed ({error.strerror}).", file=place) from error
+        raise TargetError(
+            tr("it cannot be removed ({strerror}).", strerror=error.strerror), file=place
+        ) from error
     return None, kept

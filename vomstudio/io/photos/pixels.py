@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -36,7 +37,7 @@ def opened(path: str | Path) -> Iterator[Image.Image]:
             with Image.open(path) as image:
                 yield image
     except FileNotFoundError as error:
-        raise InputError("there is no such file.", file=path) from error
+        raise InputError(tr("there is no such file."), file=path) from error
     except UnidentifiedImageError as error:
         said = "this is not a picture, or a damaged one."
         if Path(path).suffix.lower() in (".tif", ".tiff"):
@@ -46,11 +47,13 @@ def opened(path: str | Path) -> Iterator[Image.Image]:
             )
         raise InputError(said, file=path) from error
     except MemoryError as error:
-        raise InputError("there is not enough memory for this picture.", file=path) from error
+        raise InputError(tr("there is not enough memory for this picture."), file=path) from error
     except (OSError, ValueError, SyntaxError, EOFError, IndexError, TypeError, KeyError) as error:
         # What Pillow's decoders raise for damaged data.
         reason = str(error) or type(error).__name__
-        raise InputError(f"this picture is damaged ({reason}).", file=path) from error
+        raise InputError(
+            tr("this picture is damaged ({reason}).", reason=reason), file=path
+        ) from error
 
 
 def turned_upright(pixels: npt.NDArray[Any], orientation: int) -> npt.NDArray[Any]:

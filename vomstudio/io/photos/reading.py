@@ -22,6 +22,7 @@ from vomstudio.io.photos.photo import Photo
 from vomstudio.io.photos.pixels import opened
 from vomstudio.io.photos.xmp import DroneTags, read_drone_tags
 from vomstudio.progress import Progress, Silent
+from vomstudio.words import tr
 
 PHOTO_ENDINGS = PICTURES
 _OTHERS = {
@@ -148,12 +149,13 @@ def _listed(root: Path) -> list[Path]:
     try:
         if not root.is_dir():
             what = "is a file, not a folder" if root.exists() else "there is no such folder"
-            raise InputError(f"{what}; name a folder of photos.", file=root)
+            raise InputError(tr("{what}; name a folder of photos.", what=what), file=root)
         os.listdir(root)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise InputError(
-            f"this folder cannot be read ({reason}); check its permissions.", file=root
+            tr("this folder cannot be read ({reason}); check its permissions.", reason=reason),
+            file=root,
         ) from error
     found: list[Path] = []
     for here, folders, names in os.walk(root):
@@ -244,14 +246,14 @@ def _without_twins(paths: Sequence[Path], root: Path, result: PhotoFolder) -> li
 def _read(path: Path, name: str) -> tuple[Photo, list[str]]:
     """The photo, and sentences about what in its header is nonsense. Raises InputError."""
     if _leads_nowhere(path):
-        raise InputError("is a link to a file that is not there")
+        raise InputError(tr("is a link to a file that is not there"))
     try:
         if path.stat().st_size == 0:
-            raise InputError("is empty (0 bytes)")
+            raise InputError(tr("is empty (0 bytes)"))
     except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})") from error
+        raise InputError(tr("cannot be read ({strerror})", strerror=error.strerror)) from error
     if not os.access(path, os.R_OK):
-        raise InputError("cannot be read (no permission)")
+        raise InputError(tr("cannot be read (no permission)"))
     with opened(path) as image:
         _require_photo(image.mode, dict(getattr(image, "tag_v2", None) or {}))
         width, height = image.size
@@ -259,9 +261,9 @@ def _read(path: Path, name: str) -> tuple[Photo, list[str]]:
         drone = read_drone_tags(_packet(image))
         is_jpeg = image.format in ("JPEG", "MPO")
     if drone.panorama:
-        raise InputError("is a panorama made of several photos; use those")
+        raise InputError(tr("is a panorama made of several photos; use those"))
     if is_jpeg and not has_jpeg_end(path):
-        raise InputError("is cut off: its last part is missing; copy it again")
+        raise InputError(tr("is cut off: its last part is missing; copy it again"))
     focal, source, sensor, said = _focal(tags, drone, width, height)
     accuracy = drone.accuracy_m if drone.accuracy_m is not None else tags.gps_accuracy_m
     reference = tags.altitude_reference
@@ -310,11 +312,11 @@ def _packet(image: object) -> bytes | str | None:
 def _require_photo(mode: str, tags: dict[int, object]) -> None:
     """Raises InputError, with the reason alone, for pictures that no camera took."""
     if mode == "F" or (mode == "I" and 33550 in tags):
-        raise InputError("holds heights or other values, not a photo")
+        raise InputError(tr("holds heights or other values, not a photo"))
     if 33550 in tags or 34264 in tags:
-        raise InputError("is a map (GeoTIFF), not a photo")
+        raise InputError(tr("is a map (GeoTIFF), not a photo"))
     if mode in ("CMYK", "YCCK", "LAB"):
-        raise InputError(f"has {mode} colours; save it as RGB")
+        raise InputError(tr("has {mode} colours; save it as RGB", mode=mode))
 
 
 def has_jpeg_end(path: Path) -> bool:

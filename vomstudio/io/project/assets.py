@@ -12,6 +12,7 @@ from pathlib import Path
 from vomstudio.document.records import Asset
 from vomstudio.errors import InputError
 from vomstudio.files.atomic import write_bytes
+from vomstudio.words import tr
 
 FOLDER = "assets"
 
@@ -30,9 +31,9 @@ def asset_path(project: Path, asset: Asset) -> Path:
     """Where it is. Raises InputError where it is not there any more, or names another place."""
     path = project / asset.path
     if Path(asset.path).parts[:-1] != (FOLDER,):
-        raise InputError("names a file outside of the project's assets", file=project)
+        raise InputError(tr("names a file outside of the project's assets"), file=project)
     if not path.is_file():
-        raise InputError("is missing from the project: it held a mask of a photo", file=path)
+        raise InputError(tr("is missing from the project: it held a mask of a photo"), file=path)
     return path
 
 

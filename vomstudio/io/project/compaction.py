@@ -22,6 +22,7 @@ from vomstudio.errors import DocumentError, TargetError
 from vomstudio.io.project.assets import FOLDER
 from vomstudio.io.project.journal import NAME, SqliteJournal
 from vomstudio.io.project.verify import assets_of
+from vomstudio.words import tr
 
 BEFORE = "journal-before-compaction.sqlite"
 NEW = "journal-compacted.sqlite"
@@ -69,11 +70,13 @@ def compact(folder: Path, session: Session, journal: SqliteJournal) -> Compacted
     """Write the journal anew and put unused files aside. Raises DocumentError where something is
     not saved, TargetError where it cannot be written; then nothing has changed."""
     if session.dirty:
-        raise DocumentError("save the project first: what is not saved must stay reachable")
+        raise DocumentError(tr("save the project first: what is not saved must stay reachable"))
     if session.problems:
         raise DocumentError(
-            "the project's journal has damaged rows, which a compaction would throw away; repair "
-            "it first"
+            tr(
+                "the project's journal has damaged rows, which a compaction would throw "
+                "away; repair it first"
+            )
         )
     new = folder / NEW
     numbers = write_anew(new, session, journal)
@@ -122,7 +125,9 @@ def put_in_place(
     except OSError as error:
         journal.reopen()
         remove(new)
-        raise TargetError(f"cannot be written ({error.strerror})", file=folder) from error
+        raise TargetError(
+            tr("cannot be written ({strerror})", strerror=error.strerror), file=folder
+        ) from error
     taken = SqliteJournal(folder / NAME)
     session.use_journal(taken, numbers)
     return taken
@@ -136,7 +141,7 @@ def take_back(
     nothing has changed, and it can be tried again."""
     before, new = folder / BEFORE, folder / NEW
     if not before.is_file():
-        raise DocumentError("the journal of before the compaction is not there any more")
+        raise DocumentError(tr("the journal of before the compaction is not there any more"))
     # First: a file too many does no harm, one that a record names and that is not there does.
     _bring_back_files(folder)
     remove(new)
@@ -174,7 +179,9 @@ def _bring_back_files(folder: Path) -> None:
             path.replace(folder / FOLDER / path.name)
         aside.rmdir()
     except OSError as error:
-        raise TargetError(f"cannot be written ({error.strerror})", file=folder / FOLDER) from error
+        raise TargetError(
+            tr("cannot be written ({strerror})", strerror=error.strerror), file=folder / FOLDER
+        ) from error
 
 
 def forget(folder: Path) -> None:

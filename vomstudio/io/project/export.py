@@ -7,13 +7,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from vomstudio.document.measurements import Measurements
+from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, Record
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.atomic import check_target
 from vomstudio.geology.quality import Thresholds
 from vomstudio.tables.orientation_table import write_orientation_csv
 from vomstudio.tables.project_table import ProjectTable, project_table
+from vomstudio.words import tr
 
 FORMATS = ("csv", "gpkg", "shp", "dxf")
 
@@ -32,7 +33,8 @@ def export_project(folder: Path, format_: str, out: Path, *, force: bool = False
     records = kept.records
     if not any(isinstance(r, Feature) for r in records.values()):
         raise InputError(
-            "has no features yet, so there is nothing to export; measure some first.", file=folder
+            tr("has no features yet, so there is nothing to export; measure some first."),
+            file=folder,
         )
     return export_records(
         records, format_, out, force=force, thresholds=thresholds_of(kept.settings)
@@ -79,6 +81,10 @@ def thresholds_of(settings: Mapping[str, Any]) -> Thresholds | None:
 def _check_format(format_: str) -> None:
     if format_ not in FORMATS:
         raise UsageError(
-            f"“{format_}” cannot be written by this version; choose one of {', '.join(FORMATS)}.",
+            tr(
+                "“{format_}” cannot be written by this version; choose one of {FORMATS}.",
+                format_=format_,
+                FORMATS=", ".join(FORMATS),
+            ),
             field="--to",
         )

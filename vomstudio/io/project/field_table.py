@@ -20,6 +20,7 @@ from vomstudio.io.text.rows import (
     rejoined_header,
     sniff,
 )
+from vomstudio.words import tr
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +54,7 @@ def read_field_table(path: str | Path) -> FieldTable:
         if not is_blank(line.strip()) and not line.lstrip().startswith("#")
     ]
     if not kept:
-        raise InputError("there are no rows in it; a table of readings needs some.", file=path)
+        raise InputError(tr("there are no rows in it; a table of readings needs some."), file=path)
     delimiter = sniff([line for _, line in kept[:200]])
     if all(is_orientation(line) for _, line in kept[1:20]) and len(kept) > 1:
         rows = [[line.strip()] for _, line in kept]  # each line is one reading: N42E 41SE
@@ -69,7 +70,7 @@ def read_field_table(path: str | Path) -> FieldTable:
     names = tuple(first) if header else None
     if not rows:
         raise InputError(
-            "there is a header and nothing below it; a table of readings needs rows.", file=path
+            tr("there is a header and nothing below it; a table of readings needs rows."), file=path
         )
     width = len(names) if names else Counter(map(len, rows)).most_common(1)[0][0]
     ragged = {}

@@ -26,7 +26,8 @@ from vomstudio.io.project.assets import FOLDER as ASSETS
 from vomstudio.io.project.journal import NAME as JOURNAL
 from vomstudio.io.project.journal import TAKING_IN, SqliteJournal, read_replay
 from vomstudio.io.project.repair import Repaired, repair
-from vomstudio.io.project.taking_in import PHOTO_TABLES, RECONSTRUCTIONS, take_in_earlier
+from vomstudio.io.project.sidecar_import import PHOTO_TABLES, RECONSTRUCTIONS, take_in_earlier
+from vomstudio.words import tr
 
 SUFFIX = ".vom"
 _MODELS = "models"
@@ -72,10 +73,10 @@ class Project:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise TargetError(
-                f"the folder cannot be made ({error.strerror})", file=folder
+                tr("the folder cannot be made ({strerror})", strerror=error.strerror), file=folder
             ) from error
         if (folder / JOURNAL).exists():
-            raise TargetError("there is a project here already", file=folder)
+            raise TargetError(tr("there is a project here already"), file=folder)
         return cls._held(folder, settings, create=True)
 
     @classmethod
@@ -139,7 +140,7 @@ class Project:
     def take_back_compaction(self) -> None:
         """Raises DocumentError where the project was not compacted since it was opened."""
         if self._compacted is None:
-            raise DocumentError("the project was not compacted since it was opened")
+            raise DocumentError(tr("the project was not compacted since it was opened"))
         self.journal = compaction.take_back(
             self.folder, self.session, self.journal, self._compacted
         )
@@ -156,9 +157,9 @@ class Project:
         name stays behind as it was last saved; an untitled one is gone. Nobody may be at work in
         its folder. Raises TargetError."""
         if folder.exists() and not folder.is_dir():
-            raise TargetError("there is a file of this name; choose another name", file=folder)
+            raise TargetError(tr("there is a file of this name; choose another name"), file=folder)
         if folder.exists() and any(folder.iterdir()):
-            raise TargetError("the folder is not empty; choose another name", file=folder)
+            raise TargetError(tr("the folder is not empty; choose another name"), file=folder)
         part = folder.with_name(folder.name + ".part")
         try:
             shutil.rmtree(part, ignore_errors=True)
@@ -175,7 +176,9 @@ class Project:
             part.rename(folder)
         except OSError as error:
             shutil.rmtree(part, ignore_errors=True)
-            raise TargetError(f"cannot be written ({error.strerror})", file=folder) from error
+            raise TargetError(
+                tr("cannot be written ({strerror})", strerror=error.strerror), file=folder
+            ) from error
         except VomError:
             shutil.rmtree(part, ignore_errors=True)
             raise
@@ -279,8 +282,12 @@ def _move_reconstructions(source: Path, target: Path) -> None:
     except OSError as error:
         shutil.rmtree(target / RECONSTRUCTIONS, ignore_errors=True)
         raise TargetError(
-            f"the project is saved, but what was made of photos cannot be moved to it "
-            f"({error.strerror}); it stays in {source / RECONSTRUCTIONS}",
+            tr(
+                "the project is saved, but what was made of photos cannot be moved to it "
+                "({strerror}); it stays in {source}",
+                strerror=error.strerror,
+                source=source / RECONSTRUCTIONS,
+            ),
             file=target,
         ) from error
 
@@ -290,10 +297,15 @@ def project_folder(path: Path) -> Path:
     if path.is_file() and path.parent.suffix == SUFFIX:
         path = path.parent
     if not path.exists():
-        raise InputError("there is no such project", file=path)
+        raise InputError(tr("there is no such project"), file=path)
     if not (path / JOURNAL).is_file():
         raise InputError(
-            f"is not a VOM Studio project (a folder NAME{SUFFIX} with {JOURNAL})", file=path
+            tr(
+                "is not a VOM Studio project (a folder NAME{SUFFIX} with {JOURNAL})",
+                SUFFIX=SUFFIX,
+                JOURNAL=JOURNAL,
+            ),
+            file=path,
         )
     return path
 

@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.document.measurements import Measurements
+from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Record
 from vomstudio.errors import TargetError
 from vomstudio.files.atomic import atomic_write
 from vomstudio.tables.project_layers import Layer, project_layers
 from vomstudio.tables.project_table import ProjectTable
+from vomstudio.words import tr
 
 _TYPES = {"point": "Point Z", "line": "LineString Z", "ring": "Polygon Z"}
 
@@ -76,4 +77,6 @@ def _write(
             append=append,
         )
     except (DataSourceError, FieldError, GeometryError, RuntimeError) as error:
-        raise TargetError(f"the layer {layer} cannot be written ({error})", file=part) from error
+        raise TargetError(
+            tr("the layer {layer} cannot be written ({error})", layer=layer, error=error), file=part
+        ) from error

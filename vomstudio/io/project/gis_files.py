@@ -13,10 +13,11 @@ from vomstudio.document import catalogue
 from vomstudio.document.records import FeatureType, Record
 from vomstudio.errors import UsageError
 from vomstudio.files.atomic import atomic_group
-from vomstudio.geometry.discs import disc
+from vomstudio.geometry.plane_discs import disc
 from vomstudio.io.gis import dxf, shapefile
 from vomstudio.io.models.writers._common import prj_text, says_the_same
 from vomstudio.tables.project_layers import Layer
+from vomstudio.words import tr
 
 SHORT_NAMES = {figure.name: figure.short for figure in catalogue.ORIENTATION if figure.short}
 """Of the orientation table's columns, which a shapefile has only ten letters for; degrees."""
@@ -32,7 +33,7 @@ def write_shapefiles(
     itself, the others as `NAME_layer.shp` beside it. All or none are written. Raises UsageError for
     another ending, TargetError."""
     if out.suffix.lower() != ".shp":
-        raise UsageError("the name of a shapefile ends in .shp; give it that ending.", file=out)
+        raise UsageError(tr("the name of a shapefile ends in .shp; give it that ending."), file=out)
     # O.SHP is written as O.shp: its parts must have one name where case counts.
     names = [
         out.with_name(out.stem + ("" if layer.name == "planes" else f"_{layer.name}") + ".shp")

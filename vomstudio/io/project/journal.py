@@ -18,6 +18,7 @@ from vomstudio.document.journal import Replay, Row, RowKind, replay
 from vomstudio.document.records import Record
 from vomstudio.errors import DocumentError, InputError, TargetError
 from vomstudio.version import __version__
+from vomstudio.words import tr
 
 SCHEMA_VERSION = 2
 APPLICATION_ID = 0x564F4D31  # "VOM1"
@@ -63,9 +64,11 @@ class SqliteJournal:
     def _open(self, create: bool) -> None:
         path = self.path
         if create and path.exists():
-            raise TargetError("there is a project here already", file=path)
+            raise TargetError(tr("there is a project here already"), file=path)
         if not create and not path.is_file():
-            raise InputError("is not a VOM Studio project: journal.sqlite is missing", file=path)
+            raise InputError(
+                tr("is not a VOM Studio project: journal.sqlite is missing"), file=path
+            )
         try:
             self._db = sqlite3.connect(path, isolation_level=None, timeout=5.0)
             self._db.text_factory = _text
@@ -138,8 +141,11 @@ class SqliteJournal:
                 raise
         except sqlite3.Error as error:
             raise DocumentError(
-                f"the project's journal cannot be written ({error}); nothing was changed. "
-                "Free some space or check the drive, then do it again",
+                tr(
+                    "the project's journal cannot be written ({error}); nothing was changed. "
+                    "Free some space or check the drive, then do it again",
+                    error=error,
+                ),
                 file=self.path,
             ) from error
         self._head = new
@@ -234,7 +240,7 @@ def read_schema_and_replay(folder: Path) -> tuple[int, Replay]:
     path = path / NAME if path.is_dir() else path
     if not path.is_file():
         raise InputError(
-            "is not a VOM Studio project (a folder with journal.sqlite); check the name.",
+            tr("is not a VOM Studio project (a folder with journal.sqlite); check the name."),
             file=folder,
         )
     try:
@@ -299,7 +305,7 @@ def copy_database(db: sqlite3.Connection, path: Path) -> None:
         finally:
             target.close()
     except sqlite3.Error as error:
-        raise TargetError(f"cannot be written ({error})", file=path) from error
+        raise TargetError(tr("cannot be written ({error})", error=error), file=path) from error
 
 
 def _schema_of(db: sqlite3.Connection, path: Path) -> int:
@@ -307,11 +313,15 @@ def _schema_of(db: sqlite3.Connection, path: Path) -> int:
     (application,) = db.execute("PRAGMA application_id").fetchone()
     (version,) = db.execute("PRAGMA user_version").fetchone()
     if application != APPLICATION_ID:
-        raise InputError("is not the journal of a VOM Studio project", file=path)
+        raise InputError(tr("is not the journal of a VOM Studio project"), file=path)
     if version > SCHEMA_VERSION:
         raise InputError(
-            f"was written by a newer VOM Studio (journal version {version}, this program "
-            f"reads up to {SCHEMA_VERSION}): update the program",
+            tr(
+                "was written by a newer VOM Studio (journal version {version}, this program "
+                "reads up to {SCHEMA_VERSION}): update the program",
+                version=version,
+                SCHEMA_VERSION=SCHEMA_VERSION,
+            ),
             file=path,
         )
     return int(version)
@@ -321,7 +331,7 @@ def _require_sound(db: sqlite3.Connection, path: Path) -> None:
     """Raises InputError for a file that was torn: writing to it would make it worse."""
     (said,) = db.execute("PRAGMA quick_check(1)").fetchone()
     if said != "ok":
-        raise InputError("the journal is damaged; restore it from a copy", file=path)
+        raise InputError(tr("the journal is damaged; restore it from a copy"), file=path)
 
 
 class Head(NamedTuple):
@@ -395,7 +405,7 @@ def read_rows(db: sqlite3.Connection, path: Path, schema: int) -> Iterator[Row]:
                 yield Row(told[0], "gap", None, "", None, None, "", "", None, notice=lost)
     except sqlite3.Error as error:
         raise InputError(
-            f"the journal is damaged ({error}); restore it from a copy", file=path
+            tr("the journal is damaged ({error}); restore it from a copy", error=error), file=path
         ) from error
 
 
@@ -405,7 +415,7 @@ def last_rows(db: sqlite3.Connection, path: Path, count: int) -> list[Row]:
     try:
         found = db.execute(query, (count,)).fetchall()
     except sqlite3.Error as error:
-        raise InputError(f"the journal is damaged ({error})", file=path) from error
+        raise InputError(tr("the journal is damaged ({error})", error=error), file=path) from error
     return [
         Row(seq, kind, of_seq, label, _load(before), _load(after), time, version, _load(settings))
         for seq, kind, of_seq, label, before, after, time, version, settings in reversed(found)
@@ -452,7 +462,7 @@ def _load(text: str | None) -> Any:
 def _open_error(error: sqlite3.Error, path: Path) -> InputError | TargetError:
     words = str(error)
     if "not a database" in words or "malformed" in words:
-        return InputError("is damaged or not a journal; restore it from a copy", file=path)
+        return InputError(tr("is damaged or not a journal; restore it from a copy"), file=path)
     if "locked" in words:
-        return InputError("is in use by another program; close it there first", file=path)
-    return TargetError(f"cannot be opened for writing ({words})", file=path)
+        return InputError(tr("is in use by another program; close it there first"), file=path)
+    return TargetError(tr("cannot be opened for writing ({words})", words=words), file=path)

@@ -20,6 +20,7 @@ from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.project.field_table import FieldTable, number_in
 from vomstudio.io.text.orientation_reading import plane_of
 from vomstudio.io.text.tables import FARTHEST_M, lines_in_words
+from vomstudio.words import tr
 
 NOTATIONS = ("dipdir/dip", "strike/dip", "strike/dip lhr", "quadrant", "trend/plunge")
 """What the two angles of a row are; the last one makes them lines."""
@@ -213,10 +214,10 @@ def _orientation(
         plane = parse_plane(word["text"], notation)
         return "plane", plane.dip_direction_deg, plane.dip_deg
     if is_empty:
-        raise InputError("there are no angles")
+        raise InputError(tr("there are no angles"))
     for cell, what in zip(given, ("azimuth", "dip or plunge"), strict=True):
         if cell.casefold() in _EMPTY:
-            raise InputError(f"there is no {what}")
+            raise InputError(tr("there is no {what}", what=what))
     if notation == "trend/plunge":
         return _line(given[0], given[1], table)
     azimuth, dip = (number_in(cell, table) for cell in given)
@@ -229,10 +230,10 @@ def _orientation(
     ):
         return "plane", float(wrap360(azimuth)) if dip else 0.0, dip
     if azimuth is not None and azimuth > 360.0:
-        raise InputError(f"an azimuth of {azimuth:g} is not within 0 to 360.")
+        raise InputError(tr("an azimuth of {azimuth:g} is not within 0 to 360.", azimuth=azimuth))
     if dip is not None and dip < 0.0:
         # Within one text a minus may part two numbers; in a cell of its own it is a mistake.
-        raise InputError(f"a dip of {dip:g} is not within 0 to 90.")
+        raise InputError(tr("a dip of {dip:g} is not within 0 to 90.", dip=dip))
     quadrant = word.get("quadrant", "") if notation in ("quadrant", "strike/dip") else ""
     plane = plane_of((*given, quadrant) if quadrant else tuple(given), notation)
     return "plane", plane.dip_direction_deg, plane.dip_deg
@@ -242,9 +243,9 @@ def _line(trend: str, plunge: str, table: FieldTable) -> tuple[str, float, float
     a, b = number_in(trend, table), number_in(plunge, table)
     if a is not None and b is not None:
         if not 0.0 <= a <= 360.0:
-            raise InputError(f"a trend of {a:g} is not within 0 to 360.")
+            raise InputError(tr("a trend of {a:g} is not within 0 to 360.", a=a))
         if not -90.0 <= b <= 90.0:
-            raise InputError(f"a plunge of {b:g} is over 90.")
+            raise InputError(tr("a plunge of {b:g} is over 90.", b=b))
         line = Line(a, b)
     else:
         line = parse_line(f"{trend} {plunge}")

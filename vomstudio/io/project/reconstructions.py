@@ -13,6 +13,7 @@ from typing import Any, Literal
 from vomstudio.document.edits import new_id
 from vomstudio.document.records import Frame, Reconstruction, Registration
 from vomstudio.errors import InputError
+from vomstudio.words import tr
 
 RESULT, REQUEST = "reconstruction.json", "request.json"
 _METHODS: dict[str, Literal["gps", "control"]] = {
@@ -40,11 +41,11 @@ def read_reconstruction(
         found = json.loads(data)
         finished = datetime.fromtimestamp(path.stat().st_mtime, UTC).isoformat(timespec="seconds")
     except (OSError, ValueError) as error:
-        raise InputError("cannot be read: what the reconstruction found is lost", file=path) from (
-            error
-        )
+        raise InputError(
+            tr("cannot be read: what the reconstruction found is lost"), file=path
+        ) from (error)
     if not isinstance(found, dict):
-        raise InputError("is not the result of a reconstruction", file=path)
+        raise InputError(tr("is not the result of a reconstruction"), file=path)
     settings = found.get("settings")
     versions = found.get("versions")
     reconstruction = Reconstruction(

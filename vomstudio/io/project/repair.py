@@ -13,6 +13,7 @@ from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError
 from vomstudio.io.project import compaction
 from vomstudio.io.project.journal import SqliteJournal, read_replay
+from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
@@ -30,13 +31,13 @@ def repair(folder: Path, session: Session, journal: SqliteJournal) -> Repaired:
     something else, TargetError where it cannot be written; then nothing has changed."""
     lost = tuple(session.problems)
     if not lost:
-        raise DocumentError("the journal is sound: there is nothing to repair")
+        raise DocumentError(tr("the journal is sound: there is nothing to repair"))
     new = folder / compaction.NEW
     numbers = compaction.write_anew(new, session, journal)
     written = read_replay(new)
     if written.records != dict(session.records) or written.saved != dict(session.saved):
         compaction.remove(new)
-        raise DocumentError("what can be read does not fit together; restore it from a copy")
+        raise DocumentError(tr("what can be read does not fit together; restore it from a copy"))
     kept = _free_name(folder)
     journal.copy_to(kept)
     taken = compaction.put_in_place(new, folder, session, journal, numbers)

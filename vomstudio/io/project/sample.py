@@ -14,6 +14,7 @@ from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.cameras import MODELS, Intrinsics, View
 from vomstudio.io.photos.cameras_file import Cameras
 from vomstudio.paths import resource
+from vomstudio.words import tr
 
 FOLDER = "sample"
 
@@ -88,7 +89,9 @@ def read_true_cameras(path: Path | None = None) -> Cameras:
         x, y, z = (int(value) for value in origin)
         return Cameras(tuple(views), sample_photos(), (x, y, z), "EPSG:32633", True)
     except (KeyError, ValueError, TypeError) as error:
-        raise InputError("the truth of the sample is damaged; install again", file=path) from error
+        raise InputError(
+            tr("the truth of the sample is damaged; install again"), file=path
+        ) from error
 
 
 def read_picks(path: Path | None = None) -> SamplePicks:
@@ -107,7 +110,9 @@ def read_picks(path: Path | None = None) -> SamplePicks:
             np.array([*starts, len(rows)], dtype=np.int64),
         )
     except (KeyError, ValueError, TypeError) as error:
-        raise InputError("the picks of the sample are damaged; install again", file=path) from error
+        raise InputError(
+            tr("the picks of the sample are damaged; install again"), file=path
+        ) from error
 
 
 def read_truth(path: Path | None = None) -> SampleTruth:
@@ -130,7 +135,9 @@ def read_truth(path: Path | None = None) -> SampleTruth:
             float(rows["displacement"]["length_m"]),
         )
     except (KeyError, ValueError, TypeError) as error:
-        raise InputError("the truth of the sample is damaged; install again", file=path) from error
+        raise InputError(
+            tr("the truth of the sample is damaged; install again"), file=path
+        ) from error
 
 
 def _rows(path: Path) -> list[dict[str, str]]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from vomstudio.errors import InputError
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.text.tables import TextTable, lines_in_words, plain
+from vomstudio.words import tr
 
 ALIASES: dict[str, set[str]] = {
     "dip direction": {"dipdirection", "dipdir", "dipdirn", "ddir", "dd", "ddr", "azimuthofdip"}
@@ -82,7 +83,11 @@ class Columns:
         if meaning in self._claimed_twice:
             names = ", ".join(self._claimed_twice[meaning])
             raise InputError(
-                f"more than one column is the {meaning} ({names}); rename all but one.",
+                tr(
+                    "more than one column is the {meaning} ({names}); rename all but one.",
+                    meaning=meaning,
+                    names=names,
+                ),
                 file=self.table.path,
                 line=self.table.header_line,
                 field=meaning,
@@ -135,7 +140,12 @@ class Columns:
         if wanted == "0 to 90":
             hint = " (are the columns in another order? an overturned bed is a flag, not a dip)"
         return InputError(
-            f"{values[row]:g} is outside {wanted} degrees; correct it{hint}.",
+            tr(
+                "{values:g} is outside {wanted} degrees; correct it{hint}.",
+                values=values[row],
+                wanted=wanted,
+                hint=hint,
+            ),
             file=self.table.path,
             line=int(self.table.line_numbers[row]),
             field=self.table.label(column),

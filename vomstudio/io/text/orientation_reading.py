@@ -27,6 +27,7 @@ from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.text.orientation_columns import Columns
 from vomstudio.io.text.rows import shortened
 from vomstudio.io.text.tables import TextTable, lines_in_words, plain, read_table
+from vomstudio.words import tr
 
 Azimuth = Literal["strike", "dipdir"]
 
@@ -88,7 +89,7 @@ def read_orientations(path: str | Path, azimuth: Azimuth | None = None) -> Orien
     table = read_table(path)
     if not len(table):
         raise InputError(
-            "there is a header and nothing below it; a table of orientations needs rows.",
+            tr("there is a header and nothing below it; a table of orientations needs rows."),
             file=table.path,
             line=table.header_line,
         )
@@ -125,7 +126,10 @@ class _Reading:
             )
         if not len(kept):
             raise InputError(
-                f"none of its {len(table)} rows has both angles; fill in the columns.",
+                tr(
+                    "none of its {count} rows has both angles; fill in the columns.",
+                    count=len(table),
+                ),
                 file=table.path,
                 line=int(table.line_numbers[0]),
             )
@@ -163,8 +167,10 @@ class _Reading:
         if dip is None:
             if strike is not None or direction is not None:
                 raise InputError(
-                    f"there is a column {self.columns.named(_first(strike, direction))} but none "
-                    "for the dip; name it 'dip'.",
+                    tr(
+                        "there is a column {named} but none for the dip; name it 'dip'.",
+                        named=self.columns.named(_first(strike, direction)),
+                    ),
                     file=table.path,
                     line=table.header_line,
                     field="dip",
@@ -185,8 +191,11 @@ class _Reading:
             self._from_strike(strike, dip, quadrant)
         elif azimuth is None:
             raise InputError(
-                f"there is a column {self.columns.named(dip)} but none for the strike or dip "
-                "direction; name it 'strike' or 'dip direction'.",
+                tr(
+                    "there is a column {named} but none for the strike or dip direction; name it "
+                    "'strike' or 'dip direction'.",
+                    named=self.columns.named(dip),
+                ),
                 file=table.path,
                 line=table.header_line,
                 field="dip direction",
@@ -214,7 +223,7 @@ class _Reading:
     def _read_headerless(self) -> None:
         if self.table.width < 2:
             raise InputError(
-                "orientations need two columns, and this table has 1.",
+                tr("orientations need two columns, and this table has 1."),
                 file=self.table.path,
                 line=int(self.table.line_numbers[0]),
             )
@@ -222,8 +231,11 @@ class _Reading:
         self.azimuth = self.azimuth or _convention_in_name(self.table.path)
         if self.azimuth is None:
             raise UsageError(
-                "this table has no header, and its first column can be strike or dip direction; "
-                "say which with --azimuth strike or --azimuth dipdir, or add a header.",
+                tr(
+                    "this table has no header, and its first column can be strike or dip "
+                    "direction; say which with --azimuth strike or --azimuth dipdir, or add a "
+                    "header."
+                ),
                 file=self.table.path,
                 line=int(self.table.line_numbers[0]),
                 field="column 1",
@@ -239,8 +251,10 @@ class _Reading:
             self._from_dip_direction(azimuth, dip)
         else:
             raise UsageError(
-                "an azimuth can be strike or dip direction; say which with --azimuth strike or "
-                "--azimuth dipdir, or rename the column.",
+                tr(
+                    "an azimuth can be strike or dip direction; say which with --azimuth strike "
+                    "or --azimuth dipdir, or rename the column."
+                ),
                 file=self.table.path,
                 line=self.table.header_line,
                 field=self.table.label(azimuth),
@@ -343,8 +357,11 @@ class _Reading:
                 return
             missing = "plunge" if plunge is None else "trend"
             raise InputError(
-                f"there is a column {self.columns.named(_first(trend, plunge))} but none for the "
-                f"{missing}; name it '{missing}'.",
+                tr(
+                    "there is a column {named} but none for the {missing}; name it '{missing}'.",
+                    named=self.columns.named(_first(trend, plunge)),
+                    missing=missing,
+                ),
                 file=self.table.path,
                 line=self.table.header_line,
                 field=missing,
@@ -374,7 +391,10 @@ class _Reading:
                 result[i] = _PLANE if has_plane[i] else _NEITHER
             elif word:
                 raise InputError(
-                    f"'{shortened(cell)}' is neither plane nor line; write one of them.",
+                    tr(
+                        "'{shortened}' is neither plane nor line; write one of them.",
+                        shortened=shortened(cell),
+                    ),
                     file=self.table.path,
                     line=int(self.table.line_numbers[i]),
                     field=self.table.label(column),
@@ -384,9 +404,11 @@ class _Reading:
     def _no_orientations(self) -> InputError:
         names = ", ".join(self.table.names or ())
         return InputError(
-            "there are no columns of orientations in the header "
-            f"({shortened(names, 80)}); name them strike and dip, dip direction and dip, or trend "
-            "and plunge.",
+            tr(
+                "there are no columns of orientations in the header ({shortened}); name them "
+                "strike and dip, dip direction and dip, or trend and plunge.",
+                shortened=shortened(names, 80),
+            ),
             file=self.table.path,
             line=self.table.header_line,
             field="dip",

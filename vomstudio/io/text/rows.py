@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vomstudio.errors import InputError
+from vomstudio.words import tr
 
 LARGEST_FILE = 4 << 30
 LONGEST_LINE = 1_000_000
@@ -91,14 +92,18 @@ def read_rows(path: Path) -> TextRows:
     longest = max(map(len, lines))
     if longest > LONGEST_LINE:
         raise InputError(
-            f"this line is {longest} characters long, which no table is; check what the file is.",
+            tr(
+                "this line is {longest} characters long, which no table is; check what the "
+                "file is.",
+                longest=longest,
+            ),
             file=path,
             line=next(i for i, line in enumerate(lines, 1) if len(line) == longest),
         )
     data, numbers, comments, separators = _without_comments(lines)
     if not data:
         what = "only comments" if comments else "only empty lines"
-        raise InputError(f"there are {what} in it; a table needs rows.", file=path)
+        raise InputError(tr("there are {what} in it; a table needs rows.", what=what), file=path)
     delimiter = sniff(data[:_SAMPLE])
     _refuse_decimal_commas_between_spaces(path, data, numbers, delimiter)
     rows: list[list[str]] | None = None
@@ -129,13 +134,13 @@ def require_file(path: Path) -> int:
     try:
         about = path.stat()
     except (FileNotFoundError, NotADirectoryError) as error:
-        raise InputError("there is no such file; check the name.", file=path) from error
+        raise InputError(tr("there is no such file; check the name."), file=path) from error
     except (OSError, ValueError) as error:
         raise _unreadable(path, error) from error
     if stat.S_ISDIR(about.st_mode):
-        raise InputError("this is a folder; name a file in it.", file=path)
+        raise InputError(tr("this is a folder; name a file in it."), file=path)
     if not (stat.S_ISREG(about.st_mode) or stat.S_ISFIFO(about.st_mode)):
-        raise InputError("this is a device, not a file; name a file.", file=path)
+        raise InputError(tr("this is a device, not a file; name a file."), file=path)
     return about.st_size
 
 
@@ -144,20 +149,27 @@ def read_bytes(path: Path) -> bytes:
     size = require_file(path)
     if size > LARGEST_FILE:
         raise InputError(
-            f"this text is {size / 2**30:.0f} GiB; convert so many points to LAS or PLY first.",
+            tr(
+                "this text is {size:.0f} GiB; convert so many points to LAS or PLY first.",
+                size=size / 2**30,
+            ),
             file=path,
         )
     try:
         return path.read_bytes()
     except PermissionError as error:
-        raise InputError("no permission to read this file; ask its owner.", file=path) from error
+        raise InputError(
+            tr("no permission to read this file; ask its owner."), file=path
+        ) from error
     except OSError as error:
         raise _unreadable(path, error) from error
 
 
 def _unreadable(path: Path, error: OSError | ValueError) -> InputError:
     reason = getattr(error, "strerror", None) or error
-    return InputError(f"this file cannot be read ({reason}); check the name.", file=path)
+    return InputError(
+        tr("this file cannot be read ({reason}); check the name.", reason=reason), file=path
+    )
 
 
 def read_text(path: Path) -> tuple[str, list[str]]:
@@ -166,13 +178,14 @@ def read_text(path: Path) -> tuple[str, list[str]]:
     raw = read_bytes(path)
     notes: list[str] = []
     if not raw.strip():
-        raise InputError("this file is empty; a table needs rows.", file=path)
+        raise InputError(tr("this file is empty; a table needs rows."), file=path)
     if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
         try:
             text = raw.decode("utf-16")
         except UnicodeDecodeError as error:
             raise InputError(
-                "this file begins as UTF-16 text but is damaged; save it again as UTF-8.", file=path
+                tr("this file begins as UTF-16 text but is damaged; save it again as UTF-8."),
+                file=path,
             ) from error
         refuse_binary(path, text.encode("utf-8", "replace"))
         notes.append("read as UTF-16 text")
@@ -274,7 +287,10 @@ def _quoted_rows(
             return rows, numbers, source.comments, source.separators
         except csv.Error as error:
             raise InputError(
-                f"the quotation marks of this row do not fit ({error}); close or remove them.",
+                tr(
+                    "the quotation marks of this row do not fit ({error}); close or remove them.",
+                    error=error,
+                ),
                 file=path,
                 line=source.begin,
             ) from error
@@ -320,8 +336,10 @@ def _refuse_decimal_commas_between_spaces(
         cells = line.split()
         if len(cells) > 1 and all(is_comma_number(c) and c[-1] != "," for c in cells):
             raise InputError(
-                "decimal commas with spaces between the columns can't be told apart; use a "
-                "semicolon or tab as delimiter, or decimal points.",
+                tr(
+                    "decimal commas with spaces between the columns can't be told apart; use a "
+                    "semicolon or tab as delimiter, or decimal points."
+                ),
                 file=path,
                 line=number,
             )
@@ -391,8 +409,14 @@ def _checked_widths(
             found = len(_trimmed(cells)) if len(cells) > width else len(cells)
             wanted = f"the header names {width}" if headed else f"the other rows have {width}"
             raise InputError(
-                f"this row has {found} cell{'' if found == 1 else 's'} where {wanted} "
-                f"(delimiter: {_DELIMITER_NAMES[delimiter]}); complete or remove it.",
+                tr(
+                    "this row has {found} cell{value} where {wanted} (delimiter: "
+                    "{DELIMITER_NAMES}); complete or remove it.",
+                    found=found,
+                    value="" if found == 1 else "s",
+                    wanted=wanted,
+                    DELIMITER_NAMES=_DELIMITER_NAMES[delimiter],
+                ),
                 file=path,
                 line=number,
             )

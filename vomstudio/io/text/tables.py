@@ -31,6 +31,7 @@ from vomstudio.io.text.rows import (
     read_rows,
     shortened,
 )
+from vomstudio.words import tr
 
 FARTHEST_M = 1e12
 
@@ -126,7 +127,7 @@ class TextTable:
                     first_use.setdefault(mark, i)
         if len(first_use) == 2:
             raise InputError(
-                "decimal commas and decimal points are mixed in this column; use one of them.",
+                tr("decimal commas and decimal points are mixed in this column; use one of them."),
                 file=self.path,
                 line=int(self.line_numbers[max(first_use.values())]),
                 field=self.label(column),
@@ -141,7 +142,7 @@ class TextTable:
                 "use points, or another delimiter"
             )
         return InputError(
-            f"'{shortened(cell)}' is not a number; {hint}.",
+            tr("'{shortened}' is not a number; {hint}.", shortened=shortened(cell), hint=hint),
             file=self.path,
             line=int(self.line_numbers[row]),
             field=self.label(column),
@@ -157,7 +158,11 @@ class TextTable:
             matches = exact or loose
             if len(matches) > 1:
                 raise UsageError(
-                    f"{len(matches)} columns are called '{key}'; rename all but one of them.",
+                    tr(
+                        "{count} columns are called '{key}'; rename all but one of them.",
+                        count=len(matches),
+                        key=key,
+                    ),
                     file=self.path,
                     line=self.header_line,
                     field=key,
@@ -254,7 +259,7 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
     columns = coordinate_columns(table)
     if not len(table):
         raise InputError(
-            "there is a header and nothing below it; points need rows.",
+            tr("there is a header and nothing below it; points need rows."),
             file=table.path,
             line=table.header_line,
         )
@@ -270,7 +275,10 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
         )
     if not keep.any():
         raise InputError(
-            f"none of its {len(table)} rows has finite coordinates; check the columns x, y, z.",
+            tr(
+                "none of its {count} rows has finite coordinates; check the columns x, y, z.",
+                count=len(table),
+            ),
             file=table.path,
             line=int(table.line_numbers[0]),
             field=", ".join(table.label(c) for c in columns),
@@ -292,7 +300,7 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
             )
             if not keep.any():
                 raise InputError(
-                    "this column is empty; name the one that tells the features apart.",
+                    tr("this column is empty; name the one that tells the features apart."),
                     file=table.path,
                     field=by,
                 )
@@ -330,7 +338,10 @@ def coordinate_columns(table: TextTable) -> list[int]:
     if table.names is None:
         if table.width < 3:
             raise InputError(
-                f"points need three columns x, y, z, and this table has {table.width}.",
+                tr(
+                    "points need three columns x, y, z, and this table has {width}.",
+                    width=table.width,
+                ),
                 file=table.path,
                 line=int(table.line_numbers[0]),
             )
@@ -342,17 +353,24 @@ def coordinate_columns(table: TextTable) -> list[int]:
         matches = matches or [i for i, name in enumerate(known) if name in aliases]
         if len(matches) > 1:
             raise InputError(
-                f"{len(matches)} columns can be {letter} "
-                f"({', '.join(table.names[i] for i in matches)}); rename all but one.",
+                tr(
+                    "{count} columns can be {letter} ({join}); rename all but one.",
+                    count=len(matches),
+                    letter=letter,
+                    join=", ".join(table.names[i] for i in matches),
+                ),
                 file=table.path,
                 line=table.header_line,
                 field=letter,
             )
         if not matches:
             raise InputError(
-                f"there is no column {letter} in the header "
-                f"({shortened(', '.join(table.names), 80)}); name the columns x, y, z, or leave "
-                "the header out.",
+                tr(
+                    "there is no column {letter} in the header ({shortened}); name the columns "
+                    "x, y, z, or leave the header out.",
+                    letter=letter,
+                    shortened=shortened(", ".join(table.names), 80),
+                ),
                 file=table.path,
                 line=table.header_line,
                 field=letter,
@@ -367,7 +385,10 @@ def _refuse_no_places(table: TextTable, columns: list[int], points: NDArray[np.f
     if far.any():
         row, place = np.argwhere(far)[0]
         raise InputError(
-            f"{points[row, place]:g} is no coordinate in metres; correct or remove the row.",
+            tr(
+                "{points:g} is no coordinate in metres; correct or remove the row.",
+                points=points[row, place],
+            ),
             file=table.path,
             line=int(table.line_numbers[row]),
             field=table.label(columns[place]),

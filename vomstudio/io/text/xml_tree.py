@@ -9,6 +9,7 @@ from pathlib import Path
 from xml.parsers import expat
 
 from vomstudio.errors import InputError
+from vomstudio.words import tr
 
 LARGEST_FILE = 64 << 20
 _DEEPEST = 64
@@ -51,9 +52,13 @@ def read_xml(path: str | Path) -> Element:
         with path.open("rb") as stream:
             data = stream.read(LARGEST_FILE + 1)
     except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", file=path) from error
+        raise InputError(
+            tr("cannot be read ({strerror})", strerror=error.strerror), file=path
+        ) from error
     if len(data) > LARGEST_FILE:
-        raise InputError(f"is larger than {LARGEST_FILE >> 20} MB", file=path)
+        raise InputError(
+            tr("is larger than {LARGEST_FILE} MB", LARGEST_FILE=LARGEST_FILE >> 20), file=path
+        )
     parser = expat.ParserCreate()
     parser.buffer_text = True
     open_: list[Element] = []
@@ -63,7 +68,7 @@ def read_xml(path: str | Path) -> Element:
         made = Element(tag, attributes, parser.CurrentLineNumber)
         if len(open_) >= _DEEPEST:
             raise InputError(
-                f"has elements inside each other more than {_DEEPEST} deep",
+                tr("has elements inside each other more than {DEEPEST} deep", DEEPEST=_DEEPEST),
                 file=path,
                 line=made.line,
                 field=tag,
@@ -80,7 +85,7 @@ def read_xml(path: str | Path) -> Element:
 
     def entity(name: str, *_: object) -> None:
         raise InputError(
-            f"declares an entity ({name}), which such files do not need; remove it",
+            tr("declares an entity ({name}), which such files do not need; remove it", name=name),
             file=path,
             line=parser.CurrentLineNumber,
         )
@@ -91,11 +96,13 @@ def read_xml(path: str | Path) -> Element:
         parser.Parse(data, True)
     except expat.ExpatError as error:
         raise InputError(
-            f"is not sound XML ({expat.ErrorString(error.code)})", file=path, line=error.lineno
+            tr("is not sound XML ({ErrorString})", ErrorString=expat.ErrorString(error.code)),
+            file=path,
+            line=error.lineno,
         ) from error
     except (LookupError, ValueError) as error:
         # An encoding that nobody knows.
-        raise InputError(f"cannot be read as text ({error})", file=path) from error
+        raise InputError(tr("cannot be read as text ({error})", error=error), file=path) from error
     return roots[0]
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.photogrammetry.align.priors import HELD, Freedom, parameter_names
-from vomstudio.photogrammetry.base.engine import cancellable, colmap
+from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 from vomstudio.progress import Progress, Silent
 
 # Observations farther off are no observations of that point (as in COLMAP's mapper).

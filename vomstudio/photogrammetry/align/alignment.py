@@ -32,6 +32,7 @@ from vomstudio.photogrammetry.align.matching import MatchingRule, PhotoLike
 from vomstudio.photogrammetry.align.priors import Calibration
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.progress import Executor, Progress
+from vomstudio.words import tr
 
 _HEAD = "alignment.json"
 _VERSION = 1
@@ -98,7 +99,7 @@ class Alignment:
         try:
             head = json.loads((folder / _HEAD).read_text(encoding="utf-8"))
             if head["version"] > _VERSION:
-                raise InputError("was written by a newer version", file=folder / _HEAD)
+                raise InputError(tr("was written by a newer version"), file=folder / _HEAD)
             return cls(
                 tuple(SparseScene.load(folder / f"part{i}") for i in range(head["parts"])),
                 tuple((str(n), str(r)) for n, r in head["unregistered"]),
@@ -109,7 +110,10 @@ class Alignment:
             )
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise InputError(
-                f"is no whole alignment ({type(error).__name__}); align the photos again",
+                tr(
+                    "is no whole alignment ({name__}); align the photos again",
+                    name__=type(error).__name__,
+                ),
                 file=folder,
             ) from error
 
@@ -133,7 +137,9 @@ def align(
     Raises InputError, with the reason, where no two photos can be placed; Cancelled.
     """
     if len(photos) < 2:
-        raise InputError("one photo has no depth; take at least two of the same rock, better ten")
+        raise InputError(
+            tr("one photo has no depth; take at least two of the same rock, better ten")
+        )
     work.mkdir(parents=True, exist_ok=True)
     threads = options.threads or -1
     features, keys = find_features(photos, work, options, executor, progress)
@@ -154,9 +160,11 @@ def align(
     found, notes = told or (found, notes)
     if not found:
         raise InputError(
-            "the photos have points in common, but no two of them can be placed: step aside "
-            "between photos instead of turning on the spot, and let neighbours overlap by "
-            "60 % or more"
+            tr(
+                "the photos have points in common, but no two of them can be placed: step "
+                "aside between photos instead of turning on the spot, and let neighbours "
+                "overlap by 60 % or more"
+            )
         )
     progress.stage("Adjusting", len(found))
     parts, cameras = [], []

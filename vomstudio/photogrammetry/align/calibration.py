@@ -13,7 +13,7 @@ from vomstudio.photogrammetry.align import priors
 from vomstudio.photogrammetry.align.adjustment import adjust, free_parameters, unseen_error
 from vomstudio.photogrammetry.align.matching import PhotoLike
 from vomstudio.photogrammetry.align.priors import Calibration, Freedom
-from vomstudio.photogrammetry.base.engine import colmap
+from vomstudio.photogrammetry.base.colmap import colmap
 from vomstudio.progress import Progress
 
 Covariance = npt.NDArray[np.float64]

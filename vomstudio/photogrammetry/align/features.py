@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.files.atomic import atomic_write
-from vomstudio.photogrammetry.base.engine import colmap
+from vomstudio.photogrammetry.base.colmap import colmap
 
 if TYPE_CHECKING:
     from PIL import Image

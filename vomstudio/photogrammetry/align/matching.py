@@ -21,8 +21,9 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.photogrammetry.align.features import Features, sizes
-from vomstudio.photogrammetry.base.engine import cancellable, colmap
+from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 from vomstudio.progress import Progress, Silent
+from vomstudio.words import tr
 
 Pair = tuple[int, int]
 MatchingRule = Literal["auto", "exhaustive", "spatial", "preselected", "sequential"]
@@ -408,7 +409,9 @@ def _asked(path: Path, question: str) -> list[tuple[Any, ...]]:
         with closing(_reading(path)) as connection:
             return connection.execute(question).fetchall()
     except sqlite3.Error as error:
-        raise InputError(f"cannot be read ({error}); align the photos again", file=path) from error
+        raise InputError(
+            tr("cannot be read ({error}); align the photos again", error=error), file=path
+        ) from error
 
 
 Rows = npt.NDArray[np.int64]
@@ -420,7 +423,7 @@ def matches_of_pair(
     """Features (n, 2) and (n, 2) in pixels of two photos (rows), and rows of both (m, 2): of all
     matches, and of the verified ones. Raises InputError without a database."""
     if not path.exists():
-        raise InputError("has no matches; align the photos first", file=path)
+        raise InputError(tr("has no matches; align the photos first"), file=path)
     database = colmap().Database.open(path)
     try:
         tried = database.read_matches(a + 1, b + 1)

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.survey.camera_positions import straightness
+from vomstudio.survey.check_limits import Limits
 from vomstudio.survey.check_results import (
     Finding,
     PhotoFigures,
@@ -20,7 +21,6 @@ from vomstudio.survey.check_results import (
     ordered,
     verdict_of,
 )
-from vomstudio.survey.limits import Limits
 from vomstudio.survey.photo_limits import smallest_plane
 
 if TYPE_CHECKING:

@@ -25,7 +25,7 @@ from vomstudio.photogrammetry.align import mapping, matching
 from vomstudio.photogrammetry.align.features import Features
 from vomstudio.photogrammetry.align.mapping import MappingOptions
 from vomstudio.photogrammetry.align.matching import PhotoLike
-from vomstudio.photogrammetry.base.engine import cancellable, colmap
+from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 from vomstudio.progress import Progress
 
 # Of the natural logarithm of focal lengths, each from its pairs alone: photos of one lens scatter

@@ -20,6 +20,7 @@ from typing import Any
 
 from vomstudio.errors import InputError, TargetError
 from vomstudio.photogrammetry.base.memory import peak_bytes
+from vomstudio.words import tr
 
 _STAMP = "stage.json"
 _KEY_LENGTH = 16
@@ -102,7 +103,8 @@ class Checkpoints:
             root.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise TargetError(
-                f"the folder for the work cannot be made ({error.strerror})", file=root
+                tr("the folder for the work cannot be made ({strerror})", strerror=error.strerror),
+                file=root,
             ) from error
         self.stages: list[Stage] = []
 
@@ -150,8 +152,10 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
 
 def _not_written(path: Path, error: OSError) -> TargetError:
     return TargetError(
-        f"cannot be written ({error.strerror or error}); what is finished is kept, make room and "
-        "start again",
+        tr(
+            "cannot be written ({value}); what is finished is kept, make room and start again",
+            value=error.strerror or error,
+        ),
         file=path,
     )
 
@@ -168,7 +172,7 @@ def _read(path: Path) -> dict[str, Any]:
     except (OSError, ValueError):
         return {}
     if not isinstance(found, dict):
-        raise InputError("is damaged; remove this folder and start again", file=path.parent)
+        raise InputError(tr("is damaged; remove this folder and start again"), file=path.parent)
     return found
 
 

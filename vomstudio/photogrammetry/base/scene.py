@@ -14,6 +14,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.cameras import View
 from vomstudio.io.photos.cameras_file import view_from_dict, view_to_dict
+from vomstudio.words import tr
 
 _VERSION = 1
 
@@ -109,7 +110,7 @@ class SparseScene:
         try:
             head = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
             if head["version"] > _VERSION:
-                raise InputError("was written by a newer version", file=folder / "scene.json")
+                raise InputError(tr("was written by a newer version"), file=folder / "scene.json")
             with np.load(folder / "scene.npz") as arrays:
                 return cls(
                     tuple(view_from_dict(view) for view in head["views"]),
@@ -121,6 +122,9 @@ class SparseScene:
                 )
         except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
             raise InputError(
-                f"is no whole alignment ({type(error).__name__}); align the photos again",
+                tr(
+                    "is no whole alignment ({name__}); align the photos again",
+                    name__=type(error).__name__,
+                ),
                 file=folder,
             ) from error

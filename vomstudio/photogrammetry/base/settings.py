@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.errors import UsageError
+from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
@@ -51,9 +52,11 @@ class Settings:
     def __post_init__(self) -> None:
         """Raises UsageError for a quality that there is not."""
         if self.quality not in QUALITIES:
-            raise UsageError(f"is one of {', '.join(QUALITIES)}", field="quality")
+            raise UsageError(
+                tr("is one of {QUALITIES}", QUALITIES=", ".join(QUALITIES)), field="quality"
+            )
         if self.threads is not None and self.threads < 1:
-            raise UsageError("is 1 or more", field="threads")
+            raise UsageError(tr("is 1 or more"), field="threads")
 
     @property
     def steps(self) -> Quality:

@@ -18,6 +18,7 @@ from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.dense.depthmaps import DepthMap
 from vomstudio.photogrammetry.dense.pairs import Pairs
 from vomstudio.photogrammetry.dense.undistortion import Undistorted
+from vomstudio.words import tr
 
 
 def has_cuda() -> bool:
@@ -41,7 +42,10 @@ def cuda_depth_maps(
 
     if not has_cuda():
         raise GeometryError(
-            "this COLMAP cannot use a GPU; install vomstudio[cuda], or leave the method to choose"
+            tr(
+                "this COLMAP cannot use a GPU; install vomstudio[cuda], or leave the method "
+                "to choose"
+            )
         )
     if folder is None:
         with tempfile.TemporaryDirectory() as temporary:
@@ -127,7 +131,11 @@ def _checked(photo: Undistorted, depth: Any, normal: Any, plan: Any) -> DepthMap
     depth, normal = np.array(depth, np.float32), np.array(normal, np.float32)
     if depth.shape != (lens.height, lens.width):
         raise GeometryError(
-            f"COLMAP's depth map has {depth.shape[1]} x {depth.shape[0]} pixels",
+            tr(
+                "COLMAP's depth map has {shape} x {shape_2} pixels",
+                shape=depth.shape[1],
+                shape_2=depth.shape[0],
+            ),
             file=photo.view.name,
         )
     good = (depth > plan.near) & (depth < plan.far) & photo.valid & normal.any(axis=2)

@@ -14,9 +14,10 @@ from vomstudio.errors import GeometryError, InputError
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.io.photos.cameras_file import view_from_dict, view_to_dict
-from vomstudio.photogrammetry.dense.fringes import sky_fringe
+from vomstudio.photogrammetry.dense.foreground_fattening import sky_fringe
 from vomstudio.photogrammetry.dense.pairs import PATCHMATCH, SGBM, SOURCES, Plan
 from vomstudio.photogrammetry.dense.undistortion import Undistorted
+from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,8 @@ class DepthMap:
                 )
         except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
             raise InputError(
-                f"is no whole depth map ({type(error).__name__}); make it again", file=path
+                tr("is no whole depth map ({name__}); make it again", name__=type(error).__name__),
+                file=path,
             ) from error
 
 
@@ -230,20 +232,26 @@ def _fill(
 def _check(task: DepthTask) -> None:
     name = task.reference.view.name
     if not task.sources:
-        raise GeometryError("the photo has no other to measure its depth with", file=name)
+        raise GeometryError(tr("the photo has no other to measure its depth with"), file=name)
     if len(task.sources) != len(task.methods):
-        raise GeometryError("each source of the photo needs a method", file=name)
+        raise GeometryError(tr("each source of the photo needs a method"), file=name)
     if not 0 < task.near < task.far < np.inf:
         raise GeometryError(
-            f"depths from {task.near:g} to {task.far:g} are no range; align the photos again",
+            tr(
+                "depths from {near:g} to {far:g} are no range; align the photos again",
+                near=task.near,
+                far=task.far,
+            ),
             file=name,
         )
     for photo in (task.reference, *task.sources):
         if photo.view.intrinsics.distorts:
-            raise GeometryError("the photo must be undistorted first", file=photo.view.name)
+            raise GeometryError(tr("the photo must be undistorted first"), file=photo.view.name)
     for photo in task.sources:
         if not np.linalg.norm(photo.view.centre - task.reference.view.centre) > 0:
-            raise GeometryError(f"{photo.view.name} was taken from the same place", file=name)
+            raise GeometryError(
+                tr("{view} was taken from the same place", view=photo.view.name), file=name
+            )
 
 
 def _finish(

@@ -26,6 +26,7 @@ from vomstudio.photogrammetry.dense.depthmaps import DepthMap
 from vomstudio.photogrammetry.dense.pairs import Pairs
 from vomstudio.photogrammetry.dense.undistortion import Undistorted
 from vomstudio.progress import Progress, Silent
+from vomstudio.words import tr
 
 # Footprints within a third of each other are equally fine; the first photo keeps the point.
 _SAME_FOOTPRINT = 1.3
@@ -110,8 +111,10 @@ def fuse(
     progress.step(len(maps))
     if not parts:
         raise GeometryError(
-            "no two depth maps agree anywhere; the photos may be blurred, of a surface without "
-            "texture, or badly aligned"
+            tr(
+                "no two depth maps agree anywhere; the photos may be blurred, of a surface "
+                "without texture, or badly aligned"
+            )
         )
     columns = [list(column) for column in zip(*parts, strict=True)]
     parts.clear()

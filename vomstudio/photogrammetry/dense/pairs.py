@@ -11,6 +11,7 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import View
 from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.words import tr
 
 SGBM, PATCHMATCH = "sgbm", "patchmatch"
 
@@ -92,8 +93,11 @@ def choose_pairs(scene: SparseScene, *, count: int = SOURCES, method: str | None
     """
     if len(scene.views) < 2:
         raise GeometryError(
-            "depth needs two photos that show the same rock, and this alignment has "
-            f"{len(scene.views)}; take more photos, or align again"
+            tr(
+                "depth needs two photos that show the same rock, and this alignment has "
+                "{count}; take more photos, or align again",
+                count=len(scene.views),
+            )
         )
     seen = _seen(scene)
     shared = _shared(scene)

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, InputError
 from vomstudio.geometry.cameras import Intrinsics, View
+from vomstudio.words import tr
 
 # A straight picture of a very wide lens grows without bound: pixels are kept up to 63 degrees from
 # the axis, and up to one and a half times the photo's own size.
@@ -81,8 +82,14 @@ def undistort(task: UndistortTask) -> Undistorted:
     image = decode_photo(task.photo, view.name)
     if image.shape[:2] != (lens.height, lens.width):
         raise InputError(
-            f"is {image.shape[1]} x {image.shape[0]} pixels, but was aligned with "
-            f"{lens.width} x {lens.height}; align the photos again",
+            tr(
+                "is {shape} x {shape_2} pixels, but was aligned with {width} x {height}; "
+                "align the photos again",
+                shape=image.shape[1],
+                shape_2=image.shape[0],
+                width=lens.width,
+                height=lens.height,
+            ),
             file=view.name,
         )
     mask = None
@@ -147,7 +154,9 @@ def decode_photo(photo: bytes, name: str) -> npt.NDArray[np.uint8]:
 
     image = _decoded(photo, cv2.IMREAD_COLOR_RGB)
     if image is None:
-        raise InputError("cannot be read as a picture; copy it from the camera again", file=name)
+        raise InputError(
+            tr("cannot be read as a picture; copy it from the camera again"), file=name
+        )
     return image
 
 
@@ -174,12 +183,18 @@ def decode_mask(mask: bytes, width: int, height: int, name: str) -> npt.NDArray[
 
     image = _decoded(mask, cv2.IMREAD_GRAYSCALE)
     if image is None:
-        raise InputError("the photo's mask cannot be read as a picture", file=name)
+        raise InputError(tr("the photo's mask cannot be read as a picture"), file=name)
     if image.shape != (height, width):
         if abs(image.shape[1] * height - image.shape[0] * width) > 2 * max(width, height):
             raise InputError(
-                f"the photo's mask has {image.shape[1]} x {image.shape[0]} pixels, "
-                f"the photo {width} x {height}; draw the mask on this photo",
+                tr(
+                    "the photo's mask has {shape} x {shape_2} pixels, the photo {width} x "
+                    "{height}; draw the mask on this photo",
+                    shape=image.shape[1],
+                    shape_2=image.shape[0],
+                    width=width,
+                    height=height,
+                ),
                 file=name,
             )
         image = np.asarray(cv2.resize(image, (width, height), interpolation=cv2.INTER_NEAREST))
@@ -198,7 +213,7 @@ def _straight(lens: Intrinsics) -> Intrinsics:
     seen = lens.rays(pixels)[:, :2]
     seen = seen[np.isfinite(seen).all(axis=1)]
     if not len(seen):
-        raise GeometryError("the lens as calibrated shows nothing; align the photos again")
+        raise GeometryError(tr("the lens as calibrated shows nothing; align the photos again"))
     focal, centre = np.array(lens.focal), np.array(lens.centre)
     size = np.array([lens.width, lens.height], float)
     low = np.maximum(seen.min(axis=0), -_WIDEST_TAN) * focal

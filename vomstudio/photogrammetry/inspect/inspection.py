@@ -22,6 +22,7 @@ from vomstudio.photogrammetry.align.alignment import Alignment
 from vomstudio.photogrammetry.base.checkpoints import file_name
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.base.stage_folders import stage_folder
+from vomstudio.words import tr
 
 Pixels = npt.NDArray[np.float32]
 
@@ -35,7 +36,7 @@ NOTHING = (58, 60, 64)
 def _stage(out: Path, name: str, what: str) -> Path:
     folder = stage_folder(out, name)
     if folder is None:
-        raise InputError(f"has no {what} yet; make the model first", file=out)
+        raise InputError(tr("has no {what} yet; make the model first", what=what), file=out)
     return folder
 
 
@@ -46,7 +47,11 @@ def _aligned_names(folder: Path) -> list[tuple[str, int, int]]:
         return [(str(row[0]), int(row[1]), int(row[2])) for row in rows]
     except (OSError, ValueError, TypeError, IndexError) as error:
         raise InputError(
-            f"is no whole alignment ({type(error).__name__}); align the photos again", file=folder
+            tr(
+                "is no whole alignment ({name__}); align the photos again",
+                name__=type(error).__name__,
+            ),
+            file=folder,
         ) from error
 
 
@@ -158,7 +163,7 @@ def pair(out: Path, a: str, b: str) -> PairOfPhotos:
     names = [name for name, _, _ in _aligned_names(folder)]
     for name in (a, b):
         if name not in names:
-            raise InputError(f"{name} is not among the aligned photos", file=out)
+            raise InputError(tr("{name} is not among the aligned photos", name=name), file=out)
     left, right, tried, kept = matching.matches_of_pair(
         folder / "database.db", names.index(a), names.index(b)
     )
@@ -215,7 +220,10 @@ def depth_pictures(out: Path, name: str) -> DepthPictures:
     path = _depth_path(_stage(out, "depths", "depth maps"), name)
     if not path.exists():
         raise InputError(
-            f"{name} has no depth map: no other photo saw its rock from a suitable distance"
+            tr(
+                "{name} has no depth map: no other photo saw its rock from a suitable distance",
+                name=name,
+            )
         )
     made = DepthMap.load(path)
     photo = np.zeros((*made.depth.shape, 3), np.uint8)

@@ -13,6 +13,7 @@ from vomstudio.errors import TargetError, VomError
 from vomstudio.files.lock import FolderLock
 from vomstudio.io.photos.cameras_file import FILE_NAME
 from vomstudio.photogrammetry.base.stage_folders import WORK
+from vomstudio.words import tr
 
 RESULT = "reconstruction.json"
 # A worker whose window was killed may still be in native code that nothing interrupts.
@@ -78,18 +79,24 @@ def claim(out: Path) -> Outputs:
         strangers = [p for p in out.iterdir() if not p.name.startswith(".")]
     except (OSError, ValueError) as error:
         if isinstance(error, FileExistsError | NotADirectoryError):
-            raise TargetError("is a file; name a folder for the model", file=out) from error
+            raise TargetError(tr("is a file; name a folder for the model"), file=out) from error
         reason = getattr(error, "strerror", None) or error
-        raise TargetError(f"no folder can be made there ({reason})", file=out) from error
+        raise TargetError(
+            tr("no folder can be made there ({reason})", reason=reason), file=out
+        ) from error
     if strangers and not (out / RESULT).exists() and not (out / WORK).is_dir():
         raise TargetError(
-            "holds other files; name a new or empty folder, or one of an earlier reconstruction",
+            tr(
+                "holds other files; name a new or empty folder, or one of an earlier reconstruction"
+            ),
             file=out,
         )
     try:
         (out / WORK).mkdir(exist_ok=True)
     except OSError as error:
-        raise TargetError(f"cannot be written ({error.strerror})", file=out) from error
+        raise TargetError(
+            tr("cannot be written ({strerror})", strerror=error.strerror), file=out
+        ) from error
     return Outputs(out)
 
 
@@ -122,7 +129,7 @@ def disk_watched(folder: Path) -> Iterator[None]:
         if not full and _room(folder) > _NO_ROOM:
             raise
         raise TargetError(
-            "the disk is full; what is finished is kept, make room and start again", file=folder
+            tr("the disk is full; what is finished is kept, make room and start again"), file=folder
         ) from error
 
 

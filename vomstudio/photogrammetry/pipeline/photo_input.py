@@ -12,6 +12,7 @@ from vomstudio.errors import InputError
 from vomstudio.photogrammetry.base.checkpoints import key_of
 from vomstudio.photogrammetry.base.settings import Settings
 from vomstudio.progress import Progress
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geometry.cameras import View
@@ -55,9 +56,14 @@ def usable_photos(
         placed = sum(p.latitude_deg is not None and p.altitude_m is not None for p in found.photos)
         if placed < 3:
             raise InputError(
-                f"{placed or 'none'} of the {len(found.photos)} photos state where they were taken "
-                f"(latitude, longitude and altitude), and {settings.crs} needs at least 3: name "
-                "control points with --gcp, or leave out --crs",
+                tr(
+                    "{value} of the {count} photos state where they were taken (latitude, "
+                    "longitude and altitude), and {crs} needs at least 3: name control points "
+                    "with --gcp, or leave out --crs",
+                    value=placed or "none",
+                    count=len(found.photos),
+                    crs=settings.crs,
+                ),
                 file=folder,
             )
     return found
@@ -89,7 +95,11 @@ def bytes_of(path: Path) -> bytes:
         return path.read_bytes()
     except OSError as error:
         raise InputError(
-            f"cannot be read any more ({error.strerror}); put it back and start again", file=path
+            tr(
+                "cannot be read any more ({strerror}); put it back and start again",
+                strerror=error.strerror,
+            ),
+            file=path,
         ) from error
 
 
@@ -98,7 +108,9 @@ def hash_file(path: Path) -> str:
         with path.open("rb") as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
     except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", file=path) from error
+        raise InputError(
+            tr("cannot be read ({strerror})", strerror=error.strerror), file=path
+        ) from error
 
 
 def facts_of(photos: Sequence[Photo]) -> list[Any]:

@@ -15,6 +15,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.photos.cameras_file import view_from_dict, view_to_dict
 from vomstudio.photogrammetry.base.checkpoints import file_name, write_whole
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.photogrammetry.dense.undistortion import Undistorted
@@ -75,7 +76,11 @@ def loaded(load: Callable[[Path], Result], path: Path) -> Result:
         return load(path)
     except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
         raise InputError(
-            f"is damaged ({type(error).__name__}); remove its folder and start again", file=path
+            tr(
+                "is damaged ({name__}); remove its folder and start again",
+                name__=type(error).__name__,
+            ),
+            file=path,
         ) from error
 
 

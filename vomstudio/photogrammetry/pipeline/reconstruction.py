@@ -242,7 +242,7 @@ class _Run:
 
     def _dense_size(self, placed: _Placed) -> int:
         """What was chosen once is kept where it still fits, so that a run goes on with it."""
-        from vomstudio.photogrammetry.dense.fitting import fitting_size
+        from vomstudio.photogrammetry.dense.memory_limits import fitting_size
 
         wanted, lenses = self.settings.steps.dense_px, [v.intrinsics for v in placed.scene.views]
         size = fitting_size(wanted, [(lens.width, lens.height) for lens in lenses])

@@ -30,6 +30,7 @@ from vomstudio.registration.similarity import (
     rotation_covariance,
 )
 from vomstudio.survey.check_results import named
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -189,9 +190,16 @@ def _join(
     if not after <= 1.2 * before + 0.1:
         worst = common[int(misses.argmax())]
         raise GeometryError(
-            f"the {len(common)} markers of both contradict what the photos show: joined by them, "
-            f"tie points would miss by {after:.1f} px instead of {before:.1f}; look at the marks "
-            f"of {worst} first, which misses by {misses.max() / pixel:.0f} px"
+            tr(
+                "the {count} markers of both contradict what the photos show: joined by "
+                "them, tie points would miss by {after:.1f} px instead of {before:.1f}; look "
+                "at the marks of {worst} first, which misses by {max:.0f} px",
+                count=len(common),
+                after=after,
+                before=before,
+                worst=worst,
+                max=misses.max() / pixel,
+            )
         )
     markers = tuple(
         MarkerFit(label, float(miss / pixel), bool(good))
@@ -230,8 +238,11 @@ def _by_control(
 def _require_width(places: Array, what: str) -> None:
     if nearly_on_a_line(places):
         raise GeometryError(
-            f"the {what} of both lie on one line, about which one part could turn; mark one "
-            "beside it"
+            tr(
+                "the {what} of both lie on one line, about which one part could turn; mark "
+                "one beside it",
+                what=what,
+            )
         )
 
 

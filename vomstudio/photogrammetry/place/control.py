@@ -28,6 +28,7 @@ from vomstudio.registration.similarity import (
     rotation_covariance,
 )
 from vomstudio.survey.check_results import named
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -104,7 +105,7 @@ def by_control(
     points = read_control(control)
     if marks is None:
         raise UsageError(
-            "control points need a table of their marks in the photos: label, photo, x, y",
+            tr("control points need a table of their marks in the photos: label, photo, x, y"),
             field="--marks",
         )
     return place_by_control(
@@ -250,9 +251,13 @@ def _ground(
     fitting = [i for i in usable if not control[i].check]
     if len(fitting) < 3:
         raise GeometryError(
-            f"{len(fitting) or 'none'} of the {sum(not p.check for p in control)} control points "
-            "can be found in the model; at least 3, each marked in two or more placed photos, are "
-            f"needed{unknown and '; ' + unknown[0]}"
+            tr(
+                "{value} of the {sum} control points can be found in the model; at least 3, "
+                "each marked in two or more placed photos, are needed{value_2}",
+                value=len(fitting) or "none",
+                sum=sum(not p.check for p in control),
+                value_2=unknown and "; " + unknown[0],
+            )
         )
     origin = integer_origin(world[fitting])
     local = world - origin
@@ -292,8 +297,10 @@ def require_width(local: Array) -> None:
     """Raises GeometryError where points (n, 3) lie on one line."""
     if nearly_on_a_line(local):
         raise GeometryError(
-            "the control points lie on one line, about which the model could turn; add one "
-            "beside it"
+            tr(
+                "the control points lie on one line, about which the model could turn; add "
+                "one beside it"
+            )
         )
 
 

@@ -21,6 +21,7 @@ from vomstudio.registration.similarity import (
     nearly_on_a_line,
     rotation_covariance,
 )
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.progress import Progress
@@ -95,8 +96,12 @@ def by_gps(
             placed.append(photo)
     if len(placed) < 3:
         raise GeometryError(
-            f"{len(placed) or 'none'} of the {len(scene.views)} placed photos state where they "
-            "were taken (latitude, longitude and altitude); at least 3 are needed"
+            tr(
+                "{value} of the {count} placed photos state where they were taken (latitude, "
+                "longitude and altitude); at least 3 are needed",
+                value=len(placed) or "none",
+                count=len(scene.views),
+            )
         )
     crs = crs_of(placed, crs)
     world = world_positions(placed, crs)
@@ -104,7 +109,10 @@ def by_gps(
     # In plan: a receiver that has lost its satellites repeats a place and may still vary heights.
     if float(np.linalg.norm(spread[:, :2], axis=1).max()) < _SAME_SPOT_M:
         raise GeometryError(
-            f"the GPS positions of all {len(placed)} photos are the same spot; they place nothing"
+            tr(
+                "the GPS positions of all {count} photos are the same spot; they place nothing",
+                count=len(placed),
+            )
         )
     centres = scene.centres[rows]
     stated = _stated_accuracy(placed)
@@ -170,15 +178,24 @@ def _quality(
     baseline = float(np.sqrt((inside**2).sum(1).mean()))
     if sigma > 0.5 * baseline:
         raise GeometryError(
-            f"the GPS positions err by {sigma:.1f} m, as much as the cameras are apart "
-            f"({baseline:.1f} m about their middle); use control points"
+            tr(
+                "the GPS positions err by {sigma:.1f} m, as much as the cameras are apart "
+                "({baseline:.1f} m about their middle); use control points",
+                sigma=sigma,
+                baseline=baseline,
+            )
         )
     covariance = rotation_covariance(local[used], sigma)
     worst = math.degrees(math.sqrt(float(np.linalg.eigvalsh(covariance)[-1])))
     if worst > _WORST_DEG:
         raise GeometryError(
-            f"with positions good to {sigma:.1f} m the model could still turn by {worst:.0f}° "
-            "about the line along which the photos were taken; use control points"
+            tr(
+                "with positions good to {sigma:.1f} m the model could still turn by "
+                "{worst:.0f}° about the line along which the photos were taken; use control "
+                "points",
+                sigma=sigma,
+                worst=worst,
+            )
         )
     scale_error = float(sigma / math.sqrt(float((inside**2).sum())))
     return _Quality(residuals, sigma, scale_error, np.degrees(np.sqrt(np.diag(covariance))))
@@ -191,7 +208,7 @@ def crs_of(photos: Sequence[PhotoLike], crs: str | None) -> str:
     if crs is not None:
         code, unit = parse_crs(crs)
         if unit != 1.0:
-            raise UsageError("is not in metres; choose one that is", field="CRS")
+            raise UsageError(tr("is not in metres; choose one that is"), field="CRS")
         return code
     longitude = float(np.median([p.longitude_deg for p in photos]))
     latitude = float(np.median([p.latitude_deg for p in photos]))
@@ -207,7 +224,9 @@ def world_positions(photos: Sequence[PhotoLike], crs: str) -> Array:
     for photo in photos:
         place = to_grid(float(photo.longitude_deg or 0), float(photo.latitude_deg or 0))
         if place is None:
-            raise GeometryError(f"{photo.name} was taken outside of the area of {crs}")
+            raise GeometryError(
+                tr("{photo} was taken outside of the area of {crs}", photo=photo.name, crs=crs)
+            )
         rows.append((*place, float(photo.altitude_m or 0)))
     return np.array(rows, np.float64)
 
@@ -233,8 +252,10 @@ def _require_width(centres: Array, spread: Array) -> None:
     """Raises GeometryError where the cameras stand on one line, in the scene or by GPS."""
     if nearly_on_a_line(centres) or nearly_on_a_line(spread):
         raise GeometryError(
-            "the photos were taken along one straight line, about which the model could turn; "
-            "use control points"
+            tr(
+                "the photos were taken along one straight line, about which the model could "
+                "turn; use control points"
+            )
         )
 
 

@@ -15,7 +15,7 @@ from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.photogrammetry.align.adjustment import adjuster_of, covariances_of, given
 from vomstudio.photogrammetry.align.mapping import intrinsics_of, point_errors, residuals
 from vomstudio.photogrammetry.align.priors import FEWEST_FOR_DISTORTION, Freedom, correlated_factor
-from vomstudio.photogrammetry.base.engine import cancellable, colmap
+from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.progress import Progress, Silent
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.io.control.points import Mark
-from vomstudio.io.photos.names import photo_finder
+from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.place.ground_adjustment import triangulate
 

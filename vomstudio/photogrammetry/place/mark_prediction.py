@@ -17,9 +17,10 @@ from vomstudio.geometry.cameras import View
 from vomstudio.io.control.control_files import read_control, read_marks
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.photos.cameras_file import FILE_NAME, Cameras, read_cameras
-from vomstudio.io.photos.names import photo_finder
+from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.photogrammetry.place.ground_adjustment import triangulate
 from vomstudio.registration.similarity import Similarity, fit_robustly, nearly_on_a_line
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Pixel = tuple[float, float]
@@ -115,7 +116,9 @@ class Marking:
             return self
         check_label(new)
         if new in self.labels:
-            raise GeometryError(f"another point is called {new} already; choose another label")
+            raise GeometryError(
+                tr("another point is called {new} already; choose another label", new=new)
+            )
         return Marking(
             tuple(replace(p, label=new) if p.label == old else p for p in self.control),
             tuple(replace(m, label=new) if m.label == old else m for m in self.marks),
@@ -138,7 +141,7 @@ class Marking:
 def check_label(label: str) -> None:
     """Raises GeometryError for what a table cannot hold as a label."""
     if not label or label != label.strip() or not label.isprintable():
-        raise GeometryError("a label is one or more letters or digits")
+        raise GeometryError(tr("a label is one or more letters or digits"))
 
 
 def _without(labels: tuple[str, ...], label: str) -> tuple[str, ...]:

@@ -26,6 +26,7 @@ from vomstudio.photogrammetry.surface.topology import (
     neighbours,
 )
 from vomstudio.progress import Progress, Silent
+from vomstudio.words import tr
 
 # Cosines: between a chart's direction and its faces at least, and as far as one direction is taken
 # to reach.
@@ -58,11 +59,13 @@ class AtlasOptions:
 
     def __post_init__(self) -> None:
         if not 64 <= self.page <= 16384 or self.page % _CELL:
-            raise UsageError(f"must be 64 to 16384, a multiple of {_CELL}.", field="page")
+            raise UsageError(
+                tr("must be 64 to 16384, a multiple of {CELL}.", CELL=_CELL), field="page"
+            )
         if not 1 <= self.gutter <= 32:
-            raise UsageError("must be 1 to 32 texels.", field="gutter")
+            raise UsageError(tr("must be 1 to 32 texels."), field="gutter")
         if self.most_pages < 1:
-            raise UsageError("must be at least 1.", field="most_pages")
+            raise UsageError(tr("must be at least 1."), field="most_pages")
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,9 +103,9 @@ def make_atlas(
     """
     options, progress = options or AtlasOptions(), progress or Silent()
     if not len(faces):
-        raise GeometryError("the mesh has no faces to be textured.")
+        raise GeometryError(tr("the mesh has no faces to be textured."))
     if not (texel > 0 and math.isfinite(texel)):
-        raise GeometryError("a texel needs a size.", field="texel")
+        raise GeometryError(tr("a texel needs a size."), field="texel")
     progress.stage("Dividing the surface into charts")
     cross = cross_products(vertices, faces)
     area = float(np.linalg.norm(cross, axis=1).sum() / 2)
@@ -118,7 +121,7 @@ def make_atlas(
         texel *= 1.1
         flat, chart = _flatten(vertices, faces, cross, texel, options, progress)
     else:
-        raise GeometryError("the charts of this surface fit on no page; simplify it first.")
+        raise GeometryError(tr("the charts of this surface fit on no page; simplify it first."))
     corners, page, sizes = packed
     drawn = np.abs(_doubled_areas(corners)).sum() / 2
     facts = {
@@ -202,7 +205,7 @@ def _flatten(
             among[left] = True
             piece = components(faces, among)
     if len(left):
-        raise GeometryError("the surface has faces that no chart can hold; simplify it first.")
+        raise GeometryError(tr("the surface has faces that no chart can hold; simplify it first."))
     return flat, chart
 
 
@@ -333,7 +336,8 @@ def _cut(
             return [rows]
     if len(rows) == 1:
         raise GeometryError(
-            "a single triangle is larger than a page; choose larger pages or texels.", field="page"
+            tr("a single triangle is larger than a page; choose larger pages or texels."),
+            field="page",
         )
     middle = flat[rows].mean(axis=1) - low
     axis = int(extent.argmax())

@@ -25,6 +25,7 @@ from vomstudio.photogrammetry.surface.topology import (
     vertex_normals,
 )
 from vomstudio.progress import Progress, Silent
+from vomstudio.words import tr
 
 _FEWEST = 100
 _DEPTHS = (5, 12)
@@ -66,11 +67,14 @@ class SurfaceOptions:
 
     def __post_init__(self) -> None:
         if self.faces is not None and self.faces < 4:
-            raise UsageError("a surface has at least 4 faces.", field="faces")
+            raise UsageError(tr("a surface has at least 4 faces."), field="faces")
         if self.depth is not None and not _DEPTHS[0] <= self.depth <= _DEPTHS[1]:
-            raise UsageError(f"must be {_DEPTHS[0]} to {_DEPTHS[1]}.", field="depth")
+            raise UsageError(
+                tr("must be {DEPTHS} to {DEPTHS_2}.", DEPTHS=_DEPTHS[0], DEPTHS_2=_DEPTHS[1]),
+                field="depth",
+            )
         if not self.trim > 0:
-            raise UsageError("must be a positive number of spacings.", field="trim")
+            raise UsageError(tr("must be a positive number of spacings."), field="trim")
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +139,7 @@ def build_surface(
     keep, closed = _trim(vertices, faces, distance, reach, hole)
     if not keep.any():
         raise GeometryError(
-            "no surface stays near the points; are their normals right, and is the cloud dense?"
+            tr("no surface stays near the points; are their normals right, and is the cloud dense?")
         )
     vertices, faces, _ = compact(vertices, faces[keep])
     facts |= {"cut_share": 1 - len(faces) / facts["faces_poisson"], "holes_closed": closed}
@@ -174,10 +178,10 @@ def _checked(
 ) -> tuple[Array, npt.NDArray[np.float32], npt.NDArray[np.uint8] | None, list[str]]:
     points, normals, colors = cloud.points, cloud.normals, cloud.colors
     if not len(points):
-        raise GeometryError("the cloud has no points; a surface needs a dense cloud.")
+        raise GeometryError(tr("the cloud has no points; a surface needs a dense cloud."))
     if normals is None:
         raise GeometryError(
-            "the cloud has no normals, and a surface needs to know which side of it is air."
+            tr("the cloud has no normals, and a surface needs to know which side of it is air.")
         )
     warnings: list[str] = []
     length = np.linalg.norm(normals, axis=1)
@@ -188,8 +192,12 @@ def _checked(
         colors = None if colors is None else colors[sound]
     if len(points) < _FEWEST:
         raise GeometryError(
-            f"the cloud has {len(points):,} points; a surface needs at least {_FEWEST}, and some"
-            " hundred thousand to be useful."
+            tr(
+                "the cloud has {count:,} points; a surface needs at least {FEWEST}, and some "
+                "hundred thousand to be useful.",
+                count=len(points),
+                FEWEST=_FEWEST,
+            )
         )
     normals = (normals / length[:, None]).astype(np.float32)
     if centres is not None and len(np.atleast_2d(centres)):
@@ -203,7 +211,7 @@ def _checked(
         points, normals = points[rows], normals[rows]
         colors = None if colors is None else colors[rows]
     if not np.ptp(points, axis=0).max() > 0:
-        raise GeometryError("all points of the cloud are at one place.")
+        raise GeometryError(tr("all points of the cloud are at one place."))
     return points, normals, colors, warnings
 
 
@@ -222,7 +230,9 @@ def _spacing(points: Array) -> tuple[Any, float]:
     near = tree.query(some, k=2)[0][:, 1]
     near = near[near > 0]
     if not len(near):
-        raise GeometryError("all points of the cloud stand twice; a surface needs distinct points.")
+        raise GeometryError(
+            tr("all points of the cloud stand twice; a surface needs distinct points.")
+        )
     # Along a surface, points at random have neighbours at half the step of a regular grid.
     return tree, float(np.median(near))
 
@@ -418,14 +428,14 @@ def _colors(
 
 def _verify(vertices: Array, faces: Faces) -> None:
     if not len(faces):
-        raise GeometryError("nothing is left of the surface; is the cloud dense enough?")
+        raise GeometryError(tr("nothing is left of the surface; is the cloud dense enough?"))
     if not np.isfinite(vertices).all() or not is_manifold(faces):
-        raise GeometryError("the surface came out broken; try another octree depth.")
+        raise GeometryError(tr("the surface came out broken; try another octree depth."))
 
 
 def preset(name: str) -> SurfaceOptions:
     """Of the reconstruction's presets: preview, low, medium, high."""
     wanted = {"preview": 50_000, "low": 100_000, "medium": 200_000, "high": 1_000_000}
     if name not in wanted:
-        raise UsageError(f"must be one of {', '.join(wanted)}.", field="preset")
+        raise UsageError(tr("must be one of {wanted}.", wanted=", ".join(wanted)), field="preset")
     return replace(SurfaceOptions(), faces=wanted[name])

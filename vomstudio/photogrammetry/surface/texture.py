@@ -15,7 +15,7 @@ from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.photogrammetry.surface.atlas import Atlas, AtlasOptions, make_atlas, uv_mesh
 from vomstudio.photogrammetry.surface.blending import Blend, blend
-from vomstudio.photogrammetry.surface.pages import draw_pages
+from vomstudio.photogrammetry.surface.texture_pages import draw_pages
 from vomstudio.photogrammetry.surface.topology import Array, Faces, cross_products
 from vomstudio.photogrammetry.surface.visibility import (
     Look,
@@ -25,6 +25,7 @@ from vomstudio.photogrammetry.surface.visibility import (
 )
 from vomstudio.photogrammetry.surface.visibility import memory_needed as look_memory
 from vomstudio.progress import Executor, Inline, Progress, Silent
+from vomstudio.words import tr
 
 JPEG_QUALITY = 95
 
@@ -44,7 +45,7 @@ class TextureOptions:
     def __post_init__(self) -> None:
         for name, value in (("texel_m", self.texel_m), ("texels_per_pixel", self.texels_per_pixel)):
             if value is not None and not (value > 0 and math.isfinite(value)):
-                raise UsageError("must be a positive number.", field=name)
+                raise UsageError(tr("must be a positive number."), field=name)
 
 
 @dataclass(frozen=True)
@@ -135,7 +136,13 @@ def jpeg(page: npt.NDArray[np.uint8], quality: int = JPEG_QUALITY) -> bytes:
     ]
     done, content = cv2.imencode(".jpg", np.ascontiguousarray(page[..., ::-1]), settings)
     if not done:
-        raise GeometryError(f"a page of {page.shape[1]} x {page.shape[0]} is too large for JPEG.")
+        raise GeometryError(
+            tr(
+                "a page of {shape} x {shape_2} is too large for JPEG.",
+                shape=page.shape[1],
+                shape_2=page.shape[0],
+            )
+        )
     return bytes(content)
 
 
@@ -157,9 +164,9 @@ def make_texture(
         progress or Silent(),
     )
     if not len(mesh.faces):
-        raise GeometryError("the mesh has no faces to be textured.")
+        raise GeometryError(tr("the mesh has no faces to be textured."))
     if not photos:
-        raise GeometryError("a texture needs at least one photo.")
+        raise GeometryError(tr("a texture needs at least one photo."))
     shift = mesh.vertices.mean(axis=0)
     vertices = np.ascontiguousarray(mesh.vertices - shift)
     faces = np.ascontiguousarray(mesh.faces, np.int32)
@@ -167,7 +174,10 @@ def make_texture(
     looks = _looks(moved, vertices, faces, executor, progress)
     if not any(len(one.faces) for one in looks):
         raise GeometryError(
-            "no photo sees this mesh; do the cameras belong to it, and do its faces look outwards?"
+            tr(
+                "no photo sees this mesh; do the cameras belong to it, and do its faces look "
+                "outwards?"
+            )
         )
     resolved = options.texel_m or _resolved(looks, len(faces)) / options.texels_per_pixel
     atlas = make_atlas(vertices, faces, resolved, options.atlas, progress)

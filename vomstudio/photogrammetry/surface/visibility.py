@@ -12,6 +12,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.cameras import View
 from vomstudio.photogrammetry.surface.topology import Array, Faces, cross_products
+from vomstudio.words import tr
 
 # Depths of larger photos are drawn smaller.
 _MOST_DEPTHS = 12_000_000
@@ -81,14 +82,20 @@ def decode(content: bytes, view: View, *, grey: bool = False) -> Any:
     flags = cv2.IMREAD_GRAYSCALE if grey else cv2.IMREAD_COLOR
     picture = cv2.imdecode(np.frombuffer(content, np.uint8), flags | cv2.IMREAD_IGNORE_ORIENTATION)
     if picture is None:
-        raise InputError("this picture cannot be decoded; leave it out.", file=view.name)
+        raise InputError(tr("this picture cannot be decoded; leave it out."), file=view.name)
     width, height = view.intrinsics.width, view.intrinsics.height
     if grey and picture.shape != (height, width):
         return cv2.resize(picture, (width, height), interpolation=cv2.INTER_NEAREST)
     if picture.shape[:2] != (height, width):
         raise InputError(
-            f"is {picture.shape[1]} x {picture.shape[0]} pixels where its camera has {width} x"
-            f" {height}; align the photos again.",
+            tr(
+                "is {shape} x {shape_2} pixels where its camera has {width} x {height}; "
+                "align the photos again.",
+                shape=picture.shape[1],
+                shape_2=picture.shape[0],
+                width=width,
+                height=height,
+            ),
             file=view.name,
         )
     return picture

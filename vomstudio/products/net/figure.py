@@ -20,9 +20,10 @@ from vomstudio.errors import UsageError
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.orientation import Array, Line
 from vomstudio.products.net.contents import AnyEllipse, NetContents
-from vomstudio.products.net.emphasis import draw_emphasis
 from vomstudio.products.net.page import Page
+from vomstudio.products.net.selection_highlight import draw_emphasis
 from vomstudio.products.net.style import PRINT, NetStyle
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -123,7 +124,11 @@ def draw_stereonet(figure: Figure, net: NetContents, style: NetStyle = PRINT) ->
     after a resize."""
     if net.contour is not None and net.contour not in nets.DENSITY_METHODS:
         raise UsageError(
-            f"“{net.contour}” is no way to contour; use one of {', '.join(nets.DENSITY_METHODS)}."
+            tr(
+                "“{contour}” is no way to contour; use one of {DENSITY_METHODS}.",
+                contour=net.contour,
+                DENSITY_METHODS=", ".join(nets.DENSITY_METHODS),
+            )
         )
     figure.clear()
     figure.set_facecolor(style.paper)
@@ -158,7 +163,9 @@ def write_stereonet(
 ) -> None:
     """Writes the figure as svg, pdf or png (text stays text in svg and pdf)."""
     if format not in FORMATS:
-        raise UsageError(f"A net cannot be written as “{format}”; use svg, pdf or png.")
+        raise UsageError(
+            tr("A net cannot be written as “{format}”; use svg, pdf or png.", format=format)
+        )
     from matplotlib import rc_context
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

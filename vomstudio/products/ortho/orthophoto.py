@@ -39,6 +39,7 @@ from vomstudio.products.ortho.sheet import draw_sheet
 from vomstudio.products.ortho.tiles import TILE, Grid, Source, Tile, TilePicture
 from vomstudio.progress import Progress, Silent
 from vomstudio.version import __version__
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -66,7 +67,7 @@ def outputs_of(image: str | Path) -> tuple[Path, Path, Path]:
     path = Path(image)
     if path.suffix.lower() not in (".tif", ".tiff"):
         raise UsageError(
-            "an orthophoto is a GeoTIFF; let its name end in .tif.", file=path, field="--output"
+            tr("an orthophoto is a GeoTIFF; let its name end in .tif."), file=path, field="--output"
         )
     return (
         path.with_name(f"{path.stem}_depth.tif"),

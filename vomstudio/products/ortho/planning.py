@@ -13,8 +13,9 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.view_frame import ViewFrame
 from vomstudio.products.ortho.tiles import Grid
-from vomstudio.products.ortho.views import View
-from vomstudio.products.ortho.world import in_world
+from vomstudio.products.ortho.view_directions import View
+from vomstudio.products.ortho.world_points import in_world
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -68,7 +69,7 @@ def plan(
     """
     vertices = data.vertices if isinstance(data, Mesh) else data.points
     if not len(vertices) or (isinstance(data, Mesh) and not len(data.faces)):
-        raise InputError("there is no surface in this model to look at.")
+        raise InputError(tr("there is no surface in this model to look at."))
     world = in_world(to_world, vertices)
     if isinstance(data, Mesh):
         used = np.zeros(len(world), bool)
@@ -89,7 +90,7 @@ def plan(
             np.minimum(high[:2], centre[:2] + half),
         )
         if (low[:2] > high[:2]).any():
-            raise InputError("nothing of this model is in the chosen part of the view.")
+            raise InputError(tr("nothing of this model is in the chosen part of the view."))
     extent = np.maximum(high - low, 0.0)[:2]
     if gsd is None:
         gsd, why = default_gsd(data, to_world, float(extent.max()))
@@ -99,13 +100,19 @@ def plan(
             why = f"the finest that stays under {MAX_PIXELS // 1_000_000} million pixels"
         notes.append(f"gsd {gsd:g} m per pixel: {why}")
     if not math.isfinite(gsd) or gsd <= 0:
-        raise UsageError("the size of a pixel must be a length in metres.", field="--gsd")
+        raise UsageError(tr("the size of a pixel must be a length in metres."), field="--gsd")
     least = _least_gsd(extent)
     pixels = math.prod(max(1, math.ceil(v / gsd)) for v in extent.tolist())
     if pixels > MAX_PIXELS:
         raise UsageError(
-            f"pixels of {gsd:g} m would make a picture of {pixels / 1e6:.0f} million pixels; at "
-            f"most {MAX_PIXELS // 1_000_000} million are made: --gsd {least:g} would do.",
+            tr(
+                "pixels of {gsd:g} m would make a picture of {pixels:.0f} million pixels; at "
+                "most {MAX_PIXELS} million are made: --gsd {least:g} would do.",
+                gsd=gsd,
+                pixels=pixels / 1000000.0,
+                MAX_PIXELS=MAX_PIXELS // 1000000,
+                least=least,
+            ),
             field="--gsd",
         )
     return Plan(view, frame, Grid.over(low, high, gsd), reference, points, tuple(notes))

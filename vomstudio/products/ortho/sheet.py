@@ -13,7 +13,8 @@ from vomstudio.errors import UsageError
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.geometry.view_frame import STEEP_DEG
-from vomstudio.products.ortho.views import View
+from vomstudio.products.ortho.view_directions import View
+from vomstudio.words import tr
 
 FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".pdf": "PDF"}
 
@@ -30,7 +31,7 @@ def format_of(path: str | Path) -> str:
     ending = Path(path).suffix.lower()
     if ending not in FORMATS:
         raise UsageError(
-            "the ending says how the sheet is written: .png, .jpg or .pdf.",
+            tr("the ending says how the sheet is written: .png, .jpg or .pdf."),
             file=path,
             field="--sheet",
         )

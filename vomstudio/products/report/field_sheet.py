@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.errors import UsageError
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,7 +28,7 @@ def check_format(path: str | Path) -> str:
     ending = Path(path).suffix.lower()
     if ending not in FORMATS:
         raise UsageError(
-            "the ending says how the sheet is written: .pdf, .svg or .html.",
+            tr("the ending says how the sheet is written: .pdf, .svg or .html."),
             file=path,
             field="--output",
         )

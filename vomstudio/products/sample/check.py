@@ -21,6 +21,7 @@ from vomstudio.geology.folds import FoldAxis, common_axis, fold_axis
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.planes import PlaneFit, PlaneFits, fit_planes
 from vomstudio.io.project.sample import SamplePicks, SampleTruth
+from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
 FAULT = "fault"
@@ -70,7 +71,7 @@ def check_sample(picks: SamplePicks, truth: SampleTruth) -> SampleResult:
     fits = fit_planes(picks.points, picks.offsets)
     for name, reason in zip(picks.names, fits.error, strict=True):
         if reason is not None:
-            raise GeometryError(f"pick {name}: {reason}")
+            raise GeometryError(tr("pick {name}: {reason}", name=name, reason=reason))
     checks = [
         plane_check(f"{kind} {name}", fits[i], truth.planes[name])
         for i, (name, kind) in enumerate(zip(picks.names, picks.kinds, strict=True))

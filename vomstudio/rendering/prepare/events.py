@@ -17,8 +17,8 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import CloudNodes, Piece, View
 from vomstudio.rendering.prepare.textures import Texture
-from vomstudio.rendering.view.blocks import FaceChunk, PointChunk
 from vomstudio.rendering.view.scalars import FieldStyle, Scale
+from vomstudio.rendering.view.spatial_blocks import FaceChunk, PointChunk
 
 if TYPE_CHECKING:
     from vtkmodules.vtkCommonCore import vtkUnsignedCharArray

@@ -16,9 +16,9 @@ import numpy.typing as npt
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkStaticCellLocator
 
-from vomstudio.geometry.arrangement import arrange
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.progressive_order import arrange
 from vomstudio.geometry.streaming.octree import (
     POINT_BUDGET,
     ArrangedNodes,
@@ -41,9 +41,9 @@ from vomstudio.rendering.prepare.events import (
 )
 from vomstudio.rendering.prepare.streaming import Streamer
 from vomstudio.rendering.prepare.textures import Texture, TextureProblem, load_texture, overview
-from vomstudio.rendering.view import blocks
-from vomstudio.rendering.view.blocks import FaceChunk
+from vomstudio.rendering.view import spatial_blocks
 from vomstudio.rendering.view.scalars import FieldStyle, make_scale, reader
+from vomstudio.rendering.view.spatial_blocks import FaceChunk
 
 PROXY_FACES = 45_000
 PROXY_ABOVE = 150_000
@@ -230,7 +230,9 @@ def compact(data: vtkPolyData, colored: bool) -> tuple[vtkPolyData, npt.NDArray[
     points = vtk_data.array_of(data.GetPoints().GetData())
     corner = points[faces[:, 0]]
     low = corner.min(axis=0)
-    faces = faces[np.argsort(blocks.morton(corner, low, float((corner.max(axis=0) - low).max())))]
+    faces = faces[
+        np.argsort(spatial_blocks.morton(corner, low, float((corner.max(axis=0) - low).max())))
+    ]
     used, first, inverse = np.unique(faces.reshape(-1), return_index=True, return_inverse=True)
     order = np.argsort(first)
     place = np.empty(len(used), np.int32)
@@ -255,7 +257,7 @@ def mesh_chunks(
     low = np.nanmin(corner, axis=0)
     size = float(np.nanmax(np.nanmax(corner, axis=0) - low)) or 1.0
     if len(faces) > FACES_PER_CHUNK // 2:
-        order = np.argsort(blocks.morton(corner, low, size))
+        order = np.argsort(spatial_blocks.morton(corner, low, size))
     else:
         order = np.arange(len(faces))
     del corner
@@ -273,7 +275,9 @@ def mesh_chunks(
         small = place[big]
         at = points[vertex_ids]
         corners = at[small]
-        boxes = blocks.block_boxes(corners.min(axis=1), corners.max(axis=1), blocks.FACES_PER_BLOCK)
+        boxes = spatial_blocks.block_boxes(
+            corners.min(axis=1), corners.max(axis=1), spatial_blocks.FACES_PER_BLOCK
+        )
         coordinates, density = None, 0.0
         if uv is not None:
             coordinates = np.nan_to_num(np.asarray(uv[vertex_ids], np.float32))

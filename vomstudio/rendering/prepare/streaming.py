@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError, VomError
-from vomstudio.failures.desk import DESK
+from vomstudio.failures.error_collector import DESK
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.streaming.octree import CloudNodes, Piece, StreamedCloud, View
 from vomstudio.rendering.prepare import vtk_data
@@ -31,9 +31,9 @@ from vomstudio.rendering.prepare.events import (
     TexturesDone,
     ViewDone,
 )
-from vomstudio.rendering.view import blocks
-from vomstudio.rendering.view.blocks import PointChunk
+from vomstudio.rendering.view import spatial_blocks
 from vomstudio.rendering.view.camera import Camera, Eye
+from vomstudio.rendering.view.spatial_blocks import PointChunk
 
 Array = npt.NDArray[np.float64]
 SHOWN_SHARE = 0.5
@@ -184,9 +184,9 @@ class Streamer:
         at = (piece.cloud.points.take(rows, axis=0) - self._origin).astype(np.float32)
         if not self._nodes.in_order:
             low, high = at.min(axis=0), at.max(axis=0)
-            order = np.argsort(blocks.morton(at, low, float((high - low).max()) or 1.0))
+            order = np.argsort(spatial_blocks.morton(at, low, float((high - low).max()) or 1.0))
             at, rows, ids = at[order], rows[order], ids[order]
-        boxes = blocks.block_boxes(at, at, blocks.POINTS_PER_BLOCK)
+        boxes = spatial_blocks.block_boxes(at, at, spatial_blocks.POINTS_PER_BLOCK)
         chunk = PointChunk(at, ids, boxes)
         data = vtk_data.point_set(at, self._colors(piece.cloud, rows))
         spacing = float(self._nodes.spacing[row])

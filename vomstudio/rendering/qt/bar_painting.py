@@ -9,7 +9,7 @@ import numpy.typing as npt
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen
 
-from vomstudio.rendering.qt.map_signs import MARGIN, scale_bar_box
+from vomstudio.rendering.qt.compass_and_scale import MARGIN, scale_bar_box
 from vomstudio.rendering.qt.painting import DARK, PANEL, TEXT, system_font
 from vomstudio.rendering.view.clipping import EDGES, FACES
 from vomstudio.rendering.view.scalars import MISSING, Scale

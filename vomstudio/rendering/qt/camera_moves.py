@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 from PySide6.QtCore import QObject, Signal
 
-from vomstudio.rendering.qt.pane import Pane
-from vomstudio.rendering.qt.scene_life import SceneLife
+from vomstudio.rendering.qt.scene_lifetime import SceneLife
 from vomstudio.rendering.qt.scene_picture import ScenePicture
+from vomstudio.rendering.qt.viewport_protocol import Pane
 from vomstudio.rendering.view.camera import STANDARD_VIEWS, VIEW_ALIASES, Camera
 
 Array = npt.NDArray[np.float64]

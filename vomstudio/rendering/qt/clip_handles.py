@@ -9,9 +9,9 @@ from PySide6.QtGui import QPainter
 
 from vomstudio.rendering.qt import bar_painting
 from vomstudio.rendering.qt.annotations import Annotations
-from vomstudio.rendering.qt.pane import Pane
-from vomstudio.rendering.qt.scene_life import SceneLife
+from vomstudio.rendering.qt.scene_lifetime import SceneLife
 from vomstudio.rendering.qt.scene_picture import ScenePicture
+from vomstudio.rendering.qt.viewport_protocol import Pane
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.clipping import FACES, ClipBox, along_axis
 from vomstudio.rendering.view.drawing import FeatureDrawing

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Signal
 
 from vomstudio.rendering.prepare.events import FieldReady
-from vomstudio.rendering.qt.models_shown import ModelsShown
-from vomstudio.rendering.qt.scene_life import SceneLife
+from vomstudio.rendering.qt.scene_lifetime import SceneLife
 from vomstudio.rendering.qt.scene_picture import ScenePicture
+from vomstudio.rendering.qt.shown_models import ModelsShown
 from vomstudio.rendering.view.scalars import ELEVATION, FieldStyle, Scale
 
 if TYPE_CHECKING:

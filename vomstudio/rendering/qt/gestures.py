@@ -16,9 +16,9 @@ import numpy.typing as npt
 from PySide6.QtCore import QObject, QPointF, Qt, QTimer, Signal
 from PySide6.QtGui import QMouseEvent, QWheelEvent
 
-from vomstudio.rendering.qt.pane import Pane
+from vomstudio.rendering.qt.viewport_protocol import Pane
 from vomstudio.rendering.view.camera import Camera
-from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent, Preview
+from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent, Preview
 
 Array = npt.NDArray[np.float64]
 

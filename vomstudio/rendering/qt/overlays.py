@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from PySide6.QtGui import QPainter
 
-from vomstudio.rendering.qt import bar_painting, map_signs
+from vomstudio.rendering.qt import bar_painting, compass_and_scale
 from vomstudio.rendering.qt.annotations import Annotations
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.drawing import FeatureDrawing
@@ -58,16 +58,16 @@ class Overlays:
             project,
             size,
             kept_free=(
-                map_signs.compass_box(height),
-                map_signs.scale_bar_box(width, height),
+                compass_and_scale.compass_box(height),
+                compass_and_scale.scale_bar_box(width, height),
                 *(bar.box for bar in self.bars),
             ),
             moving=moving,
         )
         for bar in self.bars:
             bar.paint(painter)
-        map_signs.draw_compass(painter, self._camera.frame, height, self.north_known)
-        map_signs.draw_scale_bar(
+        compass_and_scale.draw_compass(painter, self._camera.frame, height, self.north_known)
+        compass_and_scale.draw_scale_bar(
             painter,
             self._camera.metres_per_pixel(height),
             width,

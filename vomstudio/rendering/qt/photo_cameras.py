@@ -11,9 +11,9 @@ from PySide6.QtGui import QPainter
 
 from vomstudio.geometry.frusta import Frustum, frustum_at
 from vomstudio.rendering.qt import painting
-from vomstudio.rendering.qt.pane import Pane
-from vomstudio.rendering.qt.scene_life import SceneLife
+from vomstudio.rendering.qt.scene_lifetime import SceneLife
 from vomstudio.rendering.qt.scene_picture import ScenePicture
+from vomstudio.rendering.qt.viewport_protocol import Pane
 from vomstudio.rendering.view.camera import Camera
 
 if TYPE_CHECKING:

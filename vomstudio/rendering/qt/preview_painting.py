@@ -10,9 +10,9 @@ import numpy.typing as npt
 from PySide6.QtCore import QPointF
 from PySide6.QtGui import QColor, QPainter
 
-from vomstudio.geometry.discs import disc
+from vomstudio.geometry.plane_discs import disc
 from vomstudio.rendering.qt import painting
-from vomstudio.tools.types import BrushRing, Preview
+from vomstudio.tools.interaction_types import BrushRing, Preview
 
 Array = npt.NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QWidget
 
-from vomstudio.rendering.qt.scene_life import SceneLife
+from vomstudio.rendering.qt.scene_lifetime import SceneLife
 
 if TYPE_CHECKING:
     from vomstudio.rendering.scene.scene import Scene

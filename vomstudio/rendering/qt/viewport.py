@@ -32,16 +32,16 @@ from PySide6.QtWidgets import QWidget
 from vomstudio.rendering.qt.camera_moves import CameraMoves
 from vomstudio.rendering.qt.clip_handles import ClipHandles
 from vomstudio.rendering.qt.display import Display
-from vomstudio.rendering.qt.features_shown import FeaturesShown
 from vomstudio.rendering.qt.gestures import Gestures
-from vomstudio.rendering.qt.models_shown import ModelsShown
 from vomstudio.rendering.qt.overlays import Overlays
 from vomstudio.rendering.qt.photo_cameras import PhotoCameras
 from vomstudio.rendering.qt.preview_painting import PreviewPainter
-from vomstudio.rendering.qt.scene_life import SceneLife
+from vomstudio.rendering.qt.scene_lifetime import SceneLife
 from vomstudio.rendering.qt.scene_picture import ScenePicture
+from vomstudio.rendering.qt.shown_features import FeaturesShown
+from vomstudio.rendering.qt.shown_models import ModelsShown
 from vomstudio.rendering.view.camera import Camera
-from vomstudio.tools.types import Hit, Preview
+from vomstudio.tools.interaction_types import Hit, Preview
 
 if TYPE_CHECKING:
     from vomstudio.rendering.scene.scene import Scene

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.rendering.prepare import vtk_data
-from vomstudio.rendering.scene import skins
+from vomstudio.rendering.scene import gpu_textures
 from vomstudio.rendering.scene.model_scene import ModelScene, Part
 from vomstudio.rendering.view.scalars import reader
 
@@ -94,7 +94,7 @@ class Appearance:
             mapper.SetScalarVisibility(colored)
             return
         skin = model.skins.get(part.material) if part.has_uv else None
-        skins.take_off(actor)
+        gpu_textures.take_off(actor)
         textured = skin is not None and self.textured(model) and skin.wear(actor)
         if textured:
             look.SetColor(1.0, 1.0, 1.0)

@@ -12,7 +12,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkMapper, vtkPolyDataMapper, 
 from vomstudio.rendering.prepare import vtk_data
 from vomstudio.rendering.scene.area_layer import AreaLayer, Pixel, area_box
 from vomstudio.rendering.view.drawing import FeatureDrawing
-from vomstudio.tools.types import Area
+from vomstudio.tools.interaction_types import Area
 
 Array = npt.NDArray[np.float64]
 

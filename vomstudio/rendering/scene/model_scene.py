@@ -15,8 +15,8 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import Piece, StreamedCloud
 from vomstudio.rendering.prepare.events import FieldReady, NodeStream
-from vomstudio.rendering.scene.skins import Skin
-from vomstudio.rendering.view.blocks import FaceChunk, PointChunk
+from vomstudio.rendering.scene.gpu_textures import Skin
+from vomstudio.rendering.view.spatial_blocks import FaceChunk, PointChunk
 
 Array = npt.NDArray[np.float64]
 

@@ -17,15 +17,15 @@ from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
 from vomstudio.geometry.boxes import box_range, boxes_hit
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.rendering.view.blocks import (
+from vomstudio.rendering.view.camera import Camera
+from vomstudio.rendering.view.clipping import ClipBox, Limits, limits_for
+from vomstudio.rendering.view.spatial_blocks import (
     FaceChunk,
     PointChunk,
     first_face,
     points_near_ray,
 )
-from vomstudio.rendering.view.camera import Camera
-from vomstudio.rendering.view.clipping import ClipBox, Limits, limits_for
-from vomstudio.tools.types import Hit
+from vomstudio.tools.interaction_types import Hit
 
 Array = npt.NDArray[np.float64]
 

@@ -16,20 +16,20 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
 from vomstudio.rendering.prepare.events import Event, FieldReady
 from vomstudio.rendering.scene import picking
+from vomstudio.rendering.scene.actor_creation import Intake
 from vomstudio.rendering.scene.appearance import DISPLAY_MODES
+from vomstudio.rendering.scene.camera_visibility import Sight
 from vomstudio.rendering.scene.canvas import Canvas
 from vomstudio.rendering.scene.contents import Contents
-from vomstudio.rendering.scene.frame import Frame
-from vomstudio.rendering.scene.intake import Intake
+from vomstudio.rendering.scene.frame_drawing import Picture
+from vomstudio.rendering.scene.frame_progress import Frame
 from vomstudio.rendering.scene.model_scene import ModelScene
-from vomstudio.rendering.scene.nodes_in_view import NodesInView
-from vomstudio.rendering.scene.picture import Picture
-from vomstudio.rendering.scene.sight import Sight
-from vomstudio.rendering.scene.warming import warm_up
+from vomstudio.rendering.scene.shader_warmup import warm_up
+from vomstudio.rendering.scene.visible_nodes import NodesInView
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.rendering.view.drawing import PREVIEW, FeatureDrawing
-from vomstudio.tools.types import Hit
+from vomstudio.tools.interaction_types import Hit
 
 Array = npt.NDArray[np.float64]
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from vomstudio.rendering.scene.camera_visibility import Sight
 from vomstudio.rendering.scene.canvas import Canvas
 from vomstudio.rendering.scene.contents import Contents
 from vomstudio.rendering.scene.model_scene import ModelScene
-from vomstudio.rendering.scene.sight import Sight
 
 
 class TextureLevels:

@@ -34,10 +34,11 @@ from vomstudio.jobs.inspection_tasks import (
     PhotoIn,
 )
 from vomstudio.jobs.job import Request, Result
-from vomstudio.ui.common.background import Background
+from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.picture_panes import Picture
 from vomstudio.ui.common.studio import Studio
-from vomstudio.workspace.jobs import RunningJob
+from vomstudio.words import tr
+from vomstudio.workspace.running_jobs import RunningJob
 
 LONG_SIDE = 3200
 _KEPT = 4
@@ -162,7 +163,7 @@ class AlignmentData(QObject):
             try:
                 descriptor, name = tempfile.mkstemp(".npz", "vomstudio-")
             except OSError as error:
-                failed(self.tr("There is no room for temporary files: {0}").format(error))
+                failed(tr("There is no room for temporary files: {error}", error=error))
                 return
             os.close(descriptor)
             into = Path(name)
@@ -198,7 +199,7 @@ class AlignmentData(QObject):
         job = self._studio.jobs.submit(
             task,
             asked(into or Path()),
-            title=self.tr("Reading the alignment"),
+            title=tr("Reading the alignment"),
             on_done=arrived,
             on_failed=failing,
             quiet=True,

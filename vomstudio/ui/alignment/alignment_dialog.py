@@ -13,6 +13,7 @@ from vomstudio.ui.alignment.depth_page import DepthPage
 from vomstudio.ui.alignment.match_page import MatchPage
 from vomstudio.ui.alignment.residual_page import ResidualPage
 from vomstudio.ui.common.studio import Studio
+from vomstudio.words import tr
 
 
 class AlignmentDialog(QDialog):
@@ -23,7 +24,7 @@ class AlignmentDialog(QDialog):
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowFlag(Qt.WindowType.WindowMaximizeButtonHint)
-        self.setWindowTitle(self.tr("Alignment of {0}").format(folder.name))
+        self.setWindowTitle(tr("Alignment of {folder}", folder=folder.name))
         self.resize(1280, 800)
         self.folder = folder
         self._data = AlignmentData(studio, folder)
@@ -36,13 +37,13 @@ class AlignmentDialog(QDialog):
         self.tabs.setDocumentMode(True)
         for page, title in zip(
             self._pages,
-            (self.tr("&Matches"), self.tr("&Cameras"), self.tr("&Residuals"), self.tr("&Depths")),
+            (tr("&Matches"), tr("&Cameras"), tr("&Residuals"), tr("&Depths")),
             strict=True,
         ):
             self.tabs.addTab(page, title)
         self._filled: set[int] = set()
         self._ready = False
-        self._note = QLabel(self.tr("Reading the alignment…"))
+        self._note = QLabel(tr("Reading the alignment…"))
         self._note.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._note.setWordWrap(True)
         self._stack = QStackedLayout()

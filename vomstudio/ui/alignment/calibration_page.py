@@ -19,6 +19,7 @@ from vomstudio.jobs.inspection_tasks import AlignedCamera
 from vomstudio.rendering.view.scalars import map_table
 from vomstudio.ui.alignment.alignment_data import AlignmentData
 from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.words import tr
 
 _CELL = 72
 STRONG = 0.9
@@ -45,15 +46,15 @@ class CalibrationPage(QWidget):
         self._pairing = QLabel()
         self._pairing.setWordWrap(True)
         top = QHBoxLayout()
-        self._title = QLabel(self.tr("Camera"))
+        self._title = QLabel(tr("Camera"))
         top.addWidget(self._title)
         top.addWidget(self.camera)
         top.addStretch()
         left, right = QVBoxLayout(), QVBoxLayout()
-        left.addWidget(_heading(self.tr("Parameters")))
+        left.addWidget(_heading(tr("Parameters")))
         left.addWidget(self.parameters)
         left.addStretch()
-        right.addWidget(_heading(self.tr("Correlation of the estimated parameters")))
+        right.addWidget(_heading(tr("Correlation of the estimated parameters")))
         right.addWidget(self.correlation)
         right.addWidget(self._pairing)
         right.addStretch()
@@ -73,9 +74,14 @@ class CalibrationPage(QWidget):
         self.camera.clear()
         for number, camera in enumerate(cameras):
             count = len(camera.photos)
-            text = self.tr("{0}: {1} photos ({2} …)").format(number + 1, count, camera.photos[0])
+            text = tr(
+                "{number}: {count} photos ({photos} …)",
+                number=number + 1,
+                count=count,
+                photos=camera.photos[0],
+            )
             if count == 1:
-                text = self.tr("{0}: {1}").format(number + 1, camera.photos[0])
+                text = tr("{number}: {photos}", number=number + 1, photos=camera.photos[0])
             self.camera.addItem(text)
         self._show()
 
@@ -92,32 +98,33 @@ class CalibrationPage(QWidget):
     def _sentences(self, camera: AlignedCamera) -> str:
         focal, sigma = camera.values[0], camera.sigma[0]
         held = camera.focal == "held"
-        state = self.tr("held") if held else self.tr("estimated")
+        state = tr("held") if held else tr("estimated")
         lines = [
-            self.tr("Focal length {0}: <b>{1:,.1f} px</b>{2}. {3}.").format(
-                state,
-                focal,
-                "" if held or sigma is None else f" ± {sigma:,.1f} px",
-                camera.reason[:1].upper() + camera.reason[1:],
+            tr(
+                "Focal length {state}: <b>{focal:,.1f} px</b>{value}. {upper}.",
+                state=state,
+                focal=focal,
+                value="" if held or sigma is None else f" ± {sigma:,.1f} px",
+                upper=camera.reason[:1].upper() + camera.reason[1:],
             )
         ]
         if camera.exif_px is None:
-            lines.append(self.tr("EXIF does not tell it."))
+            lines.append(tr("EXIF does not tell it."))
         elif not held:
             lines.append(
-                self.tr("EXIF says {0:,.1f} px; the difference is {1:+.1f} %.").format(
-                    camera.exif_px, 100 * (focal / camera.exif_px - 1)
+                tr(
+                    "EXIF says {exif_px:,.1f} px; the difference is {focal:+.1f} %.",
+                    exif_px=camera.exif_px,
+                    focal=100 * (focal / camera.exif_px - 1),
                 )
             )
-        lines.append(self.tr("Lens model {0}.").format(camera.model))
+        lines.append(tr("Lens model {model}.", model=camera.model))
         return " ".join(lines)
 
     def _fill_parameters(self, camera: AlignedCamera) -> None:
         table = self.parameters
         table.setColumnCount(4)
-        table.setHorizontalHeaderLabels(
-            [self.tr("Parameter"), self.tr("Value"), self.tr("1 sigma"), self.tr("State")]
-        )
+        table.setHorizontalHeaderLabels([tr("Parameter"), tr("Value"), tr("1 sigma"), tr("State")])
         table.setRowCount(len(camera.names))
         for row, name in enumerate(camera.names):
             value, sigma = camera.values[row], camera.sigma[row]
@@ -126,14 +133,14 @@ class CalibrationPage(QWidget):
             if not free:
                 error = "–"
             elif sigma is None:
-                error = self.tr("undetermined")
+                error = tr("undetermined")
             else:
                 error = f"{sigma:,.2f} px" if pixels else f"{sigma:.2g}"
             texts = (
                 f"{name}   {self._meaning(name)}",
                 f"{value:,.2f} px" if pixels else f"{value:.6f}",
                 error,
-                self.tr("estimated") if free else self._why_held(name),
+                tr("estimated") if free else self._why_held(name),
             )
             for column, text in enumerate(texts):
                 item = QTableWidgetItem(text)
@@ -146,19 +153,19 @@ class CalibrationPage(QWidget):
 
     def _why_held(self, name: str) -> str:
         if name[0] == "f":
-            return self.tr("held, see above")
+            return tr("held, see above")
         if name[0] == "c":
-            return self.tr("held: a shift of it looks like a turn of the camera")
-        return self.tr("held: too few photos of this camera")
+            return tr("held: a shift of it looks like a turn of the camera")
+        return tr("held: too few photos of this camera")
 
     def _meaning(self, name: str) -> str:
         if name[0] == "f":
-            return self.tr("focal length")
+            return tr("focal length")
         if name[0] == "c":
-            return self.tr("principal point, {0}").format(name[1])
+            return tr("principal point, {name}", name=name[1])
         if name[0] == "k":
-            return self.tr("radial distortion")
-        return self.tr("tangential distortion")
+            return tr("radial distortion")
+        return tr("tangential distortion")
 
     def _fill_correlation(self, camera: AlignedCamera) -> None:
         matrix = camera.correlation
@@ -191,20 +198,27 @@ class CalibrationPage(QWidget):
 
     def _strongest(self, camera: AlignedCamera, free: int) -> str:
         if free == 0:
-            return self.tr("Nothing of this camera was estimated.")
+            return tr("Nothing of this camera was estimated.")
         if free == 1:
-            return self.tr("Only one parameter was estimated: there is nothing to mistake it for.")
+            return tr("Only one parameter was estimated: there is nothing to mistake it for.")
         if camera.strongest is None:
             return ""
         a, b, value = camera.strongest
         if abs(value) > STRONG:
-            return self.tr(
-                "{0} and {1} can hardly be told apart ({2:+.2f}): each is worth less than its own "
-                "error says. Photos from more directions, some turned on their side, would help."
-            ).format(a, b, value)
-        return self.tr(
-            "The strongest is that of {0} and {1} ({2:+.2f}): no cause for worry."
-        ).format(a, b, value)
+            return tr(
+                "{a} and {b} can hardly be told apart ({value:+.2f}): each is worth less "
+                "than its own error says. Photos from more directions, some turned on their "
+                "side, would help.",
+                a=a,
+                b=b,
+                value=value,
+            )
+        return tr(
+            "The strongest is that of {a} and {b} ({value:+.2f}): no cause for worry.",
+            a=a,
+            b=b,
+            value=value,
+        )
 
 
 def _close(table: QTableWidget) -> None:

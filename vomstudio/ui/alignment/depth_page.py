@@ -21,6 +21,7 @@ from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.pane_painters import Painter
 from vomstudio.ui.common.picture_panes import Picture, PicturePanes
 from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, column_of, side_by_side
+from vomstudio.words import tr
 
 _WIDTH = 260
 _BAR = 118.0
@@ -38,11 +39,11 @@ class DepthPage(QWidget):
         self._has: dict[str, bool] = {}
         self.table = NumberTable(
             (
-                Column(self.tr("Photo"), number=False),
+                Column(tr("Photo"), number=False),
                 Column(
-                    self.tr("With depth"),
+                    tr("With depth"),
                     "{:.0%}".format,
-                    self.tr("Of the pixels that are not masked"),
+                    tr("Of the pixels that are not masked"),
                 ),
             ),
             sort_by=0,
@@ -52,16 +53,16 @@ class DepthPage(QWidget):
         self.what = ComboBox()
         self.what.setObjectName("depth_what")
         for title, name, tip in (
-            (self.tr("Depth"), "colors", self.tr("Distance along the view")),
+            (tr("Depth"), "colors", tr("Distance along the view")),
             (
-                self.tr("Confidence"),
+                tr("Confidence"),
                 "confidence",
-                self.tr("Every further photo that agrees halves what is missing to 1"),
+                tr("Every further photo that agrees halves what is missing to 1"),
             ),
             (
-                self.tr("Direction of the surface"),
+                tr("Direction of the surface"),
                 "normals",
-                self.tr("Hue: toward where it faces; pale: flat lying; dark: overhanging"),
+                tr("Hue: toward where it faces; pale: flat lying; dark: overhanging"),
             ),
         ):
             self.what.addItem(title, name)
@@ -75,7 +76,7 @@ class DepthPage(QWidget):
         right, rows = column_of()
         row = QHBoxLayout()
         row.addWidget(self._said, 1)
-        row.addWidget(QLabel(self.tr("Show")))
+        row.addWidget(QLabel(tr("Show")))
         row.addWidget(self.what)
         rows.addLayout(row)
         rows.addWidget(self.panes, 1)
@@ -84,16 +85,16 @@ class DepthPage(QWidget):
 
     @property
     def unit(self) -> str:
-        return "m" if self._data.overview.scaled else self.tr("units")
+        return "m" if self._data.overview.scaled else tr("units")
 
     def fill(self) -> None:
         rows: list[tuple[tuple[Any, ...], str]] = []
         for photo in self._data.overview.photos:
             self._has[photo.name] = photo.has_depths
-            rows.append(((photo.name, None), "" if photo.has_depths else self.tr("No map")))
+            rows.append(((photo.name, None), "" if photo.has_depths else tr("No map")))
         self.table.fill(rows)
         if not any(self._has.values()):
-            self.panes.say(self.tr("Depth maps are made after the alignment; there are none yet."))
+            self.panes.say(tr("Depth maps are made after the alignment; there are none yet."))
             return
         self.table.choose(lambda values: self._has[values[0]])
         for name, has in self._has.items():
@@ -108,13 +109,11 @@ class DepthPage(QWidget):
         self._said.setText("")
         if not self._has[name]:
             self.panes.say(
-                self.tr("{0} has no depth map: no other photo sees its rock well enough.").format(
-                    name
-                )
+                tr("{name} has no depth map: no other photo sees its rock well enough.", name=name)
             )
             return
         if all(p is None for p in self.panes._pictures):
-            self.panes.say(self.tr("Reading…"))
+            self.panes.say(tr("Reading…"))
         self._data.depths(name, partial(self._there, name), self.panes.say)
 
     def _there(self, name: str, facts: DepthFacts, arrays: Arrays) -> None:
@@ -125,9 +124,15 @@ class DepthPage(QWidget):
         self.panes.say("")
         self._draw()
         self._said.setText(
-            self.tr(
-                "{0:.0%} of the pixels of {1} have a depth, from {2:.2f} to {3:.2f} {4}"
-            ).format(facts.coverage, name, facts.low, facts.high, self.unit)
+            tr(
+                "{coverage:.0%} of the pixels of {name} have a depth, from {low:.2f} to "
+                "{high:.2f} {unit}",
+                coverage=facts.coverage,
+                name=name,
+                low=facts.low,
+                high=facts.high,
+                unit=self.unit,
+            )
         )
 
     def _draw(self) -> None:
@@ -160,10 +165,10 @@ class DepthPage(QWidget):
     def _scale(self, what: str) -> Scale:
         table = map_table("viridis")
         if what == "confidence":
-            return Scale(self.tr("Confidence"), "", "sequential", 0.0, 1.0, table)
+            return Scale(tr("Confidence"), "", "sequential", 0.0, 1.0, table)
         facts = self._facts
         return Scale(
-            self.tr("Depth"), self.unit, "sequential", facts.low, facts.high, table,
+            tr("Depth"), self.unit, "sequential", facts.low, facts.high, table,
             below=True, above=True, missing=facts.coverage < 1.0,
         )  # fmt: skip
 
@@ -176,11 +181,11 @@ class DepthPage(QWidget):
             if 0 <= row < depth.shape[0] and 0 <= column < depth.shape[1]:
                 value = float(depth[row, column])
                 words = (
-                    self.tr("Depth {0:.3f} {1}").format(value, self.unit)
+                    tr("Depth {value:.3f} {unit}", value=value, unit=self.unit)
                     if value > 0
-                    else self.tr("No depth here: no other photo agrees with one")
+                    else tr("No depth here: no other photo agrees with one")
                 )
-        self._under.setText(words or self.tr("Wheel: zoom. Drag: move. Both pictures go together."))
+        self._under.setText(words or tr("Wheel: zoom. Drag: move. Both pictures go together."))
 
 
 def _bar(

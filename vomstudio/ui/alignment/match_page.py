@@ -15,6 +15,7 @@ from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.pane_painters import both, dots
 from vomstudio.ui.common.picture_panes import Links, PicturePanes
 from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, column_of, side_by_side
+from vomstudio.words import tr
 
 _LINES = (60, 250, 1000)
 _FEATURE = QColor(86, 180, 233, 150)
@@ -33,17 +34,15 @@ class MatchPage(QWidget):
         self.matrix.chosen.connect(self._cell_chosen)
         self.table = NumberTable(
             (
-                Column(self.tr("Photo"), number=False),
-                Column(self.tr("and photo"), number=False),
+                Column(tr("Photo"), number=False),
+                Column(tr("and photo"), number=False),
                 Column(
-                    self.tr("Agree"),
+                    tr("Agree"),
                     "{:,}".format,
-                    self.tr("Matches that fit one geometry of the two photos"),
+                    tr("Matches that fit one geometry of the two photos"),
                 ),
-                Column(
-                    self.tr("Matches"), "{:,}".format, self.tr("Features that resemble each other")
-                ),
-                Column(self.tr("Share"), "{:.1%}".format, self.tr("Of the matches, that agree")),
+                Column(tr("Matches"), "{:,}".format, tr("Features that resemble each other")),
+                Column(tr("Share"), "{:.1%}".format, tr("Of the matches, that agree")),
             ),
             sort_by=2,
             descending=True,
@@ -52,19 +51,19 @@ class MatchPage(QWidget):
         self.table.chosen.connect(lambda values: self.show_pair(values[0], values[1]))
         self.panes = PicturePanes(2)
         self.panes.setObjectName("match_panes")
-        self.features = QCheckBox(self.tr("All features"))
-        self.features.setToolTip(self.tr("Every point that was sought in the other photos"))
-        self.refused = QCheckBox(self.tr("Refused matches"))
+        self.features = QCheckBox(tr("All features"))
+        self.features.setToolTip(tr("Every point that was sought in the other photos"))
+        self.refused = QCheckBox(tr("Refused matches"))
         self.refused.setToolTip(
-            self.tr("Features that resemble each other, but do not fit the others: in red")
+            tr("Features that resemble each other, but do not fit the others: in red")
         )
         self.lines = ComboBox()
         self.lines.setObjectName("lines")
         for count in _LINES:
-            self.lines.addItem(self.tr("{0:,} lines").format(count), count)
-        self.lines.addItem(self.tr("all lines"), 10**9)
-        self.lines.addItem(self.tr("no lines"), 0)
-        self.lines.setToolTip(self.tr("Chosen evenly among the matches that agree"))
+            self.lines.addItem(tr("{count:,} lines", count=count), count)
+        self.lines.addItem(tr("all lines"), 10**9)
+        self.lines.addItem(tr("no lines"), 0)
+        self.lines.setToolTip(tr("Chosen evenly among the matches that agree"))
         self._legend = QLabel()
         self._said = ElidedLabel()
         for box in (self.features, self.refused):
@@ -72,7 +71,7 @@ class MatchPage(QWidget):
         self.lines.currentIndexChanged.connect(lambda _: self._draw())
         self._hint = ElidedLabel()
         self._hint.setText(
-            self.tr("Wheel: zoom. Drag: move. Double click on a match: bring both ends near.")
+            tr("Wheel: zoom. Drag: move. Double click on a match: bring both ends near.")
         )
         self._arrange()
 
@@ -98,10 +97,13 @@ class MatchPage(QWidget):
         self._names = [photo.name for photo in facts.photos]
         weak = facts.weak_below
         flagged = sum(0 < pair[3] < weak for pair in facts.pairs)
-        words = self.tr("Agreeing matches of every two photos, the brighter the more.")
+        words = tr("Agreeing matches of every two photos, the brighter the more.")
         if flagged:
-            words += " " + self.tr("Orange: weak, with fewer than {0} ({1} of {2} pairs).").format(
-                weak, flagged, len(facts.pairs)
+            words += " " + tr(
+                "Orange: weak, with fewer than {weak} ({flagged} of {count} pairs).",
+                weak=weak,
+                flagged=flagged,
+                count=len(facts.pairs),
             )
         self._legend.setText(words)
         self.matrix.fill(self._names, facts.pairs, weak)
@@ -110,14 +112,14 @@ class MatchPage(QWidget):
             share = kept / tried if tried else None
             note = ""
             if 0 < kept < weak:
-                note = self.tr("Weak: {0} matches agree, {1} are wanted").format(kept, weak)
+                note = tr("Weak: {kept} matches agree, {weak} are wanted", kept=kept, weak=weak)
             rows.append(((self._names[i], self._names[j], kept, tried, share), note))
         self.table.fill(rows)
         if rows:
             first = self.table.numbers.rows[0][0]
             self.table.choose(lambda values: values is first)
         else:
-            self.panes.say(self.tr("No two photos were compared."))
+            self.panes.say(tr("No two photos were compared."))
 
     def _cell_chosen(self, i: int, j: int) -> None:
         a, b = self._names[i], self._names[j]
@@ -127,7 +129,7 @@ class MatchPage(QWidget):
         self._wanted = (a, b)
         self._photos, self._arrays = {}, None
         self.matrix.show_pair(self._names.index(a), self._names.index(b))
-        self.panes.say(self.tr("Reading…"))
+        self.panes.say(tr("Reading…"))
         self._said.setText("")
         for name in (a, b):
             self._data.photo(name, partial(self._photo_there, (a, b)))
@@ -180,8 +182,13 @@ class MatchPage(QWidget):
         count, tried = len(matches), len(matches) + len(refused)
         share = f" ({count / tried:.1%})" if tried else ""
         self._said.setText(
-            self.tr("{0:,} matches agree of {1:,}{2}; {3:,} and {4:,} features").format(
-                count, tried, share, len(arrays["left"]), len(arrays["right"])
+            tr(
+                "{count:,} matches agree of {tried:,}{share}; {count_2:,} and {count_3:,} features",
+                count=count,
+                tried=tried,
+                share=share,
+                count_2=len(arrays["left"]),
+                count_3=len(arrays["right"]),
             )
         )
 

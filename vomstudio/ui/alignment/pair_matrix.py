@@ -19,6 +19,7 @@ from PySide6.QtWidgets import QSizePolicy, QToolTip, QWidget
 
 from vomstudio.rendering.qt.painting import system_font
 from vomstudio.rendering.view.scalars import map_table
+from vomstudio.words import tr
 
 _LARGEST, _SMALLEST = 34.0, 2.0
 _TALLEST = 360.0
@@ -132,8 +133,12 @@ class PairMatrix(QWidget):
             if pair is not None:
                 tried, kept = self._pairs[pair]
                 a, b = (self._names[k] for k in pair)
-                words = self.tr("{0} and {1}\n{2:,} matches, {3:,} of them agree").format(
-                    a, b, tried, kept
+                words = tr(
+                    "{a} and {b}\n{tried:,} matches, {kept:,} of them agree",
+                    a=a,
+                    b=b,
+                    tried=tried,
+                    kept=kept,
                 )
             QToolTip.showText(event.globalPos(), words, self)
             return True

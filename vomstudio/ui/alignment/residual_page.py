@@ -16,6 +16,7 @@ from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.pane_painters import vectors
 from vomstudio.ui.common.picture_panes import PicturePanes
 from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, column_of, side_by_side
+from vomstudio.words import tr
 
 _FACTORS = (1, 10, 20, 50, 100, 200, 500, 1000)
 _MOST = 2000
@@ -35,18 +36,18 @@ class ResidualPage(QWidget):
         self._summary.setWordWrap(True)
         self.table = NumberTable(
             (
-                Column(self.tr("Photo"), number=False),
-                Column(self.tr("Tie points"), "{:,}".format),
+                Column(tr("Photo"), number=False),
+                Column(tr("Tie points"), "{:,}".format),
                 Column(
-                    self.tr("Median error"),
+                    tr("Median error"),
                     "{:.2f} px".format,
-                    self.tr("Half of the tie points miss their place in the photo by less"),
+                    tr("Half of the tie points miss their place in the photo by less"),
                 ),
-                Column(self.tr("Largest"), "{:.1f} px".format),
+                Column(tr("Largest"), "{:.1f} px".format),
                 Column(
-                    self.tr("GPS residual"),
+                    tr("GPS residual"),
                     "{:.2f} m".format,
-                    self.tr("From where the photo says that it was taken to its camera"),
+                    tr("From where the photo says that it was taken to its camera"),
                 ),
             ),
             sort_by=2,
@@ -56,7 +57,7 @@ class ResidualPage(QWidget):
         self.table.chosen.connect(lambda values: self.show_photo(values[0]))
         self.factor = ComboBox()
         self.factor.setObjectName("factor")
-        self.factor.addItem(self.tr("automatic"), 0)
+        self.factor.addItem(tr("automatic"), 0)
         for value in _FACTORS:
             self.factor.addItem(f"× {value:,}", value)
         self.factor.currentIndexChanged.connect(lambda _: self._draw())
@@ -71,7 +72,7 @@ class ResidualPage(QWidget):
         right, rows = column_of()
         row = QHBoxLayout()
         row.addWidget(self._said, 1)
-        row.addWidget(QLabel(self.tr("Exaggeration")))
+        row.addWidget(QLabel(tr("Exaggeration")))
         row.addWidget(self.factor)
         rows.addLayout(row)
         rows.addWidget(self.panes, 1)
@@ -83,9 +84,9 @@ class ResidualPage(QWidget):
         for photo in facts.photos:
             note = ""
             if photo.part is None:
-                note = self.tr("Not placed: it {0}").format(photo.reason or "–")
+                note = tr("Not placed: it {value}", value=photo.reason or "–")
             elif photo.part > 0:
-                note = self.tr("Placed in a part of its own that does not join the model")
+                note = tr("Placed in a part of its own that does not join the model")
             values = (
                 photo.name,
                 photo.tie_points,
@@ -100,28 +101,30 @@ class ResidualPage(QWidget):
             self.table.choose(lambda values: values[2] is not None)
 
     def _words(self, facts: AlignmentOverview) -> str:
-        words = self.tr("{0:,} tie points, mean error {1} px.").format(
-            facts.tie_points,
-            "–" if facts.reprojection_error_px is None
-            else f"{facts.reprojection_error_px:.2f}",
-        )  # fmt: skip
+        error = facts.reprojection_error_px
+        words = tr(
+            "{tie_points:,} tie points, mean error {error} px.",
+            tie_points=facts.tie_points,
+            error="–" if error is None else f"{error:.2f}",
+        )
         registered = facts.registration
         if "refused" in registered:
-            words += " " + self.tr("No GPS residuals: {0}.").format(registered["refused"])
+            words += " " + tr("No GPS residuals: {refused}.", refused=registered["refused"])
         elif registered.get("rms_m") is not None:
-            words += " " + self.tr("GPS positions are missed by {0:.2f} m (rms).").format(
-                registered["rms_m"]
+            words += " " + tr(
+                "GPS positions are missed by {rms_m:.2f} m (rms).", rms_m=registered["rms_m"]
             )
         elif registered.get("rms_control_m") is not None:
-            words += " " + self.tr("Control points are missed by {0:.3f} m (rms).").format(
-                registered["rms_control_m"]
+            words += " " + tr(
+                "Control points are missed by {rms_control_m:.3f} m (rms).",
+                rms_control_m=registered["rms_control_m"],
             )
         return words
 
     def show_photo(self, name: str) -> None:
         self._wanted, self._photo, self._arrays = name, None, None
         self._said.setText("")
-        self.panes.say(self.tr("Reading…"))
+        self.panes.say(tr("Reading…"))
         self._data.photo(name, partial(self._photo_there, name))
         self._data.residuals(name, partial(self._arrays_there, name), self.panes.say)
 
@@ -143,7 +146,7 @@ class ResidualPage(QWidget):
             self.panes.say("")
             self.panes.show_pictures([photo.picture])
         if not len(arrays["pixels"]):
-            self._said.setText(self.tr("No tie points: this photo is not part of the model."))
+            self._said.setText(tr("No tie points: this photo is not part of the model."))
             self.panes.draw_over([])
             return
         lengths = np.linalg.norm(arrays["vectors"], axis=1)
@@ -151,13 +154,16 @@ class ResidualPage(QWidget):
         if not factor:
             factor = exaggeration(lengths, max(photo.width, photo.height))
         self._said.setText(
-            self.tr("Residuals {0:,} times too long; median {1:.2f} px, largest {2:.1f} px").format(
-                factor, float(np.median(lengths)), float(lengths.max())
+            tr(
+                "Residuals {factor:,} times too long; median {median:.2f} px, largest {max:.1f} px",
+                factor=factor,
+                median=float(np.median(lengths)),
+                max=float(lengths.max()),
             )
         )
         step = -(-len(lengths) // _MOST)
         if step > 1:
-            self._said.setText(self._said.text() + self.tr("; one in {0} is drawn").format(step))
+            self._said.setText(self._said.text() + tr("; one in {step} is drawn", step=step))
         places = photo.places(arrays["pixels"][::step])
         ways = photo.ways(arrays["vectors"][::step])
         self.panes.draw_over([vectors(places, ways, factor, _COLOR)])

@@ -10,13 +10,14 @@ import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QWidget
 
-from vomstudio.document import comparison, edits
+from vomstudio.document import edits, reading_comparison
 from vomstudio.document.records import Model
 from vomstudio.errors import VomError
 from vomstudio.geometry import transform
 from vomstudio.ui.common.actions import Command
-from vomstudio.ui.common.chosen import start_folder
+from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.studio import Studio
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.ui.analyse.readings_dialog import Place
@@ -51,7 +52,7 @@ def commands(
 def choose_readings(parent: QWidget, studio: Studio) -> None:
     name, _ = QFileDialog.getOpenFileName(
         parent,
-        parent.tr("Import field measurements"),
+        tr("Import field measurements"),
         start_folder(studio),
         "Tables (*.csv *.txt *.tsv *.dat);;All files (*)",
     )
@@ -79,7 +80,7 @@ def import_readings(parent: QWidget, studio: Studio, path: Path) -> None:
         if studio.attempt(edits.add_readings, dialog.readings, dialog.types):
             studio.selection.set(ids)
             picks = {i: found for i in ids if (found := studio.nearest_pick(i)) is not None}
-            studio.info(comparison.summary(ids, picks))
+            studio.info(reading_comparison.summary(ids, picks))
 
     dialog.accepted.connect(add)
     dialog.open()
@@ -119,7 +120,7 @@ def choose_picture(parent: QWidget, studio: Studio, panel: StereonetPanel) -> No
     stem = "stereonet" if project.untitled else f"{project.name}-stereonet"
     name, pattern = QFileDialog.getSaveFileName(
         parent,
-        parent.tr("Export stereonet"),
+        tr("Export stereonet"),
         str(Path(start_folder(studio)) / f"{stem}.svg"),
         ";;".join(_PATTERNS),
     )

@@ -31,13 +31,14 @@ from vomstudio.geometry.units import length_text as length
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.product_tasks import ORTHOPHOTO, OrthophotoOrder, WrittenOrthophoto
-from vomstudio.products.ortho import orthophoto, planning, views
+from vomstudio.products.ortho import orthophoto, planning, view_directions
 from vomstudio.rendering.qt.viewport import Viewport
-from vomstudio.ui.common.chosen import current_model, start_folder
+from vomstudio.ui.common.command_targets import current_model, start_folder
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import ComboBox, file_field
 from vomstudio.ui.scene.view_panel import ViewPanel
+from vomstudio.words import tr
 
 
 class OrthoDialog(QDialog):
@@ -49,7 +50,7 @@ class OrthoDialog(QDialog):
         """directions : knows what the view's direction was taken from"""
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle(self.tr("Orthophoto along this view"))
+        self.setWindowTitle(tr("Orthophoto along this view"))
         self.setMinimumWidth(640)
         self._studio = studio
         trend, plunge = viewport.moves.view_direction()
@@ -61,7 +62,7 @@ class OrthoDialog(QDialog):
         form = self._make_form()
         self._buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
         self._start = self._buttons.addButton(
-            self.tr("Make the orthophoto"), QDialogButtonBox.ButtonRole.AcceptRole
+            tr("Make the orthophoto"), QDialogButtonBox.ButtonRole.AcceptRole
         )
         self._buttons.accepted.connect(self.accept)
         self._buttons.rejected.connect(self.reject)
@@ -76,7 +77,7 @@ class OrthoDialog(QDialog):
         stem = f"ortho_{round(trend) % 360:03d}_{plunge:+03.0f}"
         self.target.setText(str(folder / f"{stem}.tif"))
         # The texture's resolution is looked for once the dialog is on the screen.
-        self._size.setText(self.tr("looking at the model…"))
+        self._size.setText(tr("looking at the model…"))
         QTimer.singleShot(0, self._propose)
 
     # --- parts -------------------------------------------------------------------------------
@@ -92,23 +93,23 @@ class OrthoDialog(QDialog):
         direction.setWordWrap(True)
         self._cost = QLabel()
         self._cost.setWordWrap(True)
-        self.flip = QCheckBox(self.tr("from the other side (a mirror image)"))
-        self.target, file = file_field("ortho_target", self.tr("Choose…"), self._browse)
+        self.flip = QCheckBox(tr("from the other side (a mirror image)"))
+        self.target, file = file_field("ortho_target", tr("Choose…"), self._browse)
         form = QFormLayout()
         form.setVerticalSpacing(8)
-        form.addRow(self.tr("Model"), self.model)
-        form.addRow(self.tr("Looking"), direction)
+        form.addRow(tr("Model"), self.model)
+        form.addRow(tr("Looking"), direction)
         form.addRow("", self.flip)
-        form.addRow(self.tr("If it is off"), self._cost)
-        form.addRow(self.tr("Area"), self._make_area())
-        form.addRow(self.tr("Pixel size"), self._make_pixel())
-        form.addRow(self.tr("Sheet"), self._make_sheet())
-        form.addRow(self.tr("Write to"), file)
+        form.addRow(tr("If it is off"), self._cost)
+        form.addRow(tr("Area"), self._make_area())
+        form.addRow(tr("Pixel size"), self._make_pixel())
+        form.addRow(tr("Sheet"), self._make_sheet())
+        form.addRow(tr("Write to"), file)
         return form
 
     def _make_area(self) -> QHBoxLayout:
-        self.whole = QRadioButton(self.tr("the whole model"))
-        self.seen = QRadioButton(self.tr("what the view shows"))
+        self.whole = QRadioButton(tr("the whole model"))
+        self.seen = QRadioButton(tr("what the view shows"))
         self.whole.setChecked(True)
         area = QHBoxLayout()
         area.addWidget(self.whole)
@@ -130,7 +131,7 @@ class OrthoDialog(QDialog):
         return pixel
 
     def _make_sheet(self) -> QHBoxLayout:
-        self.sheet = QCheckBox(self.tr("a sheet to look at beside it, with scale bar and labels"))
+        self.sheet = QCheckBox(tr("a sheet to look at beside it, with scale bar and labels"))
         self.sheet_format = ComboBox()
         for name in ("png", "pdf"):
             self.sheet_format.addItem(name.upper(), name)
@@ -153,7 +154,9 @@ class OrthoDialog(QDialog):
         low, high = self._studio.models[model.id].data.bounds
         grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
         corners = transform.apply(model.to_world, np.where(grid == 1, high, low))
-        view = views.view_along_line(self._direction.trend_deg, self._direction.plunge_deg)
+        view = view_directions.view_along_line(
+            self._direction.trend_deg, self._direction.plunge_deg
+        )
         return view.frame.to_view(corners, np.asarray(self._seen.centre))
 
     def _extent(self) -> tuple[float, float]:
@@ -174,8 +177,8 @@ class OrthoDialog(QDialog):
         box = self._box()
         deep = float(np.ptp(box[:, 2]))
         metric = model.frame.has_metres
-        self._unit.setText("m  " if metric else self.tr("units  "))
-        cost = views.cost_of_direction(self._error_deg, deep, metric=metric)
+        self._unit.setText("m  " if metric else tr("units  "))
+        cost = view_directions.cost_of_direction(self._error_deg, deep, metric=metric)
         self._cost.setText(cost[:1].upper() + cost[1:])
         self._check()
         # Labels of several lines have their text only now.
@@ -194,8 +197,13 @@ class OrthoDialog(QDialog):
             pixels = (width / gsd) * (height / gsd)
             size = [length(v, metric=self._model().frame.has_metres) for v in (width, height)]
             self._size.setText(
-                f"up to {width / gsd:,.0f} × {height / gsd:,.0f} pixels, "
-                f"{' × '.join(size)}\nproposed: {self._why}"
+                tr(
+                    "up to {width:,.0f} × {height:,.0f} pixels, {size}\nproposed: {why}",
+                    width=width / gsd,
+                    height=height / gsd,
+                    size=" × ".join(size),
+                    why=self._why,
+                )
             )
             if pixels > planning.MAX_PIXELS:
                 why = f"{pixels / 1e6:,.0f} million pixels are too many; make them larger"
@@ -204,14 +212,16 @@ class OrthoDialog(QDialog):
         if why is not None and gsd is not None:
             self._size.setText(why)
         self._start.setEnabled(why is None)
-        self._start.setToolTip("" if why is None else f"Not now: {why}")
+        self._start.setToolTip("" if why is None else tr("Not now: {why}", why=why))
 
     def _browse(self) -> None:
         name, _ = QFileDialog.getSaveFileName(
-            self, self.tr("Write the orthophoto to"), self.target.text(), "GeoTIFF (*.tif)"
+            self, tr("Write the orthophoto to"), self.target.text(), "GeoTIFF (*.tif)"
         )
         if name:
-            self.target.setText(name if name.lower().endswith((".tif", ".tiff")) else f"{name}.tif")
+            self.target.setText(
+                name if name.lower().endswith((".tif", ".tiff")) else tr("{name}.tif", name=name)
+            )
 
     # --- the job ------------------------------------------------------------------------------
     def accept(self) -> None:
@@ -221,7 +231,7 @@ class OrthoDialog(QDialog):
             studio.warn(f"The file of {model.name} is not where it was; locate it first.")
             return
         out = Path(self.target.text()).expanduser()
-        view = views.View(
+        view = view_directions.View(
             self._direction.trend_deg, self._direction.plunge_deg, "as given", self._words
         )
         if self.flip.isChecked():
@@ -250,7 +260,7 @@ class OrthoDialog(QDialog):
                 out,
                 sheet,
             ),
-            title=f"Orthophoto {out.name}",
+            title=tr("Orthophoto {out}", out=out.name),
             on_done=lambda result: _say_done(studio, result),
             on_failed=lambda event: _say_failed(studio, event),
         )
@@ -259,8 +269,8 @@ class OrthoDialog(QDialog):
     def _replace(self, names: list[str]) -> bool:
         answer = QMessageBox.question(
             self,
-            self.tr("Replace?"),
-            self.tr("There already: {0}. Replace?").format(", ".join(names)),
+            tr("Replace?"),
+            tr("There already: {names}. Replace?", names=", ".join(names)),
         )
         return answer == QMessageBox.StandardButton.Yes
 

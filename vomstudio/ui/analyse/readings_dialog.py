@@ -37,8 +37,9 @@ from vomstudio.io.project.readings import (
     what_is_missing,
 )
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.number_formatting import length
 from vomstudio.ui.common.widgets import ComboBox
-from vomstudio.ui.common.wording import length
+from vomstudio.words import tr
 
 _PREVIEW_ROWS = 200
 _FAR_M = 10_000.0
@@ -104,7 +105,7 @@ class ReadingsDialog(QDialog):
         declination: str = "",
     ) -> None:
         super().__init__(parent)
-        self.setWindowTitle(self.tr("Import field measurements: {0}").format(table.path.name))
+        self.setWindowTitle(tr("Import field measurements: {path}", path=table.path.name))
         self.resize(820, 680)
         self._table, self._records, self._place = table, records, place
         self._kinds = [r for r in records.values() if isinstance(r, FeatureType)]
@@ -140,18 +141,18 @@ class ReadingsDialog(QDialog):
     def _make_angles(self) -> QHBoxLayout:
         self._notation = ComboBox()
         self._notation.setObjectName("readings_notation")
-        self._notation.addItem(self.tr("choose…"), None)
+        self._notation.addItem(tr("choose…"), None)
         for text, value in _NOTATIONS:
             self._notation.addItem(text, value)
         self._notation.setCurrentIndex(max(0, self._notation.findData(self._guess.notation)))
         self._notation.activated.connect(lambda _: self._read())
         row = QHBoxLayout()
-        label = QLabel(self.tr("The angles are"))
+        label = QLabel(tr("The angles are"))
         label.setBuddy(self._notation)
         row.addWidget(label)
         row.addWidget(self._notation)
         row.addStretch()
-        row.addWidget(QLabel(self.tr("{0:,} rows").format(len(self._table.rows))))
+        row.addWidget(QLabel(tr("{count:,} rows", count=len(self._table.rows))))
         return row
 
     def _make_preview(self) -> QTableWidget:
@@ -168,7 +169,7 @@ class ReadingsDialog(QDialog):
         for column in range(table.width):
             combo = ComboBox()
             combo.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
-            combo.setAccessibleName(self.tr("What {0} is").format(table.label(column)))
+            combo.setAccessibleName(tr("What {label} is", label=table.label(column)))
             for text, role in _ROLES:
                 combo.addItem(text, role)
             combo.setCurrentIndex(max(0, combo.findData(role_of.get(column, ""))))
@@ -194,31 +195,31 @@ class ReadingsDialog(QDialog):
         self._type.setCurrentIndex(max(0, self._type.findData(type_id)))
         self._type.activated.connect(lambda _: self._say())
         self._set = QLineEdit()
-        self._set.setPlaceholderText(self.tr("none"))
+        self._set.setPlaceholderText(tr("none"))
         self._left = QFormLayout()
-        self._left.addRow(self.tr("Type"), self._type)
-        self._left.addRow(self.tr("Set"), self._set)
+        self._left.addRow(tr("Type"), self._type)
+        self._left.addRow(tr("Set"), self._set)
         self._unknown: dict[str, QComboBox] = {}
         self._north = ComboBox()
         self._north.setObjectName("readings_north")
         for text, value in (
-            (self.tr("choose…"), None),
-            (self.tr("magnetic north, as a compass reads"), "magnetic"),
-            (self.tr("true north (declination was set on the compass)"), "true"),
-            (self.tr("grid north of the project"), "grid"),
+            (tr("choose…"), None),
+            (tr("magnetic north, as a compass reads"), "magnetic"),
+            (tr("true north (declination was set on the compass)"), "true"),
+            (tr("grid north of the project"), "grid"),
         ):
             self._north.addItem(text, value)
         self._north.activated.connect(lambda _: self._say())
         self._declination = QLineEdit(declination)
         self._declination.setObjectName("readings_declination")
-        self._declination.setPlaceholderText(self.tr("degrees east, such as 2.6; west is negative"))
+        self._declination.setPlaceholderText(tr("degrees east, such as 2.6; west is negative"))
         self._declination.textChanged.connect(lambda _: self._say())
         self._convergence = QLabel()
         self._convergence.setWordWrap(True)
         right = QFormLayout()
-        right.addRow(self.tr("Azimuths from"), self._north)
-        right.addRow(self.tr("Declination"), self._declination)
-        right.addRow(self.tr("Convergence"), self._convergence)
+        right.addRow(tr("Azimuths from"), self._north)
+        right.addRow(tr("Declination"), self._declination)
+        right.addRow(tr("Convergence"), self._convergence)
         row = QHBoxLayout()
         row.addLayout(self._left, 2)
         row.addSpacing(16)
@@ -269,7 +270,7 @@ class ReadingsDialog(QDialog):
         self._unknown = {}
         for name in wanted[:8]:
             combo = ComboBox()
-            combo.addItem(self.tr("is a new type"), None)
+            combo.addItem(tr("is a new type"), None)
             for kind in self._kinds:
                 combo.addItem(theme.swatch(kind.color), kind.name, kind.id)
             combo.activated.connect(lambda _: self._say())
@@ -277,7 +278,7 @@ class ReadingsDialog(QDialog):
             self._left.addRow(f"“{name}”", combo)
         if len(wanted) > 8:
             self._left.addRow(
-                QLabel(self.tr("and {0} more become new types").format(len(wanted) - 8))
+                QLabel(tr("and {count} more become new types", count=len(wanted) - 8))
             )
 
     def _show_bad(self) -> None:
@@ -287,9 +288,9 @@ class ReadingsDialog(QDialog):
         self._bad_title.setVisible(bool(bad))
         n = len(bad)
         self._bad_title.setText(
-            self.tr("1 row cannot be read and is left out:")
+            tr("1 row cannot be read and is left out:")
             if n == 1
-            else self.tr("{0} rows cannot be read and are left out:").format(n)
+            else tr("{n} rows cannot be read and are left out:", n=n)
         )
         reasons = {row.line: row.reason for row in bad}
         red = QColor(_UNREADABLE)
@@ -308,7 +309,7 @@ class ReadingsDialog(QDialog):
         self._at: float | None = None
         place = self._place
         if place.crs is None:
-            self._convergence.setText(self.tr("not known: the project has no CRS"))
+            self._convergence.setText(tr("not known: the project has no CRS"))
             return
         places = [row.position for row in self._understood.rows if row.position is not None]
         if places:
@@ -317,18 +318,24 @@ class ReadingsDialog(QDialog):
         elif place.has_position:
             x, y = place.x, place.y
         else:
-            self._convergence.setText(self.tr("not known: nothing has a position yet"))
+            self._convergence.setText(tr("not known: nothing has a position yet"))
             return
         self._at = convergence_deg(place.crs, x, y)
-        where = self.tr("the readings") if places else self.tr("the model")
+        where = tr("the readings") if places else tr("the model")
         if self._at is None:
             self._convergence.setText(
-                self.tr("not known: {0} lie outside {1}").format(where, place.crs)
+                tr("not known: {where} lie outside {crs}", where=where, crs=place.crs)
             )
         else:
             sign = "−" if self._at < 0 else "+"
             self._convergence.setText(
-                f"{sign}{abs(self._at):.2f}° at {where} ({crs_name(place.crs)})"
+                tr(
+                    "{sign}{at:.2f}° at {where} ({crs_name})",
+                    sign=sign,
+                    at=abs(self._at),
+                    where=where,
+                    crs_name=crs_name(place.crs),
+                )
             )
 
     def turn(self) -> Turn | None:
@@ -348,7 +355,7 @@ class ReadingsDialog(QDialog):
         self._declination.setEnabled(self._north.currentData() == "magnetic")
         turn, n = self.turn(), len(self._understood.rows)
         ok = self._buttons.button(QDialogButtonBox.StandardButton.Ok)
-        ok.setText(self.tr("Add 1 reading") if n == 1 else self.tr("Add {0} readings").format(n))
+        ok.setText(tr("Add 1 reading") if n == 1 else tr("Add {n} readings", n=n))
         ok.setEnabled(turn is not None and n > 0)
         lines: list[str] = []
         if self._missing:
@@ -356,9 +363,9 @@ class ReadingsDialog(QDialog):
         elif turn is not None:
             lines.append(f"<b>{turn.sentence()}</b>")
         elif self._north.currentData() is None:
-            lines.append(f"<b>{self.tr('Say from which north the azimuths were read.')}</b>")
+            lines.append(f"<b>{tr('Say from which north the azimuths were read.')}</b>")
         else:
-            asked = self.tr(
+            asked = tr(
                 "Type the declination of the place and date in degrees, east positive (0 if it "
                 "was set on the compass); it is on the map's margin or at a national survey."
             )

@@ -50,9 +50,10 @@ from vomstudio.products.net.contents import (
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
 from vomstudio.products.net.style import NetStyle
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
-from vomstudio.ui.common.wording import natural
+from vomstudio.words import tr
 
 _MARKERS = {"circle": "o", "square": "s", "triangle": "^", "diamond": "D", "pentagon": "p",
             "star": "*"}  # fmt: skip
@@ -129,16 +130,16 @@ class StereonetPanel(QWidget):
         self._stale = True
         self._path: list[tuple[float, float]] = []
         self._projection = ComboBox()
-        self._projection.addItem(self.tr("Equal area"), "area")
-        self._projection.addItem(self.tr("Equal angle"), "angle")
+        self._projection.addItem(tr("Equal area"), tr("area"))
+        self._projection.addItem(tr("Equal angle"), tr("angle"))
         self._projection.setCurrentIndex(self._projection.findData(studio.settings.projection))
         self._projection.activated.connect(self._chosen)
         self._circles = self._toggle(
-            "circle-outline", self.tr("Great circles (while there are few)"), True
+            "circle-outline", tr("Great circles (while there are few)"), True
         )
-        self._poles = self._toggle("circle-medium", self.tr("Poles"), True)
-        self._means = self._toggle("sigma", self.tr("Mean of each type and set"), False)
-        self._beta = self._toggle("axis-arrow", self.tr("Beta and pi-plane of the bedding"), True)
+        self._poles = self._toggle("circle-medium", tr("Poles"), True)
+        self._means = self._toggle("sigma", tr("Mean of each type and set"), False)
+        self._beta = self._toggle("axis-arrow", tr("Beta and pi-plane of the bedding"), True)
         self._export = QToolButton()
         self._export.setDefaultAction(export)
         self._under = QLabel()
@@ -357,7 +358,7 @@ class StereonetPanel(QWidget):
         here = [i for i in ids if i in known]
         record = self._studio.records.get(here[-1]) if here else None
         if len(here) > 1:
-            text = self.tr("{0:,} selected").format(len(here))
+            text = tr("{count:,} selected", count=len(here))
         elif isinstance(record, Typed):
             text = f"{record.name} ± 95 %" if shown and shown.ellipses else record.name
         else:

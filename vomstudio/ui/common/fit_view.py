@@ -12,7 +12,8 @@ from vomstudio.document.figures import Figure, Subject
 from vomstudio.document.kinds import kind_named
 from vomstudio.document.measurement import Measurement
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.wording import orientation_text
+from vomstudio.ui.common.number_formatting import orientation_text
+from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
@@ -124,7 +125,7 @@ class FitView(QWidget):
         fit = measured.fit if measured else None
         verdict = measured.verdict if measured else None
         self._plane.setText(orientation_text(measured, notation, None) if measured else "–")
-        self._plane.setToolTip("Local frame: the model is not registered" if local else "")
+        self._plane.setToolTip(tr("Local frame: the model is not registered") if local else "")
         quality = verdict.quality if verdict else None
         self._badge.setPixmap(theme.verdict_icon(quality).pixmap(18, 18))
         self._word.setText(quality or "")

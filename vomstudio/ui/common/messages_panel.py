@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.studio import Notice
+from vomstudio.words import tr
 
 _ICONS = {
     "info": "information-outline",
@@ -72,7 +73,7 @@ class MessageBar(QFrame):
         close = QToolButton()
         close.setIcon(theme.icon("close"))
         close.setAutoRaise(True)
-        close.setToolTip(self.tr("Close this message"))
+        close.setToolTip(tr("Close this message"))
         close.clicked.connect(self.hide)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(8, 3, 4, 3)

@@ -10,7 +10,7 @@ from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelInd
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
 
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.wording import natural
+from vomstudio.ui.common.number_formatting import natural
 
 _Index = QModelIndex | QPersistentModelIndex
 

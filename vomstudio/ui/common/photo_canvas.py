@@ -24,7 +24,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from vomstudio.rendering.qt import painting
 from vomstudio.rendering.qt.preview_painting import PreviewPainter
-from vomstudio.tools.types import Button, Pointer, Preview
+from vomstudio.tools.interaction_types import Button, Pointer, Preview
 from vomstudio.ui.common.photo_images import Picture
 
 Array = npt.NDArray[np.float64]

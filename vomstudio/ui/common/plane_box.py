@@ -5,9 +5,10 @@ from __future__ import annotations
 from PySide6.QtCore import QSignalBlocker, Signal
 
 from vomstudio.document.kinds import has_plane
+from vomstudio.ui.common.number_formatting import natural, orientation_text
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
-from vomstudio.ui.common.wording import natural, orientation_text
+from vomstudio.words import tr
 
 SELECTED = "*"
 
@@ -59,8 +60,8 @@ class PlaneBox(ComboBox):
             self.clear()
             if self._none is not None:
                 self.addItem(self._none, "")
-            last = self._text(self._last) if self._last else self.tr("none yet")
-            self.addItem(self.tr("selected: ") + last, SELECTED)
+            last = self._text(self._last) if self._last else tr("none yet")
+            self.addItem(tr("selected: ") + last, SELECTED)
             for id_ in ids:
                 self.addItem(self._text(id_), id_)
             if self._follows and (not self._shown or self._shown == self._last):
@@ -72,7 +73,7 @@ class PlaneBox(ComboBox):
     def _text(self, id_: str) -> str:
         record = self._studio.records.get(id_)
         if not has_plane(record) or record is None:
-            return self.tr("a plane that is gone")
+            return tr("a plane that is gone")
         measured = self._studio.measured([id_])[id_]
         return f"{record.name}  {orientation_text(measured, self._studio.settings.notation)}"
 

@@ -6,7 +6,7 @@ import contextlib
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
-from vomstudio.workspace.owner import Call, Timer
+from vomstudio.workspace.owner_thread import Call, Timer
 
 
 class QtTimer:
@@ -28,7 +28,7 @@ class QtTimer:
 
 
 class QtOwner(QObject):
-    """`post` and `later` as `workspace.owner` describes them."""
+    """`post` and `later` as `workspace.owner_thread` describes them."""
 
     _posted = Signal(object)
 

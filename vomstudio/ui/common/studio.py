@@ -6,12 +6,12 @@ from collections.abc import Mapping
 
 from PySide6.QtCore import QObject, Signal
 
-from vomstudio.document.measurements import Measurements
+from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Record
 from vomstudio.document.session import Session
 from vomstudio.io.project.folder import Project
 from vomstudio.io.settings import Settings
-from vomstudio.tools.context import Tool
+from vomstudio.tools.tool_context import Tool
 from vomstudio.ui.common.qt_owner import QtOwner
 from vomstudio.workspace.notices import Notice
 from vomstudio.workspace.workspace import Workspace

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
-from vomstudio.failures import hooks
+from vomstudio.failures import exception_hooks
 
 Work = Callable[[], None]
 
@@ -46,6 +46,6 @@ class WorkerThread:
             try:
                 work()
             except Exception as error:  # noqa: BLE001 - the next piece is wanted all the same
-                hooks.tell(error)
+                exception_hooks.tell(error)
             # Nor may it hold what the piece had in hand while it waits.
             del work

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.ui.common.actions import Command
-from vomstudio.ui.common.chosen import chosen_features, why_none_chosen
+from vomstudio.ui.common.command_targets import chosen_features, why_none_chosen
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.common.studio import Studio
 

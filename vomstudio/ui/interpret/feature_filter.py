@@ -10,8 +10,9 @@ from vomstudio.document import catalogue as of
 from vomstudio.document.figures import Figure, Form
 from vomstudio.document.kinds import FIGURES
 from vomstudio.errors import UsageError
-from vomstudio.ui.common.wording import orientation_text
+from vomstudio.ui.common.number_formatting import orientation_text
 from vomstudio.ui.interpret.feature_row import CLASS, Row
+from vomstudio.words import tr
 
 _WORDS = (of.NAME, of.KIND, of.SET, CLASS, of.QUALITY, of.REASONS, of.NOTES, of.OVERTURNED)
 _FIGURES = (
@@ -81,8 +82,12 @@ def _test(token: str) -> Test:
         near = difflib.get_close_matches(key, _USUAL, 1, 0.4)
         meant = f"did you mean {near[0]}? " if near else ""
         raise UsageError(
-            f"There is no “{condition['key']}” to filter by: {meant}The names are in the tip of "
-            "this line; words with : stand in quotes."
+            tr(
+                "There is no “{key}” to filter by: {meant}The names are in the tip of this "
+                "line; words with : stand in quotes.",
+                key=condition["key"],
+                meant=meant,
+            )
         )
     # In messages a figure has its usual word.
     if key not in _USUAL and figures[0].words:
@@ -90,7 +95,9 @@ def _test(token: str) -> Test:
     op, value = condition["op"], condition["value"].replace('"', "").strip()
     form = figures[0].form
     if not value:
-        raise UsageError(f"“{token}” is not finished: {_wanted(key, form)}.")
+        raise UsageError(
+            tr("“{token}” is not finished: {wanted}.", token=token, wanted=_wanted(key, form))
+        )
     if form == "text":
         return _text_test(token, figures, op, value)
     if form == "flag":
@@ -118,14 +125,16 @@ def _text_test(token: str, figures: tuple[Figure, ...], op: str, value: str) -> 
         return lambda row: any(text in wanted for text in said(row))
     if op == "!=":
         return lambda row: all(text not in wanted for text in said(row))
-    raise UsageError(f"“{token}”: words have no order; write : (contains) or = (is).")
+    raise UsageError(
+        tr("“{token}”: words have no order; write : (contains) or = (is).", token=token)
+    )
 
 
 def _flag_test(token: str, figure: Figure, op: str, value: str) -> Test:
     answers = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}
     word = figure.words[0] if figure.words else figure.name
     if value.casefold() not in answers or op not in (":", "=", "!="):
-        raise UsageError(f"“{token}”: write {word}:yes or {word}:no.")
+        raise UsageError(tr("“{token}”: write {word}:yes or {word}:no.", token=token, word=word))
     wanted = answers[value.casefold()] != (op == "!=")
     return lambda row: bool(row.value(figure)) == wanted
 
@@ -134,7 +143,9 @@ def _number_test(token: str, key: str, figure: Figure, op: str, value: str) -> T
     low, dots, high = value.partition("..")
     if dots:
         if op not in (":", "=", "!="):
-            raise UsageError(f"“{token}”: a range is written {key}:20..45.")
+            raise UsageError(
+                tr("“{token}”: a range is written {key}:20..45.", token=token, key=key)
+            )
         a, b = _number(token, key, figure, low), _number(token, key, figure, high)
 
         def within(x: float) -> bool:
@@ -174,7 +185,9 @@ def _number(token: str, key: str, figure: Figure, text: str) -> float:
     found = _NUMBER.fullmatch(text.strip())
     units = {"m": _METRES, "m2": _SQUARE}.get(figure.unit, {"°": 1.0})
     if found is None or (found["unit"] and found["unit"].casefold() not in units):
-        raise UsageError(f"“{token}” cannot be read: {_wanted(key, figure.form)}.")
+        raise UsageError(
+            tr("“{token}” cannot be read: {wanted}.", token=token, wanted=_wanted(key, figure.form))
+        )
     scale = units[found["unit"].casefold()] if found["unit"] else 1.0
     return float(found["number"].replace(",", ".")) * scale
 

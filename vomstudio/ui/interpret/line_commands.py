@@ -6,7 +6,7 @@ from PySide6.QtWidgets import QWidget
 
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.interpret import relations
+from vomstudio.ui.interpret import plane_relations
 from vomstudio.ui.scene.view_panel import ViewPanel
 
 
@@ -14,18 +14,18 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
     """parent : of the dialogs."""
 
     def too_few_groups() -> str | None:
-        if len(relations.groups_of(studio)) > 1:
+        if len(plane_relations.groups_of(studio)) > 1:
             return None
         return "pick planes of two feature types or sets first"
 
     def ask_for_sets() -> None:
-        relations.IntersectionDialog(studio, parent).open()
+        plane_relations.IntersectionDialog(studio, parent).open()
 
     return [
-        Command("keep_intersection", "&Keep intersection", lambda: relations.keep(studio),
+        Command("keep_intersection", "&Keep intersection", lambda: plane_relations.keep(studio),
                 "vector-intersection", (),
                 "The line where the two selected planes meet, as a feature with its error",
-                lambda: relations.why_not_keep(studio)),
+                lambda: plane_relations.why_not_keep(studio)),
         Command("intersection_of_sets", "&Intersection of sets…", ask_for_sets,
                 "vector-intersection", (),
                 "Where the mean planes of two types or sets meet, such as bedding and fault",

@@ -32,8 +32,8 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.kinds import GROUPS, KINDS, group_of, kind_of
 from vomstudio.document.records import Feature, FeatureType, Model, Record, Typed
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.number_formatting import natural, orientation_text
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.wording import natural, orientation_text
 from vomstudio.ui.interpret.feature_row import row_of
 from vomstudio.ui.interpret.filter_line import FilterLine
 from vomstudio.ui.interpret.tree_menus import TreeMenus
@@ -47,6 +47,7 @@ from vomstudio.ui.interpret.tree_view import (
     FeatureTree,
     TreeItem,
 )
+from vomstudio.words import tr
 
 _OVERTURNED = "\N{CLOCKWISE TOP SEMICIRCLE ARROW}"
 
@@ -73,21 +74,21 @@ class ProjectTree(QWidget):
         self.tree.itemSelectionChanged.connect(self._selected)
         self.tree.itemChanged.connect(self._changed)
         self.tree.dropped.connect(self._dropped)
-        self.filter = FilterLine(self.tr("Filter: words, or dip>30"), wraps=True)
+        self.filter = FilterLine(tr("Filter: words, or dip>30"), wraps=True)
         self.filter.changed.connect(self._filtered)
         self.empty_types = QToolButton()
         self.empty_types.setIcon(theme.icon("shape-plus-outline"))
         self.empty_types.setToolTip(
-            self.tr(
+            tr(
                 "Show the feature types that have no features yet: to drop features onto them, or "
                 "to choose one for what is made next"
             )
         )
-        self.empty_types.setAccessibleName(self.tr("Show empty feature types"))
+        self.empty_types.setAccessibleName(tr("Show empty feature types"))
         self.empty_types.setCheckable(True)
         self.empty_types.toggled.connect(lambda _: self._finish())
         self._empty = QLabel(
-            self.tr("Open an outcrop model\n(Ctrl+O), or drop a file\nonto the window.")
+            tr("Open an outcrop model\n(Ctrl+O), or drop a file\nonto the window.")
         )
         self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._empty.setForegroundRole(QPalette.ColorRole.PlaceholderText)
@@ -122,13 +123,13 @@ class ProjectTree(QWidget):
         with QSignalBlocker(self.tree):
             self.tree.clear()
             self._items.clear()
-            models = self._group("models", self.tr("Models"), "0")
+            models = self._group("models", tr("Models"), "0")
             models.setIcon(NAME, theme.icon("image-filter-hdr"))
             for kind in self._studio.session.of(FeatureType):
                 item = self._group(kind.id, kind.name, "1")
                 item.setIcon(NAME, theme.type_icon(kind.color, kind.symbol))
             for group in GROUPS:
-                item = self._group(group.id, self.tr(group.title), "2")
+                item = self._group(group.id, tr(group.title), "2")
                 item.setIcon(NAME, theme.icon(group.icon))
             self._icons = {kind.name: theme.icon(kind.icon) for kind in KINDS}
             for record in self._studio.session.of(Model):
@@ -182,7 +183,7 @@ class ProjectTree(QWidget):
             | Qt.ItemFlag.ItemIsSelectable
             | Qt.ItemFlag.ItemIsUserCheckable
         )
-        item.setText(ORIENTATION, "" if model.frame.has_north else self.tr("no frame"))
+        item.setText(ORIENTATION, "" if model.frame.has_north else tr("no frame"))
         item.setToolTip(NAME, model.path)
 
     def _put(self, feature: Feature) -> None:
@@ -203,12 +204,12 @@ class ProjectTree(QWidget):
         item.setToolTip(SET, row.set_name)
         judged = measured.verdict is not None or measured.problem is not None
         item.setIcon(ORIENTATION, theme.verdict_icon(row.quality) if judged else QIcon())
-        says = [self.tr("Overturned")] if row.overturned else []
+        says = [tr("Overturned")] if row.overturned else []
         reasons = measured.verdict.reasons if measured.verdict else (measured.problem or "",)
         item.setToolTip(ORIENTATION, "\n".join([*says, *reasons]))
         about = [f"{feature.name}: {row.class_name}", *says]
         if row.set_name:
-            about.append(self.tr("Set: {0}").format(row.set_name))
+            about.append(tr("Set: {set_name}", set_name=row.set_name))
         if feature.notes:
             about.append(feature.notes)
         item.setToolTip(NAME, "\n".join(about))
@@ -242,7 +243,7 @@ class ProjectTree(QWidget):
                     item.setFont(NAME, font)
                     item.setToolTip(
                         NAME,
-                        self.tr("What is made next is of this type")
+                        tr("What is made next is of this type")
                         if id_ == studio.next_type_id
                         else "",
                     )

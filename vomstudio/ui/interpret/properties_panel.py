@@ -26,12 +26,13 @@ from vomstudio.document.records import Feature, Model, get_feature
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
 from vomstudio.ui.common.fit_view import FitView
+from vomstudio.ui.common.number_formatting import length
 from vomstudio.ui.common.plane_box import PlaneBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.widgets import ComboBox
-from vomstudio.ui.common.wording import length
-from vomstudio.ui.interpret import relations
+from vomstudio.ui.interpret import plane_relations
+from vomstudio.words import tr
 
 
 class PropertiesPanel(QWidget):
@@ -39,7 +40,7 @@ class PropertiesPanel(QWidget):
         super().__init__()
         self._studio = studio
         self._shown: list[str] = []
-        self._nothing = QLabel(self.tr("Select a plane in the outcrop, table, tree or net."))
+        self._nothing = QLabel(tr("Select a plane in the outcrop, table, tree or net."))
         self._nothing.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._nothing.setWordWrap(True)
         self._nothing.setForegroundRole(QPalette.ColorRole.PlaceholderText)
@@ -71,7 +72,7 @@ class PropertiesPanel(QWidget):
         form.setVerticalSpacing(3)
         self.fields = {each.field: self._field(each) for each in ATTRIBUTES}
         for each in ATTRIBUTES:
-            form.addRow(self.tr(each.title), self.fields[each.field])
+            form.addRow(tr(each.title), self.fields[each.field])
         layout = QVBoxLayout(page)
         layout.setContentsMargins(6, 4, 6, 4)
         layout.addWidget(self._relation)
@@ -90,19 +91,19 @@ class PropertiesPanel(QWidget):
             types.activated.connect(lambda _: self._change(**{name: types.currentData()}))
             return types
         if attribute.form == "flag":
-            flag = QCheckBox(self.tr(attribute.text))
+            flag = QCheckBox(tr(attribute.text))
             flag.clicked.connect(lambda on: self._change(**{name: bool(on)}))
             return flag
         if attribute.form == "choice":
             box = ComboBox()
             for value, text in attribute.choices:
-                box.addItem(self.tr(text), value)
+                box.addItem(tr(text), value)
             if len(attribute.choices) > 2:
                 box.keep_narrow()
             box.activated.connect(lambda _: self._change(**{name: box.currentData()}))
             return box
         if attribute.form == "plane":
-            planes = PlaneBox(self._studio, self.tr("none"), follow=False)
+            planes = PlaneBox(self._studio, tr("none"), follow=False)
             planes.chosen.connect(lambda id_: self._lay_on(name, id_))
             return planes
         line = QLineEdit()
@@ -114,7 +115,7 @@ class PropertiesPanel(QWidget):
         self._model = QLabel()
         self._model.setWordWrap(True)
         self._model.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        button = QPushButton(self.tr("Declare frame…"))
+        button = QPushButton(tr("Declare frame…"))
         button.clicked.connect(declare.trigger)
         layout = QVBoxLayout(page)
         layout.setContentsMargins(6, 4, 6, 4)
@@ -170,14 +171,16 @@ class PropertiesPanel(QWidget):
 
     def _show_relation(self) -> None:
         """Of two selected planes."""
-        relation = relations.of_selected(self._studio)
+        relation = plane_relations.of_selected(self._studio)
         self._relation.setVisible(relation is not None)
         self._keep.setVisible(relation is not None)
         if relation is None:
             return
         names = " and ".join(self._studio.records[i].name for i in self._studio.selection.ids)
         measured = self._studio.measure(relation)
-        self._relation.setText("<br>".join([f"<b>{escape(names)}</b>", *relations.words(measured)]))
+        self._relation.setText(
+            "<br>".join([f"<b>{escape(names)}</b>", *plane_relations.words(measured)])
+        )
         self._keep.setEnabled(measured.line is not None)
 
     def _show_feature(self, feature: Feature) -> None:
@@ -193,7 +196,7 @@ class PropertiesPanel(QWidget):
             self._form.setRowVisible(widget, attribute is not None and attribute.applies(feature))
             label = self._form.labelForField(widget)
             if attribute is not None and isinstance(label, QLabel):
-                label.setText(self.tr(attribute.title))
+                label.setText(tr(attribute.title))
             if hasattr(feature, name):
                 _show(widget, getattr(feature, name))
         lines = kind.about(self._studio.subject(feature, measured))

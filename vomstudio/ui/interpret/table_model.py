@@ -20,8 +20,8 @@ from vomstudio.document.figures import Figure
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.records import Feature, get_feature
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.number_formatting import natural, orientation_text
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.wording import natural, orientation_text
 from vomstudio.ui.interpret.feature_filter import Test
 from vomstudio.ui.interpret.feature_row import Row, row_of
 

@@ -27,6 +27,7 @@ from vomstudio.document.edit import Edit
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.interpret.filter_line import FilterLine
 from vomstudio.ui.interpret.table_model import COLUMNS, OrientationModel, SortedRows
+from vomstudio.words import tr
 
 # Column widths are taken from so many rows: all of a thousand would hold the window up.
 _MEASURED_ROWS = 50
@@ -63,7 +64,7 @@ class TablePanel(QWidget):
         copy = QShortcut(QKeySequence.StandardKey.Copy, self.view)
         copy.setContext(Qt.ShortcutContext.WidgetShortcut)
         copy.activated.connect(self.copy_rows)
-        self._filter = FilterLine(self.tr("Filter: words, or dip>30 quality:good"))
+        self._filter = FilterLine(tr("Filter: words, or dip>30 quality:good"))
         self._filter.setMaximumWidth(360)
         self._filter.changed.connect(self._filtered)
         self._count = QLabel()
@@ -71,7 +72,7 @@ class TablePanel(QWidget):
         button.setDefaultAction(export)
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self._empty = QLabel(
-            self.tr("Planes appear here. Choose Trace (T) and click along a bed on the outcrop.")
+            tr("Planes appear here. Choose Trace (T) and click along a bed on the outcrop.")
         )
         self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._empty.setForegroundRole(QPalette.ColorRole.PlaceholderText)
@@ -122,7 +123,7 @@ class TablePanel(QWidget):
             action.toggled.connect(partial(self._show_column, column.title))
         menu.setToolTipsVisible(True)
         menu.addSeparator()
-        menu.addAction(self.tr("Show all columns"), lambda: self._hide_columns([]))
+        menu.addAction(tr("Show all columns"), lambda: self._hide_columns([]))
         return menu
 
     def _show_column(self, title: str, shown: bool) -> None:
@@ -189,9 +190,9 @@ class TablePanel(QWidget):
     def _counted(self) -> None:
         total, shown = self.model.rowCount(), self._sorted.rowCount()
         self._count.setText(
-            f"{total} feature{'s' if total != 1 else ''}"
+            tr("{total} feature{value}", total=total, value="s" if total != 1 else "")
             if shown == total
-            else f"{shown} of {total} features"
+            else tr("{shown} of {total} features", shown=shown, total=total)
         )
         self._empty.setVisible(total == 0)
         self.view.setVisible(total > 0)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from vomstudio.errors import VomError
-from vomstudio.tools.entry import ToolEntry
-from vomstudio.tools.found import TOOLS
 from vomstudio.tools.polyline import PolylineTool
+from vomstudio.tools.registry import TOOLS
+from vomstudio.tools.tool_entry import ToolEntry
 from vomstudio.ui.common.actions import Command
-from vomstudio.ui.common.chosen import why_no_model, why_none_chosen
-from vomstudio.ui.common.ports import Docks
+from vomstudio.ui.common.command_targets import why_no_model, why_none_chosen
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.window_protocols import Docks
 from vomstudio.ui.scene.view_panel import ViewPanel
 
 NOTHING_OPEN = "nothing is being picked"

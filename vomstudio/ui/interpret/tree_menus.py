@@ -15,6 +15,7 @@ from vomstudio.document.kinds import GROUPS, group_of
 from vomstudio.document.records import FeatureType, Record, Typed
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.studio import Studio
+from vomstudio.words import tr
 
 GROUP_IDS = ("models", *(group.id for group in GROUPS))
 
@@ -52,11 +53,11 @@ class TreeMenus(QObject):
         elif id_ in GROUP_IDS:
             self._add_eye(menu, id_)
         else:
-            menu.addAction(self.tr("Feature types…"), lambda: self._edit_type(""))
+            menu.addAction(tr("Feature types…"), lambda: self._edit_type(""))
         return menu
 
     def _add_types(self, menu: QMenu, present: str) -> None:
-        types = menu.addMenu(self.tr("Change &type to"))
+        types = menu.addMenu(tr("Change &type to"))
         for kind in self._studio.session.of(FeatureType):
             action = types.addAction(theme.type_icon(kind.color, kind.symbol), kind.name)
             action.setCheckable(True)
@@ -69,7 +70,7 @@ class TreeMenus(QObject):
         visible = self._studio.visible(id_)
         menu.addAction(
             theme.icon("eye-off-outline" if visible else "eye-outline"),
-            self.tr("Hide") if visible else self.tr("Show"),
+            tr("Hide") if visible else tr("Show"),
             lambda: self._studio.set_visible([id_], not visible),
         )
 
@@ -77,28 +78,28 @@ class TreeMenus(QObject):
         studio = self._studio
         own = [f.id for f in studio.session.features() if group_of(f) == kind.id]
         chosen = menu.addAction(
-            self.tr("&Next features are of this type"),
+            tr("&Next features are of this type"),
             lambda: studio.set_next(kind.id, studio.next_set),
         )
         chosen.setCheckable(True)
         chosen.setChecked(kind.id == studio.next_type_id)
-        every = menu.addAction(self.tr("&Select its features"), lambda: studio.selection.set(own))
+        every = menu.addAction(tr("&Select its features"), lambda: studio.selection.set(own))
         every.setEnabled(bool(own))
         menu.addSeparator()
         self._add_eye(menu, kind.id)
-        only = menu.addAction(self.tr("Show &only these"), lambda: studio.show_only(own))
+        only = menu.addAction(tr("Show &only these"), lambda: studio.show_only(own))
         only.setEnabled(bool(own))
         menu.addSeparator()
-        menu.addAction(self.tr("&Rename…"), lambda: self._edit_type(kind.id))
-        colors = menu.addMenu(self.tr("&Colour"))
+        menu.addAction(tr("&Rename…"), lambda: self._edit_type(kind.id))
+        colors = menu.addMenu(tr("&Colour"))
         for name, color in theme.COLORS:
             action = colors.addAction(theme.swatch(color), name)
             action.setCheckable(True)
             action.setChecked(color == kind.color)
             action.triggered.connect(partial(self._change_kind, kind, "color", color))
         colors.addSeparator()
-        colors.addAction(self.tr("Other…"), lambda: self._edit_type(kind.id))
-        symbols = menu.addMenu(self.tr("S&ymbol"))
+        colors.addAction(tr("Other…"), lambda: self._edit_type(kind.id))
+        symbols = menu.addMenu(tr("S&ymbol"))
         for symbol in theme.SYMBOLS:
             action = symbols.addAction(theme.type_icon(kind.color, symbol), symbol)
             action.setCheckable(True)
@@ -106,11 +107,11 @@ class TreeMenus(QObject):
             action.triggered.connect(partial(self._change_kind, kind, "symbol", symbol))
         menu.addAction(
             theme.icon("delete-outline"),
-            self.tr("Re&move type"),
+            tr("Re&move type"),
             lambda: studio.attempt(edits.remove_type, kind.id),
         )
         menu.addSeparator()
-        menu.addAction(theme.icon("shape-outline"), self.tr("Feature &types…"),
+        menu.addAction(theme.icon("shape-outline"), tr("Feature &types…"),
                        lambda: self._edit_type(kind.id))  # fmt: skip
 
     def _change_kind(self, kind: FeatureType, field: str, value: str, *_: object) -> None:

@@ -25,6 +25,8 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QLabel, QTreeWidget, QTreeWidgetItem
 
+from vomstudio.words import tr
+
 ID = Qt.ItemDataRole.UserRole
 SORT = Qt.ItemDataRole.UserRole + 1
 NAME, ORIENTATION, SET = 0, 1, 2
@@ -93,7 +95,9 @@ class FeatureTree(QTreeWidget):
         drag = QDrag(self)
         drag.setMimeData(data)
         label = QLabel(
-            f" {chosen[0].text(NAME)} " if len(chosen) == 1 else f" {len(chosen)} features "
+            f" {chosen[0].text(NAME)} "
+            if len(chosen) == 1
+            else tr(" {count} features ", count=len(chosen))
         )
         label.setAutoFillBackground(True)
         label.setBackgroundRole(QPalette.ColorRole.Highlight)

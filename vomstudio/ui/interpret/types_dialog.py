@@ -32,6 +32,7 @@ from vomstudio.errors import VomError
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.words import tr
 
 _ID = Qt.ItemDataRole.UserRole
 
@@ -40,7 +41,7 @@ class TypesDialog(QDialog):
     def __init__(self, parent: QWidget, studio: Studio, type_id: str = "") -> None:
         super().__init__(parent)
         self._studio = studio
-        self.setWindowTitle(self.tr("Feature types"))
+        self.setWindowTitle(tr("Feature types"))
         self.setMinimumSize(560, 360)
         self.list = QListWidget()
         self.list.setObjectName("types_list")
@@ -55,17 +56,17 @@ class TypesDialog(QDialog):
         self.symbol.activated.connect(lambda _: self._change(symbol=self.symbol.currentData()))
         self.nature = ComboBox()
         self.nature.setObjectName("type_nature")
-        self.nature.addItem(self.tr("planes (beds, faults, joints)"), "plane")
-        self.nature.addItem(self.tr("lines (axes, striations)"), "line")
+        self.nature.addItem(tr("planes (beds, faults, joints)"), tr("plane"))
+        self.nature.addItem(tr("lines (axes, striations)"), tr("line"))
         self.nature.activated.connect(lambda _: self._change(geometry=self.nature.currentData()))
         self.used = QLabel()
         self.used.setWordWrap(True)
         self.says = QLabel()
         self.says.setWordWrap(True)
-        self.add_button = QPushButton(theme.icon("plus"), self.tr("Add"))
+        self.add_button = QPushButton(theme.icon("plus"), tr("Add"))
         self.add_button.setObjectName("type_add")
         self.add_button.clicked.connect(self._add)
-        self.remove_button = QPushButton(theme.icon("delete-outline"), self.tr("Remove"))
+        self.remove_button = QPushButton(theme.icon("delete-outline"), tr("Remove"))
         self.remove_button.setObjectName("type_remove")
         self.remove_button.clicked.connect(self._remove)
         # Enter in the name ends the typing, not the dialog.
@@ -91,19 +92,19 @@ class TypesDialog(QDialog):
             self.colors[color] = button
             row.addWidget(button)
         self.other_color = QToolButton()
-        self.other_color.setText(self.tr("Other…"))
+        self.other_color.setText(tr("Other…"))
         self.other_color.setToolTip(
-            self.tr("The eight colours beside can be told apart by colour-blind readers too")
+            tr("The eight colours beside can be told apart by colour-blind readers too")
         )
         self.other_color.setCheckable(True)
         self.other_color.clicked.connect(self._choose_color)
         row.addWidget(self.other_color)
         row.addStretch()
         form = QFormLayout()
-        form.addRow(self.tr("Name"), self.name)
-        form.addRow(self.tr("Colour"), colors)
-        form.addRow(self.tr("Symbol"), self.symbol)
-        form.addRow(self.tr("Its features are"), self.nature)
+        form.addRow(tr("Name"), self.name)
+        form.addRow(tr("Colour"), colors)
+        form.addRow(tr("Symbol"), self.symbol)
+        form.addRow(tr("Its features are"), self.nature)
         form.addRow("", self.used)
         right = QVBoxLayout()
         right.addLayout(form)
@@ -160,7 +161,7 @@ class TypesDialog(QDialog):
             button.setChecked(color == kind.color)
         own = kind.color not in self.colors
         self.other_color.setChecked(own)
-        self.other_color.setText(kind.color if own else self.tr("Other…"))
+        self.other_color.setText(kind.color if own else tr("Other…"))
         self.symbol.clear()
         for symbol in theme.SYMBOLS:
             self.symbol.addItem(theme.type_icon(kind.color, symbol), symbol, symbol)
@@ -170,11 +171,11 @@ class TypesDialog(QDialog):
             isinstance(f, Typed) and f.type_id == kind.id for f in self._studio.session.features()
         )
         self.used.setText(
-            self.tr("{0} features are of this type").format(count)
+            tr("{count} features are of this type", count=count)
             if count > 1
-            else self.tr("one feature is of this type")
+            else tr("one feature is of this type")
             if count
-            else self.tr("not used yet")
+            else tr("not used yet")
         )
 
     def _edited(self, edit: Edit) -> None:
@@ -200,7 +201,7 @@ class TypesDialog(QDialog):
     def _choose_color(self) -> None:
         kind = self._studio.records.get(self.type_id)
         assert isinstance(kind, FeatureType)
-        chosen = QColorDialog.getColor(QColor(kind.color), self, self.tr("Colour of the type"))
+        chosen = QColorDialog.getColor(QColor(kind.color), self, tr("Colour of the type"))
         if chosen.isValid():
             self._change(color=chosen.name())
         else:
@@ -226,7 +227,7 @@ class TypesDialog(QDialog):
             action = menu.addAction(theme.type_icon(kind.color, kind.symbol), kind.name)
             action.triggered.connect(partial(self._do, edits.add_type, kind))
         menu.addSeparator()
-        menu.addAction(self.tr("One of your own"), self._add_own)
+        menu.addAction(tr("One of your own"), self._add_own)
         menu.exec(self.add_button.mapToGlobal(self.add_button.rect().bottomLeft()))
 
     def _add_own(self) -> None:

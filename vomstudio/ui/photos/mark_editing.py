@@ -14,6 +14,7 @@ from vomstudio.ui.photos.opened_photo import OpenedPhoto
 from vomstudio.ui.photos.photo_marks import PhotoMarks
 from vomstudio.ui.photos.photo_tools import PhotoTools
 from vomstudio.ui.photos.points_box import PointsBox
+from vomstudio.words import tr
 
 
 class MarkEditing(QObject):
@@ -86,7 +87,7 @@ class MarkEditing(QObject):
     def new_point(self) -> None:
         label = self._marks.marking.free_label()
         made = self._marks.marking.begun_with(label)
-        self._marks.change(self.tr("New point"), made)
+        self._marks.change(tr("New point"), made)
         self._points.choose(label)
         self._tools.take_up(MARK)
         self._canvas.setFocus()
@@ -94,23 +95,23 @@ class MarkEditing(QObject):
     def remove_point(self) -> None:
         label = self._points.label
         made = self._marks.marking.removed(label)
-        self._marks.change(self.tr("Remove {0}").format(label), made)
+        self._marks.change(tr("Remove {label}", label=label), made)
         self._points.choose("")
 
     def import_table(self, folder: Path, parent: QWidget, *, marks: bool) -> None:
         """Control points, or marks, of a file that is asked for, first in the folder."""
-        title = self.tr("Marks in photos") if marks else self.tr("Control points")
-        kinds = self.tr("Tables (*.csv *.txt *.tsv);;All files (*)")
+        title = tr("Marks in photos") if marks else tr("Control points")
+        kinds = tr("Tables (*.csv *.txt *.tsv);;All files (*)")
         name, _ = QFileDialog.getOpenFileName(parent, title, str(folder), kinds)
         if not name:
             return
         try:
             if marks:
                 count, said = self._marks.import_marks(Path(name))
-                words = self.tr("{0} marks read. {1}").format(count, said)
+                words = tr("{count} marks read. {said}", count=count, said=said)
             else:
                 count = self._marks.import_points(Path(name))
-                words = self.tr("{0} points read.").format(count)
+                words = tr("{count} points read.", count=count)
         except VomError as error:
             self.said.emit(str(error), "error")
             return
@@ -123,7 +124,7 @@ class MarkEditing(QObject):
     def remove_mark(self) -> None:
         label, photo = self._points.label, self._photo.name
         made = self._marks.marking.unmarked(label, photo)
-        self._marks.change(self.tr("Remove the mark of {0}").format(label), made)
+        self._marks.change(tr("Remove the mark of {label}", label=label), made)
 
     def _place(self, x: float, y: float, join: str | None = None) -> None:
         """Mark the chosen point here; without one, a new tie point."""
@@ -132,7 +133,7 @@ class MarkEditing(QObject):
         key = None if join is None else (join, label, photo)
         made = marking.marked(label, photo, (x, y))
         self._photo.stay_at(label)
-        self._marks.change(self.tr("Mark {0}").format(label), made, key)
+        self._marks.change(tr("Mark {label}", label=label), made, key)
         self._points.choose(label)
 
     def _typed(self, x: float, y: float) -> None:
@@ -142,7 +143,7 @@ class MarkEditing(QObject):
         photo = self._photo.name
         made = self._marks.marking.marked(label, photo, (x, y))
         self._marks.change(
-            self.tr("Move {0}").format(label), made, ("drag", label, photo), goes_on=goes_on
+            tr("Move {label}", label=label), made, ("drag", label, photo), goes_on=goes_on
         )
 
     def _nudge(self, dx: float, dy: float) -> None:

@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.ui.common import theme
 from vomstudio.ui.photos.mark_canvas import MarkCanvas
+from vomstudio.words import tr
 
 _STEPS = 100
 _LEAST, _MOST = 2.0, 600.0
@@ -27,7 +28,7 @@ _LEAST, _MOST = 2.0, 600.0
 
 class MaskBox(QGroupBox):
     def __init__(self, canvas: MarkCanvas) -> None:
-        super().__init__(self.tr("Mask"))
+        super().__init__(tr("Mask"))
         self._canvas = canvas
         self.words = QLabel()
         self.words.setObjectName("mask_words")
@@ -36,10 +37,10 @@ class MaskBox(QGroupBox):
         group = QButtonGroup(self)
         row = QHBoxLayout()
         for button, text, icon, tip in (
-            (self.hide_button, self.tr("Leave out"), "eye-off-outline",
-             self.tr("What is drawn is not used: sky, plants, people, one's own shadow (X)")),
-            (self.keep_button, self.tr("Keep"), "eraser",
-             self.tr("What is drawn is used again: an eraser of the mask (X)")),
+            (self.hide_button, tr("Leave out"), "eye-off-outline",
+             tr("What is drawn is not used: sky, plants, people, one's own shadow (X)")),
+            (self.keep_button, tr("Keep"), "eraser",
+             tr("What is drawn is used again: an eraser of the mask (X)")),
         ):  # fmt: skip
             button.setText(text)
             button.setIcon(theme.icon(icon))
@@ -54,13 +55,13 @@ class MaskBox(QGroupBox):
         self.brush_size = QSlider(Qt.Orientation.Horizontal)
         self.brush_size.setObjectName("brush_size")
         self.brush_size.setRange(0, _STEPS)
-        self.brush_size.setToolTip(self.tr("Radius of the brush ([ and ], or Ctrl and the wheel)"))
+        self.brush_size.setToolTip(tr("Radius of the brush ([ and ], or Ctrl and the wheel)"))
         self.brush_size.valueChanged.connect(self._size_changed)
         self._size_words = QLabel()
         self._size_words.setMinimumWidth(self.fontMetrics().horizontalAdvance("0000 px"))
         self._size_words.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         brush = QHBoxLayout()
-        brush.addWidget(QLabel(self.tr("Brush")))
+        brush.addWidget(QLabel(tr("Brush")))
         brush.addWidget(self.brush_size, 1)
         brush.addWidget(self._size_words)
         more = QGridLayout()
@@ -93,12 +94,12 @@ class MaskBox(QGroupBox):
             # Each step is by the same factor.
             share = log(self._canvas.radius / _LEAST) / log(_MOST / _LEAST)
             self.brush_size.setValue(round(_STEPS * share))
-        self._size_words.setText(f"{self._canvas.radius:.0f} px")
+        self._size_words.setText(tr("{radius:.0f} px", radius=self._canvas.radius))
         self._canvas.update()
 
     def _size_changed(self, step: int) -> None:
         self._canvas.radius = _LEAST * (_MOST / _LEAST) ** (step / _STEPS)
-        self._size_words.setText(f"{self._canvas.radius:.0f} px")
+        self._size_words.setText(tr("{radius:.0f} px", radius=self._canvas.radius))
         self._canvas.update()
 
     def turn_over(self) -> None:

@@ -11,6 +11,7 @@ from vomstudio.photogrammetry.place.mark_prediction import Pixel
 from vomstudio.ui.common.photo_images import PhotoImages, Picture
 from vomstudio.ui.photos.mark_canvas import MarkCanvas
 from vomstudio.ui.photos.photo_row import PhotoRow
+from vomstudio.words import tr
 
 
 class OpenedPhoto(QObject):
@@ -38,7 +39,7 @@ class OpenedPhoto(QObject):
         self._canvas.set_photo(row.width, row.height)
         picture = self._images.picture(Path(row.path))
         self._pictured_once = picture is not None
-        self._canvas.message = "" if picture else self.tr("Reading {0}…").format(name)
+        self._canvas.message = "" if picture else tr("Reading {name}…", name=name)
         if picture is not None:
             self._canvas.set_picture(picture)
 
@@ -54,7 +55,9 @@ class OpenedPhoto(QObject):
                 self._pictured_once = True
                 self.turned.emit()
         else:
-            self._canvas.message = self.tr("{0} cannot be shown: {1}").format(row.name, picture)
+            self._canvas.message = tr(
+                "{row} cannot be shown: {picture}", row=row.name, picture=picture
+            )
             self._canvas.update()
 
     # --- where it is looked at ---------------------------------------------------------------

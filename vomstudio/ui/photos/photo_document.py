@@ -27,7 +27,7 @@ from vomstudio.document.records import Asset, ImageMark, MarkedPoint, Mask, Phot
 from vomstudio.errors import VomError
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.project.assets import asset_path
-from vomstudio.io.project.taking_in import stored_path
+from vomstudio.io.project.sidecar_import import stored_path
 from vomstudio.photogrammetry.place.mark_prediction import Marking
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.photos.photo_row import PhotoRow

@@ -17,11 +17,12 @@ from vomstudio.files.backup import set_aside
 from vomstudio.io.control.points import CONTROL, MARKS
 from vomstudio.io.control.writing import write_control, write_marks
 from vomstudio.io.photos.drawn_masks import keep_mask, load_mask, mask_place
-from vomstudio.io.project.taking_in import Beside, read_beside, spare_folder
+from vomstudio.io.project.sidecar_import import Beside, read_beside, spare_folder
 from vomstudio.photogrammetry.place.mark_prediction import Marking
-from vomstudio.ui.common.background import Background
+from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_row import PhotoRow
+from vomstudio.words import tr
 
 _SOON_MS = 300
 
@@ -164,8 +165,8 @@ class PhotoExports(QObject):
         except TargetError as error:
             self.problem = str(error)
             self.said.emit(
-                self.tr("The points are kept in the project, but their tables are not up to date: "
-                        "{0}").format(error), "warning",
+                tr("The points are kept in the project, but their tables are not up to date: "
+"{error}", error=error), "warning",
             )  # fmt: skip
         self.tables_written.emit()
 
@@ -184,9 +185,11 @@ class PhotoExports(QObject):
             except (OSError, TargetError):
                 raise error from None
             self.said.emit(
-                self.tr(
-                    "The photos' folder cannot be written: {0} is kept in the project, {1}"
-                ).format(name, spare),
+                tr(
+                    "The photos' folder cannot be written: {name} is kept in the project, {spare}",
+                    name=name,
+                    spare=spare,
+                ),
                 "warning",
             )
 
@@ -204,13 +207,17 @@ class PhotoExports(QObject):
             else:
                 kept = write_marks(path, now.marks) or kept
         except OSError as error:
-            raise TargetError(f"it cannot be written ({error.strerror}).", file=path) from error
+            raise TargetError(
+                tr("it cannot be written ({strerror}).", strerror=error.strerror), file=path
+            ) from error
         self._known[path.name] = _sum(path)
         self._document.set_written(self._known)
         if kept is not None:
             self.said.emit(
-                self.tr("{0} held more than is kept here; it was put aside as {1}").format(
-                    path.name, kept.name
+                tr(
+                    "{path} held more than is kept here; it was put aside as {kept}",
+                    path=path.name,
+                    kept=kept.name,
                 ),
                 "info",
             )
@@ -264,9 +271,12 @@ class PhotoExports(QObject):
         if isinstance(made, VomError):
             if str(made) != self.problem:
                 self.said.emit(
-                    self.tr("The masks are kept in the project, but not beside the photos: {0}")
-                    .format(made), "warning",
-                )  # fmt: skip
+                    tr(
+                        "The masks are kept in the project, but not beside the photos: {problem}",
+                        problem=made,
+                    ),
+                    "warning",
+                )
             self.problem = str(made)
             return
         path, kept = made
@@ -275,7 +285,7 @@ class PhotoExports(QObject):
         self._document.set_written(self._known)
         if kept is not None:
             self.said.emit(
-                self.tr("The mask that was there was put aside as {0}").format(kept.name), "info"
+                tr("The mask that was there was put aside as {kept}", kept=kept.name), "info"
             )
         self.mask_written.emit(name, path)
 

@@ -14,6 +14,7 @@ from vomstudio.ui.common import theme
 from vomstudio.ui.common.photo_images import THUMBNAIL
 from vomstudio.ui.photos.photo_marks import PhotoMarks
 from vomstudio.ui.photos.photo_row import PhotoRow
+from vomstudio.words import tr
 
 
 class PhotoList(QListWidget):
@@ -94,24 +95,24 @@ class PhotoList(QListWidget):
             sight = self._marks.sight(label)
             residual = sight.residuals_px.get(name)
             if name in self._marks.marking.of(label):
-                said.append(self.tr("{0} marked").format(label))
+                said.append(tr("{label} marked", label=label))
                 if residual is not None:
                     said.append(f"{residual:.2f} px")
                 worst = sight.worst
                 bad = worst is not None and worst[0] == name and worst[1] > BAD_PX
             elif name in sight.expected:
-                said.append(self.tr("{0} expected").format(label))
+                said.append(tr("{label} expected", label=label))
         elif count:
-            said.append(self.tr("1 mark") if count == 1 else self.tr("{0} marks").format(count))
+            said.append(tr("1 mark") if count == 1 else tr("{count} marks", count=count))
         if self._rows[name].mask is not None:
-            said.append(self.tr("mask"))
+            said.append(tr("mask"))
         cameras = self._marks.cameras
         if cameras is not None:
             part = cameras.part_of(name)
             if part is None:
-                said.append(self.tr("not placed"))
+                said.append(tr("not placed"))
             elif part:
-                said.append(self.tr("part {0}").format(part + 1))
+                said.append(tr("part {part}", part=part + 1))
         return " · ".join(said), bad
 
     def open(self, name: str) -> None:

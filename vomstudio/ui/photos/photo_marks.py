@@ -19,6 +19,7 @@ from vomstudio.photogrammetry.place.mark_prediction import (
     missing,
 )
 from vomstudio.ui.photos.photo_document import PhotoDocument
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -106,13 +107,17 @@ class PhotoMarks(QObject):
         points, crs = read_control(path), crs_of(path)
         if self.marking.control and None not in (crs, self.crs) and crs != self.crs:
             raise InputError(
-                f"is in {crs}, the points that are here are in {self.crs}: bring them into one CRS",
+                tr(
+                    "is in {crs}, the points that are here are in {crs_2}: bring them into one CRS",
+                    crs=crs,
+                    crs_2=self.crs,
+                ),
                 file=path,
             )
         made = self.marking
         for point in points:
             made = made.placed(point)
-        self._document.set_marking(self.tr("Import {0}").format(path.name), made, crs=crs)
+        self._document.set_marking(tr("Import {path}", path=path.name), made, crs=crs)
         return len(points)
 
     def import_marks(self, path: Path) -> tuple[int, str]:
@@ -120,7 +125,7 @@ class PhotoMarks(QObject):
         what is remarkable. Raises InputError."""
         marks = read_marks(path)
         made, strangers = self.marking.with_marks(marks, self.photos)
-        self.change(self.tr("Import {0}").format(path.name), made)
+        self.change(tr("Import {path}", path=path.name), made)
         return len(marks), not_there(strangers) if strangers else ""
 
 

@@ -14,9 +14,10 @@ from vomstudio.errors import VomError
 from vomstudio.geometry.pixel_areas import Area, changed_by
 from vomstudio.io.photos.drawn_masks import load_mask, mask_png
 from vomstudio.io.project.assets import keep_asset
-from vomstudio.ui.common.background import Background
+from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_row import PhotoRow
+from vomstudio.words import tr
 
 Flags = npt.NDArray[np.bool_]
 _KEPT = 3
@@ -156,7 +157,7 @@ class PhotoMasks(QObject):
         self._going_on = False
         shape = self.last
         if shape is not None and changed:
-            words = self.tr("Leave out") if shape.hides else self.tr("Keep")
+            words = tr("Leave out") if shape.hides else tr("Keep")
             self._keep(words, shape.photo)
 
     def draw_once(self, name: str, area: Area, hides: bool) -> None:
@@ -168,7 +169,7 @@ class PhotoMasks(QObject):
         used = self._masks.get(name)
         if used is not None:
             np.logical_not(used, out=used)
-            self._keep(self.tr("Invert the mask"), name)
+            self._keep(tr("Invert the mask"), name)
 
     def _keep(self, words: str, name: str) -> None:
         """The mask as it is now becomes a record; where it cannot be written it is as before."""
@@ -202,11 +203,11 @@ class PhotoMasks(QObject):
     def why_not_repeat(self) -> str | None:
         shape = self.last
         if shape is None or not shape.areas:
-            return self.tr("draw what is to be the same in all photos first")
+            return tr("draw what is to be the same in all photos first")
         if self.busy:
             return self.busy
         if not self._like(shape.photo):
-            return self.tr("no other photo has the size of this one")
+            return tr("no other photo has the size of this one")
         return None
 
     def _like(self, name: str) -> list[str]:
@@ -249,7 +250,9 @@ class PhotoMasks(QObject):
                 done()
                 return
             count = len(others) - len(waiting)
-            self._set_busy(self.tr("drawing: {0} of {1} photos").format(count, len(others)))
+            self._set_busy(
+                tr("drawing: {count} of {count_2} photos", count=count, count_2=len(others))
+            )
             name = waiting.pop(0)
             drawn_on[name] = self._document.masks().get(name)
             self._background.run(lambda: draw(name), lambda drawn: arrived(name, drawn))
@@ -265,11 +268,11 @@ class PhotoMasks(QObject):
                 proceed()
                 return
             self._set_busy("")
-            if made and self._document.set_masks(self.tr("The same on all photos"), made):
+            if made and self._document.set_masks(tr("The same on all photos"), made):
                 self._forget()
-            said = self.tr("Drawn into {0} more photos").format(len(made))
+            said = tr("Drawn into {count} more photos", count=len(made))
             if left:
-                said += self.tr("; {0} of another size are as they were").format(left)
+                said += tr("; {left} of another size are as they were", left=left)
             self.said.emit(said, "info")
 
         proceed()

@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from vomstudio.io.control.control_files import find_control
 from vomstudio.io.control.points import CONTROL, MARKS
-from vomstudio.io.project.taking_in import RECONSTRUCTIONS
+from vomstudio.io.project.sidecar_import import RECONSTRUCTIONS
 from vomstudio.jobs import job as jobs
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.job import Lane, Result
@@ -19,13 +19,14 @@ from vomstudio.jobs.reconstruction_tasks import RECONSTRUCT, Reconstruction
 from vomstudio.jobs.survey_tasks import FORESEE, ControlFacts, Forecast, ForecastOrder
 from vomstudio.survey.check_results import Finding, SurveyReport
 from vomstudio.ui.common.studio import Notice, Studio
-from vomstudio.ui.photos import made_models
-from vomstudio.ui.photos.make_settings import MakeSettings
+from vomstudio.ui.photos import reconstruction_folders
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_exports import PhotoExports
-from vomstudio.ui.photos.photo_intake import PhotoIntake
+from vomstudio.ui.photos.photo_import import PhotoIntake
 from vomstudio.ui.photos.photo_row import PhotoRow, tell_rows
-from vomstudio.workspace.jobs import RunningJob
+from vomstudio.ui.photos.reconstruction_settings import MakeSettings
+from vomstudio.words import tr
+from vomstudio.workspace.running_jobs import RunningJob
 
 # What does not listen is stopped the hard way before that.
 _STOPPING_S = 10.0
@@ -95,21 +96,23 @@ class PhotoSurvey(QObject):
 
     def why_not_make(self) -> str | None:
         if self._making is not None:
-            return self.tr("a model is being made")
+            return tr("a model is being made")
         if self.folder is None:
-            return self.tr("choose a folder of photos first")
+            return tr("choose a folder of photos first")
         if self.reading:
-            return self.tr("the photos are being looked at")
+            return tr("the photos are being looked at")
         if len(self.rows) < 2:
-            return self.tr("a model needs at least two photos that overlap")
+            return tr("a model needs at least two photos that overlap")
         if self._tables_soon.isActive():
-            return self.tr("the control points are being looked at")
+            return tr("the control points are being looked at")
         if self.settings.control is not None:
             if self._foreseeing is not None:
-                return self.tr("the control points are being looked at")
+                return tr("the control points are being looked at")
             facts = self.control_facts
             if facts is not None and (problem := facts.problem):
-                return self.tr("{0} (Settings of the model: other files, or none)").format(problem)
+                return tr(
+                    "{problem} (Settings of the model: other files, or none)", problem=problem
+                )
         return None
 
     @property
@@ -121,7 +124,9 @@ class PhotoSurvey(QObject):
         """Where the model of these photos in this quality is made, or was begun."""
         if self.folder is None:
             return None
-        return made_models.folder_for(self._studio.project.folder, self.folder, self.quality)
+        return reconstruction_folders.folder_for(
+            self._studio.project.folder, self.folder, self.quality
+        )
 
     def choose_quality(self, quality: str) -> None:
         self.choose(replace(self.settings, quality=quality))
@@ -140,7 +145,7 @@ class PhotoSurvey(QObject):
     def begun(self) -> bool:
         """An earlier run has finished some stages and no more."""
         out = self.out()
-        return out is not None and made_models.is_begun(out)
+        return out is not None and reconstruction_folders.is_begun(out)
 
     # --- photos ------------------------------------------------------------------------------
     def open(self, folder: Path, settings: MakeSettings | None = None) -> None:
@@ -156,7 +161,7 @@ class PhotoSurvey(QObject):
         self.verdict, self.problem, self.result = "", "", None
         self.has_north = True
         self.rows_changed.emit()
-        self._read(LIST_PHOTOS, self.tr("Looking at photos"), self._listed)
+        self._read(LIST_PHOTOS, tr("Looking at photos"), self._listed)
 
     def _read(
         self, job: jobs.Job[PhotosIn, Result], title: str, then: Callable[[Result], None]
@@ -198,7 +203,7 @@ class PhotoSurvey(QObject):
     def _checked(self, report: SurveyReport) -> None:
         self._take(report)
         out = self.out()
-        if out is not None and (after := made_models.earlier_survey(out)) is not None:
+        if out is not None and (after := reconstruction_folders.earlier_survey(out)) is not None:
             self._take(after)
         self._show_cameras()
         self.rows_changed.emit()
@@ -221,8 +226,10 @@ class PhotoSurvey(QObject):
             if settings.found and facts is not None and facts.problem:
                 # Nobody asked for these files: they are in the way of no model.
                 self.settings = settings.without_control()
-                self.control_note = self.tr("{0} beside the photos is not used: {1}").format(
-                    Path(str(settings.control)).name, facts.problem
+                self.control_note = tr(
+                    "{name} beside the photos is not used: {problem}",
+                    name=Path(str(settings.control)).name,
+                    problem=facts.problem,
                 )
                 found = replace(found, control=None)
             self.forecast = found
@@ -248,7 +255,7 @@ class PhotoSurvey(QObject):
                 settings.marks,
                 settings.threads,
             ),
-            title=self.tr("Looking at what the model needs"),
+            title=tr("Looking at what the model needs"),
             on_done=done,
             on_failed=failed,
             quiet=True,
@@ -273,9 +280,11 @@ class PhotoSurvey(QObject):
             return [("warning", self.control_note)] if self.control_note else []
         if facts.problem:
             return [("error", facts.problem)]
-        frame = facts.crs or self.tr("a local frame")
-        words = self.tr("The model is placed by ground control in {0}: {1}.").format(
-            frame, facts.summary
+        frame = facts.crs or tr("a local frame")
+        words = tr(
+            "The model is placed by ground control in {frame}: {summary}.",
+            frame=frame,
+            summary=facts.summary,
         )
         return [("info", words), *(("warning", text) for text in facts.warnings)]
 
@@ -313,7 +322,7 @@ class PhotoSurvey(QObject):
             elif failed is None:
                 self._show_masks()
                 self.rows_changed.emit()
-                self._read(CHECK_PHOTOS, self.tr("Checking the survey"), self._checked)
+                self._read(CHECK_PHOTOS, tr("Checking the survey"), self._checked)
             self.changed.emit()
 
         given = self.settings.control, self.settings.marks
@@ -335,12 +344,16 @@ class PhotoSurvey(QObject):
     def aligned_folder(self) -> Path | None:
         """A reconstruction of these photos with cameras: in this quality, else the newest one."""
         out = self.out()
-        return None if out is None or self.folder is None else made_models.aligned(out, self.folder)
+        return (
+            None
+            if out is None or self.folder is None
+            else reconstruction_folders.aligned(out, self.folder)
+        )
 
     def check_again(self) -> None:
         """Masks have changed what the photos are worth."""
         if not self.reading and self.making is None and self.rows:
-            self._read(CHECK_PHOTOS, self.tr("Checking the survey"), self._checked)
+            self._read(CHECK_PHOTOS, tr("Checking the survey"), self._checked)
 
     # --- the model ---------------------------------------------------------------------------
     def make(self) -> None:
@@ -361,11 +374,15 @@ class PhotoSurvey(QObject):
 
         def done(result: Reconstruction) -> None:
             self._making, self._goes_on = None, False
-            words = self.tr("The model of {0} is made: {1} of {2} photos, {3:,} faces.").format(
-                name, result.registered, result.photos, result.faces
+            words = tr(
+                "The model of {name} is made: {registered} of {photos} photos, {faces:,} faces.",
+                name=name,
+                registered=result.registered,
+                photos=result.photos,
+                faces=result.faces,
             )
             if self._studio.session is not session:
-                where = self.tr("It belongs to another project: {0}").format(result.mesh)
+                where = tr("It belongs to another project: {mesh}", mesh=result.mesh)
                 self._studio.notice.emit(Notice(f"{words} {where}"))
                 self.changed.emit()
                 return
@@ -378,7 +395,7 @@ class PhotoSurvey(QObject):
             # The project may have been saved under another name meanwhile.
             place = self._studio.project.folder / RECONSTRUCTIONS / out.name
             if (photo_set := self.document.photo_set) is not None:
-                made_models.record(self._studio, photo_set.id, place, name)
+                reconstruction_folders.record(self._studio, photo_set.id, place, name)
             self._studio.open_model(place / Path(result.mesh).name, name)
 
         def failed(event: Failed) -> None:
@@ -393,7 +410,7 @@ class PhotoSurvey(QObject):
         self._making = self._studio.jobs.submit(
             RECONSTRUCT,
             order,
-            title=self.tr("Making a model of {0}").format(name),
+            title=tr("Making a model of {name}", name=name),
             on_done=done,
             on_failed=failed,
         )
@@ -413,7 +430,7 @@ class PhotoSurvey(QObject):
 
     def _show_cameras(self) -> None:
         out = self.out()
-        known = None if out is None else made_models.show_cameras(out, self.rows)
+        known = None if out is None else reconstruction_folders.show_cameras(out, self.rows)
         if known is not None:
             self.has_north = known
 
@@ -427,7 +444,7 @@ class PhotoSurvey(QObject):
         self.rows_changed.emit()
         # The newest is the one that the user was at.
         project = self._studio.project.folder
-        if (made := made_models.newest(project)) is not None:
+        if (made := reconstruction_folders.newest(project)) is not None:
             self.open(*made)
         elif (photos := self.document.last_folder()) is not None:
             self.open(photos)

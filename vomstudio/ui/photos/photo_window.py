@@ -21,7 +21,7 @@ from vomstudio.errors import VomError
 from vomstudio.io.photos.cameras_file import FILE_NAME
 from vomstudio.photogrammetry.place.mark_prediction import PlacedPhotos
 from vomstudio.ui.common.actions import Actions
-from vomstudio.ui.common.background import Background
+from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.messages_panel import MessageBar
 from vomstudio.ui.common.studio import Notice
 from vomstudio.ui.common.widgets import ElidedLabel
@@ -43,6 +43,7 @@ from vomstudio.ui.photos.photo_window_commands import (
     undo_commands,
 )
 from vomstudio.ui.photos.points_box import PointsBox
+from vomstudio.words import tr
 
 
 class PhotoWindow(QWidget):
@@ -178,7 +179,7 @@ class PhotoWindow(QWidget):
             self.list.open(name)
         short = name.rpartition("/")[2]
         self._title.setText(short)
-        self.setWindowTitle(self.tr("{0} – {1}").format(short, self.folder.name))
+        self.setWindowTitle(tr("{short} – {folder}", short=short, folder=self.folder.name))
         self.points.show_photo(name, row.width, row.height)
         self._show_marks()
         self._editing.look_at_point()
@@ -259,7 +260,7 @@ class PhotoWindow(QWidget):
             (self.document.redo if again else self.document.undo)()
         finally:
             self._stepping = False
-        said = self.tr("Done again: {0}") if again else self.tr("Taken back: {0}")
+        said = tr("Done again: {0}") if again else tr("Taken back: {0}")
         self.say(said.format(words), "info")
 
     def _edited(self, edit: Edit) -> None:
@@ -293,12 +294,11 @@ class PhotoWindow(QWidget):
 
     def _hint(self) -> str:
         return {
-            "look": self.tr("Drag to move, wheel to zoom."),
-            "mark": self.tr(
-                "Click to mark {0}; drag a mark to move it (Shift: finely); arrow keys 0.1 px."
-            ).format(self.points.label or self.tr("a new tie point")),
-            "polygon": self.tr("Click corners; Enter, double click or the first one closes."),
-            "brush": self.tr("Paint with the left button; right button moves; [ ] size; X turns "
+            "look": tr("Drag to move, wheel to zoom."),
+            "mark": tr("Click to mark {value}; drag a mark to move it (Shift: finely); arrow keys "
+"0.1 px.", value=self.points.label or tr('a new tie point')),
+            "polygon": tr("Click corners; Enter, double click or the first one closes."),
+            "brush": tr("Paint with the left button; right button moves; [ ] size; X turns "
                              "over."),
         }[self.canvas.tool]  # fmt: skip
 
@@ -308,13 +308,13 @@ class PhotoWindow(QWidget):
         if self.masks.busy:
             words = self.masks.busy
         elif self.survey.exports.problem:
-            words = self.tr("Kept in the project, not beside the photos")
+            words = tr("Kept in the project, not beside the photos")
         elif used is None:
-            words = self.tr("Reading…") if self.photo else ""
+            words = tr("Reading…") if self.photo else ""
         else:
             share = 100.0 * (1.0 - float(used[::4, ::4].mean()))
-            words = self.tr("Nothing is left out here") if used.all() else (
-                self.tr("{0:.0f} % of this photo is left out").format(max(share, 1.0))
+            words = tr("Nothing is left out here") if used.all() else (
+                tr("{share:.0f} % of this photo is left out", share=max(share, 1.0))
             )  # fmt: skip
         self.mask_box.words.setText(words)
 
@@ -324,7 +324,7 @@ class PhotoWindow(QWidget):
         self.tools.drop()
         if self.masks.busy:
             self.raise_()
-            self.say(self.tr("Not closed yet: {0}").format(self.masks.busy), "warning")
+            self.say(tr("Not closed yet: {busy}", busy=self.masks.busy), "warning")
             return False
         return True
 

@@ -24,10 +24,11 @@ from PySide6.QtWidgets import (
 
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.widgets import ComboBox, ElidedLabel
-from vomstudio.ui.photos.make_settings import QUALITIES
 from vomstudio.ui.photos.photo_row import PhotoRow
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.photos.plan_view import PlanView
+from vomstudio.ui.photos.reconstruction_settings import QUALITIES
+from vomstudio.words import tr
 
 _THUMBNAIL = QSize(72, 48)
 _COLUMNS = (
@@ -57,10 +58,8 @@ class PhotosPanel(QWidget):
         self.quality = ComboBox()
         self.quality.setObjectName("quality")
         for title, name, tip in QUALITIES:
-            self.quality.addItem(self.tr(title), name)
-            self.quality.setItemData(
-                self.quality.count() - 1, self.tr(tip), Qt.ItemDataRole.ToolTipRole
-            )
+            self.quality.addItem(tr(title), name)
+            self.quality.setItemData(self.quality.count() - 1, tr(tip), Qt.ItemDataRole.ToolTipRole)
         self.quality.setCurrentIndex(self.quality.findData(survey.quality))
         self.quality.currentIndexChanged.connect(
             lambda _: survey.choose_quality(self.quality.currentData())
@@ -69,9 +68,9 @@ class PhotosPanel(QWidget):
         self._verdict.setObjectName("survey_verdict")
         self.results = QToolButton()
         self.results.setObjectName("results")
-        self.results.setText(self.tr("Results"))
+        self.results.setText(tr("Results"))
         self.results.setIcon(theme.icon("file-document-outline"))
-        self.results.setToolTip(self.tr("The alignment, its tie points, and the report"))
+        self.results.setToolTip(tr("The alignment, its tie points, and the report"))
         self.results.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.results.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         menu = QMenu(self.results)
@@ -112,7 +111,7 @@ class PhotosPanel(QWidget):
         page = QWidget()
         column = QVBoxLayout(page)
         words = QLabel(
-            self.tr("A model is made of photos that overlap: choose their folder, or drop it here.")
+            tr("A model is made of photos that overlap: choose their folder, or drop it here.")
         )
         words.setAlignment(Qt.AlignmentFlag.AlignCenter)
         row = QHBoxLayout()
@@ -135,7 +134,7 @@ class PhotosPanel(QWidget):
     def _make_header(self) -> QHBoxLayout:
         header = QHBoxLayout()
         # Beside the list that it belongs to, one word says it.
-        self._actions["open_photo"].setIconText(self.tr("Open"))
+        self._actions["open_photo"].setIconText(tr("Open"))
         for name in ("choose_photos", "open_photo", "make_settings", "make_model", "pause_model"):
             button = self._button(name)
             if name == "make_settings":
@@ -146,7 +145,7 @@ class PhotosPanel(QWidget):
                 self._pause = button
             if name == "open_photo":
                 header.addSpacing(8)
-                header.addWidget(QLabel(self.tr("Quality")))
+                header.addWidget(QLabel(tr("Quality")))
                 header.addWidget(self.quality)
         header.addWidget(self.results)
         header.addSpacing(8)
@@ -158,7 +157,7 @@ class PhotosPanel(QWidget):
     def _make_table(self) -> QTableWidget:
         table = QTableWidget(0, len(_COLUMNS))
         table.setObjectName("photo_table")
-        table.setHorizontalHeaderLabels([self.tr(title) for title in _COLUMNS])
+        table.setHorizontalHeaderLabels([tr(title) for title in _COLUMNS])
         table.setIconSize(_THUMBNAIL)
         table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
@@ -178,8 +177,8 @@ class PhotosPanel(QWidget):
         }
         for column, title in enumerate(_COLUMNS):
             if title in tips:
-                header = QTableWidgetItem(self.tr(title))
-                header.setToolTip(self.tr(tips[title]))
+                header = QTableWidgetItem(tr(title))
+                header.setToolTip(tr(tips[title]))
                 table.setHorizontalHeaderItem(column, header)
         return table
 
@@ -217,7 +216,7 @@ class PhotosPanel(QWidget):
             row.camera,
             row.focal,
             f"{row.width} × {row.height}",
-            self.tr("yes") if row.has_gps else "–",
+            tr("yes") if row.has_gps else "–",
         )
         for column, text in enumerate(cells):
             item = QTableWidgetItem(text)
@@ -254,14 +253,14 @@ class PhotosPanel(QWidget):
             self._bar.setRange(0, job.total or 0)
             self._bar.setValue(job.done)
             count = f" {job.done} / {job.total}" if job.total else ""
-            self._doing.setText(f"{job.stage}{count}" if job.stage else self.tr("Starting"))
+            self._doing.setText(f"{job.stage}{count}" if job.stage else tr("Starting"))
         elif survey.reading:
             self._bar.setRange(0, 0)
         self._verdict.setText(self._words())
         make = self._actions["make_model"]
         make.setText(
-            self.tr("&Continue the model") if survey.begun and job is None
-            else self.tr("&Make the model")
+            tr("&Continue the model") if survey.begun and job is None
+            else tr("&Make the model")
         )  # fmt: skip
 
     def _words(self) -> str:
@@ -271,9 +270,9 @@ class PhotosPanel(QWidget):
         if survey.problem:
             return survey.problem
         if survey.reading:
-            return self.tr("Looking at the photos…")
+            return tr("Looking at the photos…")
         graver = sum(finding.severity != "info" for finding in survey.findings)
-        return self.tr("{0} photos, {1} warnings").format(len(survey.rows), graver)
+        return tr("{count} photos, {graver} warnings", count=len(survey.rows), graver=graver)
 
     # --- choosing ----------------------------------------------------------------------------
     def _chosen_names(self) -> set[str]:

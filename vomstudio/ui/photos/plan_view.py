@@ -10,6 +10,7 @@ from PySide6.QtGui import QColor, QHelpEvent, QMouseEvent, QPainter, QPaintEvent
 from PySide6.QtWidgets import QToolTip, QWidget
 
 from vomstudio.ui.photos.photo_row import PhotoRow
+from vomstudio.words import tr
 
 _MARGIN = 26.0
 _GOOD, _FLAGGED, _CHOSEN = "#0072b2", "#e69f00", "#d55e00"
@@ -64,7 +65,7 @@ class PlanView(QWidget):
             painter.drawText(
                 QRectF(self.rect()).adjusted(12, 8, -12, -8),
                 int(Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap),
-                self.tr("These photos carry no positions. The plan appears once they are aligned."),
+                tr("These photos carry no positions. The plan appears once they are aligned."),
             )
             return
         scale, cx, cy = self._scale()
@@ -72,7 +73,7 @@ class PlanView(QWidget):
             self._draw(painter, row, self._at(row, scale, cx, cy))
         painter.setPen(QPen(text, 1.5))
         if not self._has_north:
-            words = self.tr("local frame: no scale, no north")
+            words = tr("local frame: no scale, no north")
             painter.drawText(QPointF(8, self.height() - 6), words)
             return
         length = round_length(70 / scale)

@@ -34,6 +34,7 @@ from vomstudio.ui.common import theme
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.ui.photos.mark_canvas import COLORS
 from vomstudio.ui.photos.photo_marks import PhotoMarks
+from vomstudio.words import tr
 
 
 class PointsBox(QGroupBox):
@@ -46,7 +47,7 @@ class PointsBox(QGroupBox):
     typed = Signal(float, float)
 
     def __init__(self, marks: PhotoMarks) -> None:
-        super().__init__(self.tr("Points"))
+        super().__init__(tr("Points"))
         self._marks = marks
         self.label = ""
         self.photo = ""
@@ -75,13 +76,13 @@ class PointsBox(QGroupBox):
         self.refresh()
 
     def _make_table(self) -> QTableWidget:
-        titles = (self.tr("Point"), self.tr("Role"), self.tr("Photos"), self.tr("Worst"))
+        titles = (tr("Point"), tr("Role"), tr("Photos"), tr("Worst"))
         table = QTableWidget(0, len(titles))
         table.setObjectName("point_table")
         table.setHorizontalHeaderLabels(titles)
         worst = QTableWidgetItem(titles[3])
         worst.setToolTip(
-            self.tr("How far the mark that fits least is from where the others put it, in pixels")
+            tr("How far the mark that fits least is from where the others put it, in pixels")
         )
         table.setHorizontalHeaderItem(3, worst)
         table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
@@ -107,9 +108,9 @@ class PointsBox(QGroupBox):
         self.role = ComboBox()
         self.role.setObjectName("point_role")
         for text, role, tip in (
-            (self.tr("control"), CONTROL, self.tr("It places the model")),
-            (self.tr("check"), CHECK, self.tr("It judges the model and does not place it")),
-            (self.tr("tie"), TIE, self.tr("It has no coordinates and only joins photos")),
+            (tr("control"), CONTROL, tr("It places the model")),
+            (tr("check"), CHECK, tr("It judges the model and does not place it")),
+            (tr("tie"), TIE, tr("It has no coordinates and only joins photos")),
         ):
             self.role.addItem(theme.swatch(COLORS[role]), text, role)
             self.role.setItemData(self.role.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
@@ -117,19 +118,19 @@ class PointsBox(QGroupBox):
         row = QHBoxLayout()
         row.addWidget(self.name, 1)
         row.addWidget(self.role)
-        form.addRow(self.tr("Point"), row)
+        form.addRow(tr("Point"), row)
         self.numbers = [QLineEdit() for _ in range(4)]
-        titles = (self.tr("East"), self.tr("North"), self.tr("Height"), self.tr("Error"))
+        titles = (tr("East"), tr("North"), tr("Height"), tr("Error"))
         grid = QGridLayout()
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setSpacing(4)
         for number, (field, title) in enumerate(zip(self.numbers, titles, strict=True)):
             field.setObjectName(("point_x", "point_y", "point_z", "point_sigma")[number])
             field.setPlaceholderText(title)
-            field.setToolTip(self.tr("{0} in metres; empty where it is not known").format(title))
+            field.setToolTip(tr("{title} in metres; empty where it is not known", title=title))
             field.editingFinished.connect(self._numbers_typed)
             grid.addWidget(field, number // 2, number % 2)
-        form.addRow(self.tr("Place"), grid)
+        form.addRow(tr("Place"), grid)
         self.mark_x, self.mark_y = QDoubleSpinBox(), QDoubleSpinBox()
         pixel = QHBoxLayout()
         for spin, name in ((self.mark_x, "mark_x"), (self.mark_y, "mark_y")):
@@ -138,7 +139,7 @@ class PointsBox(QGroupBox):
             spin.setDecimals(2)
             spin.setSingleStep(0.1)
             spin.setKeyboardTracking(False)
-            spin.setToolTip(self.tr("Pixels of the photo as it is stored; arrow keys: 0.1"))
+            spin.setToolTip(tr("Pixels of the photo as it is stored; arrow keys: 0.1"))
             spin.valueChanged.connect(
                 lambda _: self.typed.emit(self.mark_x.value(), self.mark_y.value())
             )
@@ -146,7 +147,7 @@ class PointsBox(QGroupBox):
         remove = self._buttons["remove_mark"] = QToolButton()
         remove.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
         pixel.addWidget(remove)
-        form.addRow(self.tr("Mark"), pixel)
+        form.addRow(tr("Mark"), pixel)
         return self.form
 
     def offer(self, actions: Mapping[str, QAction]) -> None:
@@ -175,15 +176,15 @@ class PointsBox(QGroupBox):
         said = self._marks.missing()
         if not labels:
             said = [
-                self.tr(
+                tr(
                     "Import control points, or click in the photo to mark a tie point that joins "
                     "photos."
                 )
             ]
         elif self._marks.cameras is None:
-            said = [*said, self.tr("Once the photos are aligned, two marks predict the others.")]
+            said = [*said, tr("Once the photos are aligned, two marks predict the others.")]
         elif not said:
-            said = [self.tr("Nothing is missing.")]
+            said = [tr("Nothing is missing.")]
         self.missing.setText("\n".join(text if text.endswith(".") else f"{text}." for text in said))
         if gone:
             self.chosen.emit("")
@@ -194,7 +195,7 @@ class PointsBox(QGroupBox):
         worst = sight.worst
         cells = (
             label,
-            {CONTROL: self.tr("control"), CHECK: self.tr("check"), TIE: self.tr("tie")}[role],
+            {CONTROL: tr("control"), CHECK: tr("check"), TIE: tr("tie")}[role],
             str(len(marking.of(label))),
             "–" if worst is None else f"{worst[1]:.2f} px",
         )
@@ -212,7 +213,7 @@ class PointsBox(QGroupBox):
         bad = worst is not None and worst[1] > BAD_PX
         last.setIcon(theme.icon("alert-outline") if bad else theme.verdict_icon(None))
         last.setForeground(QColor(VERDICT_COLORS["poor"]) if bad else self.palette().text())
-        last.setToolTip("" if worst is None else self.tr("in {0}").format(worst[0]))
+        last.setToolTip("" if worst is None else tr("in {worst}", worst=worst[0]))
 
     def show_photo(self, name: str, width: int, height: int) -> None:
         self.photo = name
@@ -265,7 +266,7 @@ class PointsBox(QGroupBox):
             self._fill_form()
             return
         self.label = text
-        self._marks.change(self.tr("Rename {0}").format(label), made)
+        self._marks.change(tr("Rename {label}", label=label), made)
         self.chosen.emit(text)
 
     def _role_chosen(self) -> None:
@@ -275,9 +276,7 @@ class PointsBox(QGroupBox):
             return
         if point is None:
             self.said.emit(
-                self.tr("Type the coordinates of {0}: without them it is a tie point").format(
-                    label
-                ),
+                tr("Type the coordinates of {label}: without them it is a tie point", label=label),
                 "warning",
             )
             self._fill_form()
@@ -287,7 +286,7 @@ class PointsBox(QGroupBox):
             made = marking.unplaced(label)
         else:
             made = marking.placed(replace(point, check=role == CHECK))
-        self._marks.change(self.tr("Role of {0}").format(label), made)
+        self._marks.change(tr("Role of {label}", label=label), made)
 
     def _numbers_typed(self) -> None:
         if not self.label or not any(field.isModified() for field in self.numbers):
@@ -302,18 +301,18 @@ class PointsBox(QGroupBox):
             read = zip(texts, values, strict=True)
             bad = next((t for t, v in read if t and (v is None or not isfinite(v))), None)
             if bad is not None:
-                self.said.emit(self.tr("“{0}” is not a number").format(bad), "warning")
+                self.said.emit(tr("“{bad}” is not a number", bad=bad), "warning")
                 return
             x, y, z, sigma = values
             if x is None or y is None or z is None:
                 # The others are still to be typed.
                 return
             if sigma is not None and not sigma > 0:
-                self.said.emit(self.tr("The error of a point must be positive"), "warning")
+                self.said.emit(tr("The error of a point must be positive"), "warning")
                 return
             made = marking.placed(
                 ControlPoint(label, (x, y, z), sigma, point is not None and point.check)
             )
         for field in self.numbers:
             field.setModified(False)
-        self._marks.change(self.tr("Coordinates of {0}").format(label), made)
+        self._marks.change(tr("Coordinates of {label}", label=label), made)

@@ -15,9 +15,10 @@ from vomstudio.geometry.frusta import Frustum, frusta
 from vomstudio.io.photos.cameras_file import Cameras, read_cameras
 from vomstudio.rendering.qt.photo_cameras import PhotoCameras
 from vomstudio.rendering.qt.viewport import Viewport
-from vomstudio.tools.types import Button, Pointer, PointerEvent
-from vomstudio.ui.common.background import Background
+from vomstudio.tools.interaction_types import Button, Pointer, PointerEvent
+from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.studio import Studio
+from vomstudio.words import tr
 from vomstudio.workspace.photos import PhotoLinks
 
 Rows = tuple[tuple[float, ...], ...]
@@ -54,9 +55,9 @@ class CameraView(QObject):
 
     def why_not(self) -> str | None:
         if not self._studio.models:
-            return self.tr("open a model first")
+            return tr("open a model first")
         if not any(self._files.get(i) in self._frusta for i in self._studio.models):
-            return self.tr("no open model has the cameras of its photos beside it (cameras.json)")
+            return tr("no open model has the cameras of its photos beside it (cameras.json)")
         return None
 
     def folder(self) -> Path | None:
@@ -85,7 +86,11 @@ class CameraView(QObject):
         def arrived(made: object) -> None:
             if isinstance(made, VomError):
                 self._studio.warn(
-                    self.tr("The cameras of {0} are not shown: {1}").format(record.name, made)
+                    tr(
+                        "The cameras of {record} are not shown: {made}",
+                        record=record.name,
+                        made=made,
+                    )
                 )
             elif isinstance(made, tuple):
                 self._frusta[path] = made
@@ -149,7 +154,7 @@ class CameraView(QObject):
         name = self._cameras.at(event.x, event.y)
         if name is not None:
             self.choose({name})
-            self._studio.info(self.tr("Photo {0} was taken from here.").format(name))
+            self._studio.info(tr("Photo {name} was taken from here.", name=name))
             self.chosen.emit(name)
 
 

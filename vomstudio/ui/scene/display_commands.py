@@ -9,11 +9,12 @@ from PySide6.QtWidgets import QMenu
 
 from vomstudio.rendering.view.scalars import ELEVATION, FieldStyle, field_names, title_of
 from vomstudio.ui.common.actions import Command
-from vomstudio.ui.common.chosen import current_model
-from vomstudio.ui.common.ports import Docks
+from vomstudio.ui.common.command_targets import current_model
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.window_protocols import Docks
 from vomstudio.ui.scene.camera_view import CameraView
 from vomstudio.ui.scene.outcrop_view import OutcropView
+from vomstudio.words import tr
 from vomstudio.workspace import display
 
 _DOCK = "display"
@@ -99,13 +100,13 @@ def fill_menu(menu: QMenu, actions: Mapping[str, QAction], studio: Studio) -> No
     menu.setToolTipsVisible(True)
     for name in MODE_NAMES:
         menu.addAction(actions[name])
-    fields = menu.addMenu(menu.tr("&Field"))
+    fields = menu.addMenu(tr("&Field"))
     fields.aboutToShow.connect(lambda: fill_fields(fields, studio))
     menu.addSeparator()
     menu.addAction(actions["display_lit"])
     menu.addAction(actions["display_eye_dome"])
     menu.addAction(actions["display_cameras"])
-    sizes = menu.addMenu(menu.tr("&Point size"))
+    sizes = menu.addMenu(tr("&Point size"))
     for name in ("auto", *(f"{pixels:g}" for pixels in display.POINT_SIZES)):
         sizes.addAction(actions[f"display_size_{name}"])
     menu.addSeparator()
@@ -118,7 +119,7 @@ def fill_fields(menu: QMenu, studio: Studio) -> None:
     model = current_model(studio)
     opened = None if model is None else studio.models.get(model.id)
     if model is None or opened is None:
-        menu.addAction(menu.tr("Open a model first")).setEnabled(False)
+        menu.addAction(tr("Open a model first")).setEnabled(False)
         return
     shown = studio.display
     current = shown.styles.get(model.id)

@@ -39,6 +39,7 @@ from vomstudio.rendering.view.scalars import (
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.words import tr
 from vomstudio.workspace import display
 
 if TYPE_CHECKING:
@@ -95,25 +96,25 @@ class DisplayPanel(QWidget):
     def _make_look(self) -> QFormLayout:
         self.mode = ComboBox()
         for value, text in display.MODES.items():
-            self.mode.addItem(self.tr(text), value)
+            self.mode.addItem(tr(text), value)
         self.mode.activated.connect(self._mode_chosen)
         self.points = QDoubleSpinBox()
         self.points.setRange(0.0, 20.0)
         self.points.setDecimals(0)
-        self.points.setSpecialValueText(self.tr("closing the surface"))
-        self.points.setSuffix(self.tr(" px"))
+        self.points.setSpecialValueText(tr("closing the surface"))
+        self.points.setSuffix(tr(" px"))
         self.points.valueChanged.connect(lambda v: self._display.set_point_size(v or None))
-        self.lit = QCheckBox(self.tr("lit"))
+        self.lit = QCheckBox(tr("lit"))
         self.lit.clicked.connect(lambda on: self._display.set_lit(self._mode_now(), on))
-        self.eye_dome = QCheckBox(self.tr("eye-dome lighting"))
+        self.eye_dome = QCheckBox(tr("eye-dome lighting"))
         self.eye_dome.clicked.connect(self._display.set_eye_dome)
         row = QHBoxLayout()
         row.addWidget(self.lit)
         row.addWidget(self.eye_dome, 1)
         form = _form()
-        form.addRow(self.tr("Shown as"), self.mode)
-        form.addRow(self.tr("Points"), self.points)
-        form.addRow(self.tr("Light"), row)
+        form.addRow(tr("Shown as"), self.mode)
+        form.addRow(tr("Points"), self.points)
+        form.addRow(tr("Light"), row)
         return form
 
     def _make_field(self) -> QGroupBox:
@@ -128,7 +129,7 @@ class DisplayPanel(QWidget):
         self.low, self.high = QLineEdit(), QLineEdit()
         for edit, name in ((self.low, "low"), (self.high, "high")):
             edit.setObjectName(f"field_{name}")
-            edit.setToolTip(self.tr("Leave empty to take the percentile"))
+            edit.setToolTip(tr("Leave empty to take the percentile"))
             edit.editingFinished.connect(lambda e=edit, n=name: self._typed(e, n))
         self.first, self.last = QDoubleSpinBox(), QDoubleSpinBox()
         for spin in (self.first, self.last):
@@ -139,22 +140,22 @@ class DisplayPanel(QWidget):
             spin.valueChanged.connect(self._percent_chosen)
         self.whole = QToolButton()
         self.whole.setIcon(theme.icon("restore"))
-        self.whole.setToolTip(self.tr("Back to the range between the percentiles 2 and 98"))
+        self.whole.setToolTip(tr("Back to the range between the percentiles 2 and 98"))
         self.whole.clicked.connect(
             lambda: self._restyle(low=None, high=None, percentiles=PERCENTILES)
         )
         form = _form()
-        form.addRow(self.tr("Field"), self.field)
-        form.addRow(self.tr("Colours"), self.palette_box)
-        form.addRow(self.tr("Range"), _pair(self.low, self.high, self.tr("to")))
-        percentiles = _pair(self.first, self.last, self.tr("to"), self.whole)
-        form.addRow(self.tr("Percentiles"), percentiles)
+        form.addRow(tr("Field"), self.field)
+        form.addRow(tr("Colours"), self.palette_box)
+        form.addRow(tr("Range"), _pair(self.low, self.high, tr("to")))
+        percentiles = _pair(self.first, self.last, tr("to"), self.whole)
+        form.addRow(tr("Percentiles"), percentiles)
         self.field_box.setLayout(form)
         form.setContentsMargins(8, 4, 8, 6)
         return self.field_box
 
     def _make_clip(self, reset: QAction) -> QGroupBox:
-        self.clip = QGroupBox(self.tr("Clipping box"))
+        self.clip = QGroupBox(tr("Clipping box"))
         self.clip.setCheckable(True)
         self.clip.clicked.connect(self._clip_toggled)
         grid = QGridLayout(self.clip)
@@ -176,9 +177,9 @@ class DisplayPanel(QWidget):
             grid.addWidget(spin, axis, 1 + side)
         for axis, label in enumerate(self._axes):
             grid.addWidget(label, axis, 0)
-        self.handles = QCheckBox(self.tr("handles in the view"))
+        self.handles = QCheckBox(tr("handles in the view"))
         self.handles.clicked.connect(self._display.set_handles)
-        button = QPushButton(self.tr("Around everything"))
+        button = QPushButton(tr("Around everything"))
         button.clicked.connect(reset.trigger)
         grid.addWidget(self.handles, 3, 0, 1, 2)
         grid.addWidget(button, 3, 2)
@@ -300,7 +301,7 @@ class DisplayPanel(QWidget):
             (self.eye_dome, display.why_not_eye_dome(models), shown.eye_dome),
         ):
             box.setEnabled(why is None)
-            box.setToolTip("" if why is None else f"Not now: {why}")
+            box.setToolTip("" if why is None else tr("Not now: {why}", why=why))
             box.setChecked(on)
         self._show_field()
         self._show_clip()
@@ -310,15 +311,15 @@ class DisplayPanel(QWidget):
         opened = None if model is None else self._studio.models.get(model.id)
         self.field_box.setEnabled(opened is not None)
         if model is None or opened is None:
-            self.field_box.setTitle(self.tr("Field"))
+            self.field_box.setTitle(tr("Field"))
             self.field.clear()
             return
-        self.field_box.setTitle(self.tr("Field of {0}").format(model.name))
+        self.field_box.setTitle(tr("Field of {model}", model=model.name))
         with QSignalBlocker(self.field):
             self.field.clear()
             for name in field_names(opened.data):
                 self.field.addItem(
-                    self.tr("Elevation (Z)") if name == ELEVATION else title_of(name), name
+                    tr("Elevation (Z)") if name == ELEVATION else title_of(name), name
                 )
         style = self._style_now()[1]
         self.field.setCurrentIndex(self.field.findData(style.name))

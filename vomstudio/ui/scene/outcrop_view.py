@@ -7,8 +7,8 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.clipping import ClipBox
+from vomstudio.ui.common.number_formatting import drawn_points
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.wording import drawn_points
 from vomstudio.ui.scene.camera_view import CameraView
 from vomstudio.ui.scene.scene_presenter import ScenePresenter
 

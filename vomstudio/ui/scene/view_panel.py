@@ -28,9 +28,10 @@ from vomstudio.geology.orientation import Line, Plane, angle_between_lines, norm
 from vomstudio.geometry import transform
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.vectors import wrap360
+from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.wording import degrees
 from vomstudio.ui.scene.first_view import first_view
+from vomstudio.words import tr
 
 SAME_DEG = 0.5
 """Directions nearer than this are the same for whoever looks along them."""
@@ -56,36 +57,36 @@ class ViewPanel(QWidget):
         self.now.setFont(font)
         self.typed = QLineEdit()
         self.typed.setObjectName("view_direction")
-        self.typed.setPlaceholderText(self.tr("such as 125/26"))
+        self.typed.setPlaceholderText(tr("such as 125/26"))
         self.typed.returnPressed.connect(self._typed)
-        go = QPushButton(self.tr("Look"))
+        go = QPushButton(tr("Look"))
         go.clicked.connect(self._typed)
         row = QHBoxLayout()
         row.addWidget(self.typed, 1)
         row.addWidget(go)
         form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
-        form.addRow(self.tr("Looking"), self.now)
-        form.addRow(self.tr("Look to"), row)
+        form.addRow(tr("Looking"), self.now)
+        form.addRow(tr("Look to"), row)
 
         self._buttons: dict[str, QPushButton] = {}
         grid = QGridLayout()
         grid.setSpacing(4)
         for i, (name, text, call) in enumerate(
             (
-                ("beta", self.tr("Along beta"), self.along_beta),
-                ("facing", self.tr("Facing the plane"), self.face),
-                ("strike", self.tr("Along strike"), self._along_strike),
-                ("dip", self.tr("Down dip"), self._down_dip),
-                ("line", self.tr("Along the line"), self.along_line),
-                ("flip", self.tr("From the other side"), self._flip),
+                ("beta", tr("Along beta"), self.along_beta),
+                ("facing", tr("Facing the plane"), self.face),
+                ("strike", tr("Along strike"), self._along_strike),
+                ("dip", tr("Down dip"), self._down_dip),
+                ("line", tr("Along the line"), self.along_line),
+                ("flip", tr("From the other side"), self._flip),
             )
         ):
             button = QPushButton(text)
             button.clicked.connect(call)
             self._buttons[name] = button
             grid.addWidget(button, i // 2, i % 2)
-        self.only_selected = QCheckBox(self.tr("beta of the selected bedding planes only"))
+        self.only_selected = QCheckBox(tr("beta of the selected bedding planes only"))
         self.only_selected.toggled.connect(self._forget_axis)
         self.only_selected.toggled.connect(self.refresh)
         self._verdict = QLabel()
@@ -105,7 +106,7 @@ class ViewPanel(QWidget):
 
     def show_direction(self, trend_deg: float, plunge_deg: float, orthographic: bool) -> None:
         self._direction = Line(wrap360(trend_deg), plunge_deg)
-        mode = self.tr("orthographic") if orthographic else self.tr("perspective")
+        mode = tr("orthographic") if orthographic else tr("perspective")
         self.now.setText(f"{format_line(self._direction, 0)}  ({mode})")
 
     # --- directions --------------------------------------------------------------------------
@@ -176,7 +177,7 @@ class ViewPanel(QWidget):
         return axis if isinstance(axis, str) else None
 
     def why_no_plane(self) -> str | None:
-        return None if self._plane() is not None else self.tr("select a plane first")
+        return None if self._plane() is not None else tr("select a plane first")
 
     def judged(self, direction: Line) -> tuple[str, float | None]:
         """What is known of a direction, in a sentence, and its 95 % error where it is known."""
@@ -207,7 +208,7 @@ class ViewPanel(QWidget):
     def why_no_line(self) -> str | None:
         if self._line() is not None:
             return None
-        return self.tr("select a lineation or an intersection first")
+        return tr("select a lineation or an intersection first")
 
     # --- what they are taken from ------------------------------------------------------------
     def _plane(self) -> Plane | None:
@@ -274,7 +275,7 @@ class ViewPanel(QWidget):
     def refresh(self, *_: object) -> None:
         axis, plane = self._axis(), self._plane()
         _enable(self._buttons["beta"], None if isinstance(axis, FoldAxis) else axis)
-        why = None if plane is not None else self.tr("select a plane first")
+        why = None if plane is not None else tr("select a plane first")
         for name in ("facing", "strike", "dip"):
             _enable(self._buttons[name], why)
         _enable(self._buttons["line"], self.why_no_line())
@@ -295,4 +296,4 @@ class ViewPanel(QWidget):
 
 def _enable(button: QPushButton, why_not: str | None) -> None:
     button.setEnabled(why_not is None)
-    button.setToolTip("" if why_not is None else f"Not now: {why_not}")
+    button.setToolTip("" if why_not is None else tr("Not now: {why_not}", why_not=why_not))

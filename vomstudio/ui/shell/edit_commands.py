@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QInputDialog, QWidget
 
 from vomstudio.document import edits
 from vomstudio.ui.common.actions import Actions, Command
-from vomstudio.ui.common.chosen import chosen_features, why_none_chosen
+from vomstudio.ui.common.command_targets import chosen_features, why_none_chosen
 from vomstudio.ui.common.studio import Studio
 
 
@@ -59,7 +59,7 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
 
 def find_command(parent: QWidget, actions: Actions) -> None:
     """Ask for a command by its words, and run it."""
-    from vomstudio.ui.shell.palette import CommandPalette
+    from vomstudio.ui.shell.command_palette import CommandPalette
 
     dialog = CommandPalette(parent, actions)
     if dialog.exec() and dialog.chosen:

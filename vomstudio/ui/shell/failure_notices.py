@@ -12,8 +12,9 @@ from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
 from vomstudio.errors import VomError
 from vomstudio.failures import crashes, report
-from vomstudio.failures.desk import DESK, Failure
+from vomstudio.failures.error_collector import DESK, Failure
 from vomstudio.files.atomic import write_bytes
+from vomstudio.words import tr
 from vomstudio.workspace.notices import Notice
 
 # This is there before the window is filled, and so before anything heavy.
@@ -61,7 +62,7 @@ class FailureNotices(QObject):
 
     def _say_crash(self) -> None:
         notice = Notice(
-            self.tr(
+            tr(
                 "The program was ended by a crash the last time: what was on the screen is in its "
                 "journal, and a report helps to mend it."
             ),
@@ -88,13 +89,15 @@ class FailureNotices(QObject):
         box = QMessageBox(
             QMessageBox.Icon.Critical,
             "VOM Studio",
-            self.tr("The program cannot begin because of a mistake of its own ({0}: {1}).").format(
-                type(error).__name__, error
+            tr(
+                "The program cannot begin because of a mistake of its own ({name__}: {error}).",
+                name__=type(error).__name__,
+                error=error,
             ),
             QMessageBox.StandardButton.Close,
             self._parent,
         )
-        button = box.addButton(self.tr("Save a report…"), QMessageBox.ButtonRole.ActionRole)
+        button = box.addButton(tr("Save a report…"), QMessageBox.ButtonRole.ActionRole)
         box.exec()
         if box.clickedButton() is button:
             save_report(self._host, self._parent)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.shell.files import Files
+from vomstudio.ui.shell.project_files import Files
 
 
 def commands(studio: Studio, files: Files, leave: Callable[[], object]) -> list[Command]:

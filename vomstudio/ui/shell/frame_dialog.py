@@ -23,6 +23,7 @@ from vomstudio.document.records import Frame, Model
 from vomstudio.errors import InputError
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import crs_name, parse_crs
+from vomstudio.words import tr
 from vomstudio.workspace.model_loading import OpenModel
 
 _UNITS = (("metre", 1.0), ("millimetre", 0.001), ("centimetre", 0.01), ("foot", 0.3048),
@@ -37,7 +38,7 @@ class FrameDialog(QDialog):
 
     def __init__(self, parent: QWidget, model: Model, opened: OpenModel | None) -> None:
         super().__init__(parent)
-        self.setWindowTitle(self.tr("Frame of {0}").format(model.name))
+        self.setWindowTitle(tr("Frame of {model}", model=model.name))
         self.setMinimumWidth(480)
         self.frame = model.frame
         # A name that is not known is looked for in the whole register: not at every key.
@@ -46,7 +47,7 @@ class FrameDialog(QDialog):
         self._pause.setInterval(300)
         self._pause.timeout.connect(self._check)
         intro = QLabel(
-            self.tr(
+            tr(
                 "The file does not say how it stands in the world. Dip directions can be trusted "
                 "only if this is right; it can be changed later, and undone."
             )
@@ -57,7 +58,7 @@ class FrameDialog(QDialog):
         self._buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
         )
-        self._buttons.button(QDialogButtonBox.StandardButton.Cancel).setText(self.tr("Later"))
+        self._buttons.button(QDialogButtonBox.StandardButton.Cancel).setText(tr("Later"))
         self._buttons.accepted.connect(self.accept)
         self._buttons.rejected.connect(self.reject)
         layout = QVBoxLayout(self)
@@ -73,15 +74,15 @@ class FrameDialog(QDialog):
     # --- parts -------------------------------------------------------------------------------
     def _make_choices(self, crs: str) -> tuple[QWidget, ...]:
         """How much is known of the frame, from the top down."""
-        self._crs_button = QRadioButton(self.tr("Projected coordinates (CRS)"))
+        self._crs_button = QRadioButton(tr("Projected coordinates (CRS)"))
         self._local_button = QRadioButton(
-            self.tr("Local: metres, up and grid north are right, the place is not")
+            tr("Local: metres, up and grid north are right, the place is not")
         )
         self._scaled_button = QRadioButton(
-            self.tr("Only the unit is known: angles are shown as local frame")
+            tr("Only the unit is known: angles are shown as local frame")
         )
         self._none_button = QRadioButton(
-            self.tr("Not known: angles are shown as local frame, lengths in units")
+            tr("Not known: angles are shown as local frame, lengths in units")
         )
         buttons = (self._crs_button, self._local_button, self._scaled_button, self._none_button)
         group = QButtonGroup(self)
@@ -89,7 +90,7 @@ class FrameDialog(QDialog):
             group.addButton(button)
             button.toggled.connect(self._check)
         self._crs = QLineEdit(crs)
-        self._crs.setPlaceholderText("EPSG:32633")
+        self._crs.setPlaceholderText(tr("EPSG:32633"))
         self._crs.setObjectName("frame_crs")
         self._crs.textChanged.connect(self._typed)
         self._crs_says = QLabel()
@@ -98,14 +99,14 @@ class FrameDialog(QDialog):
 
     def _make_form(self) -> QFormLayout:
         self._up = QComboBox()
-        self._up.addItem(self.tr("Z (x East, y North)"), "z")
-        self._up.addItem(self.tr("Y (x East, z South)"), "y")
+        self._up.addItem(tr("Z (x East, y North)"), "z")
+        self._up.addItem(tr("Y (x East, z South)"), "y")
         self._unit = QComboBox()
         for name, metres in _UNITS:
             self._unit.addItem(name, metres)
         form = QFormLayout()
-        form.addRow(self.tr("Up axis"), self._up)
-        form.addRow(self.tr("Unit"), self._unit)
+        form.addRow(tr("Up axis"), self._up)
+        form.addRow(tr("Unit"), self._unit)
         return form
 
     def _fill(self, frame: Frame, large: bool) -> None:
@@ -136,14 +137,14 @@ class FrameDialog(QDialog):
         self._crs.setEnabled(self._crs_button.isChecked())
         self._unit.setEnabled(not self._none_button.isChecked())
         self._unit.setToolTip(
-            self.tr("Not now: choose above what is known") if self._none_button.isChecked() else ""
+            tr("Not now: choose above what is known") if self._none_button.isChecked() else ""
         )
         if not self._crs_button.isChecked():
             self._crs_says.setText("")
             ok.setEnabled(True)
             return
         if not self._crs.text().strip():
-            self._crs_says.setText(self.tr("Type the code, such as EPSG:32633 (UTM zone 33 N)."))
+            self._crs_says.setText(tr("Type the code, such as EPSG:32633 (UTM zone 33 N)."))
             ok.setEnabled(False)
             return
         try:

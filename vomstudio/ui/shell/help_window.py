@@ -27,6 +27,7 @@ from PySide6.QtWidgets import (
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.widgets import side_by_side
 from vomstudio.ui.shell.help_pages import Page, anchor, pages_in
+from vomstudio.words import tr
 
 _SIZE = QSize(1060, 780)
 _MARGIN = 18
@@ -137,7 +138,7 @@ class HelpWindow(QDialog):
         """folder : of the pages. Raises OSError where they cannot be read."""
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle(self.tr("Documentation"))
+        self.setWindowTitle(tr("Documentation"))
         self.resize(_SIZE)
         self._pages = pages_in(folder.resolve())
         self.list = QListWidget()
@@ -155,7 +156,7 @@ class HelpWindow(QDialog):
         self.list.setCurrentRow(0)
 
     def _bar(self) -> QHBoxLayout:
-        back, forward = QPushButton(self.tr("Back")), QPushButton(self.tr("Forward"))
+        back, forward = QPushButton(tr("Back")), QPushButton(tr("Forward"))
         for button, icon, step in (
             (back, "arrow-left", self.view.go_back),
             (forward, "arrow-right", self.view.go_on),
@@ -169,7 +170,7 @@ class HelpWindow(QDialog):
         self.words = QLineEdit()
         self.words.setObjectName("help_words")
         self.words.setClearButtonEnabled(True)
-        self.words.setPlaceholderText(self.tr("Find in all pages: Enter goes on"))
+        self.words.setPlaceholderText(tr("Find in all pages: Enter goes on"))
         self.words.returnPressed.connect(self._find)
         row = QHBoxLayout()
         row.addWidget(back)

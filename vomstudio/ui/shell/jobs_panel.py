@@ -16,7 +16,8 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.ui.common import theme
-from vomstudio.workspace.jobs import Jobs, RunningJob
+from vomstudio.words import tr
+from vomstudio.workspace.running_jobs import Jobs, RunningJob
 
 _COLUMNS = ("Job", "Doing", "Progress", "Time", "")
 _KEPT = 50
@@ -34,7 +35,7 @@ class JobsPanel(QTableWidget):
         self._shown: dict[int, RunningJob] = {}
         self._ended: list[tuple[str, str, str]] = []
         self.setObjectName("jobs")
-        self.setHorizontalHeaderLabels([self.tr(title) for title in _COLUMNS])
+        self.setHorizontalHeaderLabels([tr(title) for title in _COLUMNS])
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -79,7 +80,7 @@ class JobsPanel(QTableWidget):
             bar.setFixedWidth(160)
             self.setCellWidget(row, 2, bar)
             stop = QToolButton()
-            stop.setText(self.tr("Stop"))
+            stop.setText(tr("Stop"))
             stop.setIcon(theme.icon("stop"))
             stop.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
             stop.clicked.connect(lambda _=False, j=job: self._jobs.cancel(j))

@@ -22,10 +22,11 @@ from vomstudio.document.records import Model
 from vomstudio.io.settings import Settings
 from vomstudio.ui.common.actions import Actions, Command
 from vomstudio.ui.common.open_dialogs import OpenDialogs
-from vomstudio.ui.shell import interpreter, kept_window
+from vomstudio.ui.shell import thread_switching, window_state
+from vomstudio.ui.shell.background_imports import LateImport
 from vomstudio.ui.shell.docks import WindowDocks
-from vomstudio.ui.shell.drops import dragged_files
-from vomstudio.ui.shell.late_import import LateImport
+from vomstudio.ui.shell.drag_and_drop import dragged_files
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.rendering.qt.viewport import Viewport
@@ -44,7 +45,7 @@ class MainWindow(QMainWindow):
 
     def __init__(self, settings: Settings) -> None:
         super().__init__()
-        interpreter.take_short_turns()
+        thread_switching.take_short_turns()
         self._settings = settings
         self._filled = False
         self._late = LateImport()
@@ -54,12 +55,12 @@ class MainWindow(QMainWindow):
         self._late.net_imported.connect(self._bring_net, Qt.ConnectionType.QueuedConnection)
         self._late.all_imported.connect(self._be_ready, Qt.ConnectionType.QueuedConnection)
         self.viewport: Viewport | None = None
-        self.setWindowTitle("VOM Studio")
+        self.setWindowTitle(tr("VOM Studio"))
         self.setAcceptDrops(True)
         self.setDockNestingEnabled(True)
         self.resize(1400, 900)
-        kept_window.restore_geometry(self, settings.window)
-        starting = QLabel(self.tr("VOM Studio is starting…"))
+        window_state.restore_geometry(self, settings.window)
+        starting = QLabel(tr("VOM Studio is starting…"))
         starting.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.setCentralWidget(starting)
 
@@ -76,7 +77,7 @@ class MainWindow(QMainWindow):
         self._fill_docks()
         self._make_bars()
         self._connect()
-        self.docks.begin(kept_window.docks_of(self._settings.window))
+        self.docks.begin(window_state.docks_of(self._settings.window))
         self._filled = True
         self.studio.project_opened.emit()
         self.actions_table.refresh()
@@ -93,7 +94,7 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.photos.photo_survey import PhotoSurvey
         from vomstudio.ui.scene.camera_view import CameraView
         from vomstudio.ui.scene.outcrop_view import OutcropView
-        from vomstudio.ui.shell.files import Files
+        from vomstudio.ui.shell.project_files import Files
 
         self.survey = PhotoSurvey(self.studio)
         self.files = Files(self, self.studio, self.survey)
@@ -184,7 +185,7 @@ class MainWindow(QMainWindow):
         self.setCentralWidget(centre)
 
     def _make_panels(self) -> None:
-        from vomstudio.ui.common.chosen import current_model
+        from vomstudio.ui.common.command_targets import current_model
         from vomstudio.ui.common.messages_panel import MessagesPanel
         from vomstudio.ui.interpret import tool_panels
         from vomstudio.ui.interpret.project_tree import ProjectTree
@@ -218,7 +219,7 @@ class MainWindow(QMainWindow):
             key.activated.connect(actions["delete"].trigger)
 
     def _fill_docks(self) -> None:
-        from vomstudio.tools.found import TOOLS
+        from vomstudio.tools.registry import TOOLS
         from vomstudio.ui.shell.jobs_panel import JobsPanel
 
         # The net needs matplotlib: its place is kept until the window is on the screen.
@@ -227,25 +228,25 @@ class MainWindow(QMainWindow):
         left = partial(self.docks.add, area.LeftDockWidgetArea)
         right = partial(self.docks.add, area.RightDockWidgetArea)
         bottom = partial(self.docks.add, area.BottomDockWidgetArea)
-        left("project", self.tr("Project"), self.tree)
+        left("project", tr("Project"), self.tree)
         front = None
         for entry in TOOLS:
             if entry.name in self._tool_panels:
                 panel = self._tool_panels[entry.name]
-                left(entry.name, self.tr(entry.title), panel, behind=front)
+                left(entry.name, tr(entry.title), panel, behind=front)
                 front = front or entry.name
-        right("stereonet", self.tr("Stereonet"), self._net_place)
-        right("view", self.tr("View direction"), self.view_panel)
-        right("display", self.tr("Display"), self.display_panel)
-        right("properties", self.tr("Properties"), self.properties)
-        bottom("table", self.tr("Orientations"), self.table)
-        bottom("photos", self.tr("Photos"), self.photos_panel)
-        bottom("in_photos", self.tr("In the photos"), self.in_photos)
-        bottom("jobs", self.tr("Jobs"), JobsPanel(self.studio.jobs))
-        bottom("messages", self.tr("Messages"), self.messages)
+        right("stereonet", tr("Stereonet"), self._net_place)
+        right("view", tr("View direction"), self.view_panel)
+        right("display", tr("Display"), self.display_panel)
+        right("properties", tr("Properties"), self.properties)
+        bottom("table", tr("Orientations"), self.table)
+        bottom("photos", tr("Photos"), self.photos_panel)
+        bottom("in_photos", tr("In the photos"), self.in_photos)
+        bottom("jobs", tr("Jobs"), JobsPanel(self.studio.jobs))
+        bottom("messages", tr("Messages"), self.messages)
 
     def _make_bars(self) -> None:
-        from vomstudio.tools.found import TOOLS
+        from vomstudio.tools.registry import TOOLS
         from vomstudio.ui.scene import display_commands
         from vomstudio.ui.shell.menus import fill_menu_bar, make_toolbar
         from vomstudio.ui.shell.notices import Notices
@@ -314,9 +315,9 @@ class MainWindow(QMainWindow):
         self.view.follow_camera()
         viewport.setFocus()
         # A window that is closed before the process ends is not to stay for ever.
-        self._first = interpreter.spares_nothing()
+        self._first = thread_switching.spares_nothing()
         if self._first:
-            interpreter.spare_what_is_there()
+            thread_switching.spare_what_is_there()
         for path in paths:
             self.open_path(path)
         self.studio.offer_recovery()
@@ -350,7 +351,7 @@ class MainWindow(QMainWindow):
             self.studio.jobs.submit(
                 job,
                 Nothing(),
-                title="Getting ready",
+                title=tr("Getting ready"),
                 on_done=lambda _: None,
                 on_failed=lambda _: None,
                 quiet=True,
@@ -359,7 +360,7 @@ class MainWindow(QMainWindow):
     def _be_ready(self) -> None:
         # Nor is a model.
         if self._filled and self._first and not self.studio.models:
-            interpreter.spare_what_is_there()
+            thread_switching.spare_what_is_there()
 
     # --- what comes in -----------------------------------------------------------------------
     def open_path(self, path: Path) -> None:
@@ -397,7 +398,13 @@ class MainWindow(QMainWindow):
     def _refresh(self, *_: object) -> None:
         self.actions_table.refresh()
         star = "*" if self.studio.session.dirty else ""
-        self.setWindowTitle(f"{self.files.project_name()}{star} – VOM Studio")
+        self.setWindowTitle(
+            tr(
+                "{project_name}{star} – VOM Studio",
+                project_name=self.files.project_name(),
+                star=star,
+            )
+        )
         self._show_start_page()
 
     def _show_start_page(self) -> None:
@@ -413,7 +420,7 @@ class MainWindow(QMainWindow):
         if not self.photo_opening.may_close() or not self.files.ask_to_keep():
             event.ignore()
             return
-        self.studio.settings.window = kept_window.to_keep(self, self.docks.state())
+        self.studio.settings.window = window_state.to_keep(self, self.docks.state())
         self.studio.keep_settings()
         self.view.keep_camera()
         self._late_timer.stop()

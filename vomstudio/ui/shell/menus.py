@@ -9,6 +9,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMainWindow, QMenu, QSizePolicy, QToolBar, QToolButton, QWidget
 
 from vomstudio.ui.common import theme
+from vomstudio.words import tr
 
 # "|" is a line between commands, "*" stands before the name of a menu inside the menu, and "+"
 # before that of a group of commands that the tools bring.
@@ -60,7 +61,7 @@ def fill_menu_bar(
 ) -> None:
     """fresh : what fills a menu inside a menu whenever it is opened; once : what fills it now"""
     for title, names in MENUS:
-        menu = window.menuBar().addMenu(window.tr(title))
+        menu = window.menuBar().addMenu(tr(title))
         menu.setToolTipsVisible(True)
         for name in _with_groups(names, groups):
             if name == "|":
@@ -84,12 +85,12 @@ def _add_menu(
     once: Mapping[str, FillMenu],
 ) -> None:
     titles = {
-        "recent": menu.tr("Open &recent"),
-        "discarded": menu.tr("&Bring back discarded work"),
-        "display": menu.tr("&Display"),
-        "planes": menu.tr("&Planes as"),
-        "notation": menu.tr("&Notation"),
-        "docks": menu.tr("&Panels"),
+        "recent": tr("Open &recent"),
+        "discarded": tr("&Bring back discarded work"),
+        "display": tr("&Display"),
+        "planes": tr("&Planes as"),
+        "notation": tr("&Notation"),
+        "docks": tr("&Panels"),
     }
     inner = menu.addMenu(titles[name])
     if name in fresh:
@@ -105,14 +106,14 @@ def _add_menu(
 
 
 def make_toolbar(window: QMainWindow, actions: Mapping[str, QAction], groups: Groups) -> QToolBar:
-    bar = QToolBar(window.tr("Tools"))
+    bar = QToolBar(tr("Tools"))
     bar.setObjectName("toolbar")
     bar.setMovable(False)
     for name in _with_groups(_TOOLBAR, groups):
         if name == "|":
             bar.addSeparator()
         elif name == "*views":
-            bar.addWidget(_views_button(window.tr("Views"), actions))
+            bar.addWidget(_views_button(tr("Views"), actions))
         else:
             bar.addAction(actions[name])
             widget = bar.widgetForAction(actions[name])
@@ -123,7 +124,7 @@ def make_toolbar(window: QMainWindow, actions: Mapping[str, QAction], groups: Gr
     bar.addWidget(space)
     find = QToolButton()
     find.setIcon(theme.icon("magnify"))
-    find.setText(window.tr("Find a command  Ctrl+K"))
+    find.setText(tr("Find a command  Ctrl+K"))
     find.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
     find.clicked.connect(actions["find_command"].trigger)
     bar.addWidget(find)

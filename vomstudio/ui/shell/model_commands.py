@@ -8,10 +8,10 @@ from PySide6.QtWidgets import QWidget
 
 from vomstudio.document.records import Model
 from vomstudio.ui.common.actions import Command
-from vomstudio.ui.common.chosen import current_model
+from vomstudio.ui.common.command_targets import current_model
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.shell.files import Files
 from vomstudio.ui.shell.model_copying import copy_into_project
+from vomstudio.ui.shell.project_files import Files
 from vomstudio.workspace.photos import PhotoLinks
 
 _NO_MODEL = "open a model first"

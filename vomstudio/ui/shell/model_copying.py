@@ -7,6 +7,7 @@ from PySide6.QtWidgets import QMessageBox, QWidget
 from vomstudio.document.records import Model
 from vomstudio.io.models.model_copy import photos_of
 from vomstudio.ui.common.studio import Studio
+from vomstudio.words import tr
 from vomstudio.workspace.photos import PhotoLinks
 
 
@@ -20,13 +21,14 @@ def copy_into_project(parent: QWidget, studio: Studio, links: PhotoLinks, model:
     if count:
         box = QMessageBox(parent)
         box.setIcon(QMessageBox.Icon.Question)
-        box.setText(parent.tr("Copy the {0} photos of {1} too?").format(count, model.name))
+        box.setText(tr("Copy the {count} photos of {model} too?", count=count, model=model.name))
         box.setInformativeText(
-            parent.tr(
-                "They take {0:,.0f} MB. With them the project's folder can be moved to another "
-                "computer and still shows features in the photos; without, it finds them where "
-                "they are now."
-            ).format(size / 1e6)
+            tr(
+                "They take {size:,.0f} MB. With them the project's folder can be moved to "
+                "another computer and still shows features in the photos; without, it finds "
+                "them where they are now.",
+                size=size / 1000000.0,
+            )
         )
         button = QMessageBox.StandardButton
         box.setStandardButtons(button.Yes | button.No | button.Cancel)

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QStatusBar
 from vomstudio.io.project.folder import untitled_folder
 from vomstudio.ui.common.messages_panel import MessageBar, MessagesPanel
 from vomstudio.ui.common.studio import Notice
+from vomstudio.words import tr
 
 _INFO_MS = 6000
 
@@ -48,5 +49,5 @@ class Notices(QObject):
                 f"Work{whose} that was open when the program ended last time was found{more}.",
                 "warning",
             ),
-            (self.tr("Bring it back"), lambda: bring_back(newest)),
+            (tr("Bring it back"), lambda: bring_back(newest)),
         )

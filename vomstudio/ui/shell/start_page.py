@@ -10,6 +10,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QToolButton, QVBoxLayout, QWidget
 
 from vomstudio.ui.common.studio import Studio
+from vomstudio.words import tr
 
 
 class StartPage(QFrame):
@@ -22,7 +23,7 @@ class StartPage(QFrame):
         self.setObjectName("start_page")
         self.setAutoFillBackground(True)
         self.setFrameShape(QFrame.Shape.StyledPanel)
-        title = QLabel("VOM Studio")
+        title = QLabel(tr("VOM Studio"))
         font = title.font()
         font.setPointSizeF(font.pointSizeF() * 1.8)
         title.setFont(font)
@@ -30,9 +31,7 @@ class StartPage(QFrame):
         layout.setContentsMargins(28, 22, 28, 22)
         layout.setSpacing(8)
         layout.addWidget(title)
-        layout.addWidget(
-            QLabel(self.tr("From photos of an outcrop to measurements with their errors"))
-        )
+        layout.addWidget(QLabel(tr("From photos of an outcrop to measurements with their errors")))
         layout.addSpacing(6)
         for name in ("open", "choose_photos", "open_sample", "open_project"):
             button = QToolButton()
@@ -43,7 +42,7 @@ class StartPage(QFrame):
         self._recent = QVBoxLayout()
         layout.addSpacing(6)
         layout.addLayout(self._recent)
-        layout.addWidget(QLabel(self.tr("or drop a file or a folder of photos onto the window")))
+        layout.addWidget(QLabel(tr("or drop a file or a folder of photos onto the window")))
         studio.recent_changed.connect(self._fill)
         self._fill()
 
@@ -53,7 +52,7 @@ class StartPage(QFrame):
                 old.deleteLater()
         existing = [Path(p) for p in self._studio.settings.recent if Path(p).exists()][:5]
         if existing:
-            self._recent.addWidget(QLabel(self.tr("Recent")))
+            self._recent.addWidget(QLabel(tr("Recent")))
         for path in existing:
             button = QPushButton(path.name)
             button.setToolTip(str(path))

@@ -10,9 +10,10 @@ from PySide6.QtWidgets import QLabel, QProgressBar, QStatusBar, QToolButton
 
 from vomstudio.document.records import Model
 from vomstudio.geometry import transform
-from vomstudio.tools.types import Pointer, PointerEvent
+from vomstudio.tools.interaction_types import Pointer, PointerEvent
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ElidedLabel
+from vomstudio.words import tr
 
 
 class StatusLine(QStatusBar):
@@ -32,7 +33,7 @@ class StatusLine(QStatusBar):
         self._bar = QProgressBar()
         self._bar.setFixedWidth(110)
         self._stop = QToolButton()
-        self._stop.setText(self.tr("Stop"))
+        self._stop.setText(tr("Stop"))
         self._stop.clicked.connect(self._stop_job)
         self.addWidget(self._hint, 1)
         for widget in (
@@ -70,22 +71,20 @@ class StatusLine(QStatusBar):
             self._hint.setText(tool.hint())
         else:
             self._hint.setText(
-                self.tr(
+                tr(
                     "Navigate: drag to orbit, wheel to zoom, Shift+drag to pan; "
                     "click a plane to select it"
                 )
             )
         count = len(studio.selection.ids)
-        self._selected.setText(f"{count} selected" if count else "")
+        self._selected.setText(tr("{count} selected", count=count) if count else "")
         self._badge.setVisible(bool(studio.session.of(Model)))
         known = studio.north_known()
-        self._badge.setText(
-            studio.frame_name() if known else self.tr("⚠ local frame: not registered")
-        )
+        self._badge.setText(studio.frame_name() if known else tr("⚠ local frame: not registered"))
         self._badge.setToolTip(
-            self.tr("The frame of the numbers shown. Click to change it.")
+            tr("The frame of the numbers shown. Click to change it.")
             if known
-            else self.tr("Angles are not geographic yet. Click to declare the model's frame.")
+            else tr("Angles are not geographic yet. Click to declare the model's frame.")
         )
         self._badge.setStyleSheet(
             "" if known else "background: #e69f00; color: black; padding: 1px 6px;"
@@ -103,7 +102,7 @@ class StatusLine(QStatusBar):
         names = ("E", "N", "Z") if model.frame.has_north else ("x", "y", "z")
         words = "  ".join(f"{name} {value:,.3f}" for name, value in zip(names, point, strict=True))
         words = words.replace(",", "\N{NARROW NO-BREAK SPACE}")
-        self._position.setText(f"{words} {'m' if model.frame.has_metres else self.tr('units')}")
+        self._position.setText(f"{words} {'m' if model.frame.has_metres else tr('units')}")
 
     def _jobs_changed(self) -> None:
         if not self._studio.jobs.visible():
@@ -132,6 +131,8 @@ class StatusLine(QStatusBar):
             self._layers.setText("")
             self._layers.setToolTip(path)
         elif self._layers_time:
-            self._layers.setText(f"GIS layers are from {self._layers_time:%H:%M}")
+            self._layers.setText(
+                tr("GIS layers are from {layers_time:%H:%M}", layers_time=self._layers_time)
+            )
         else:
-            self._layers.setText(self.tr("GIS layers are not written yet"))
+            self._layers.setText(tr("GIS layers are not written yet"))

@@ -12,11 +12,12 @@ from PySide6.QtCore import QObject, Qt, Signal
 from vomstudio.document.records import Model
 from vomstudio.geometry import transform
 from vomstudio.rendering.qt.viewport import Viewport
-from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent, Preview
+from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent, Preview
 from vomstudio.ui.common.photo_canvas import Drawn, PhotoCanvas, PhotoPointer
 from vomstudio.ui.common.photo_images import PhotoImages, Picture
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.sight.sighting_thread import SightingThread
+from vomstudio.words import tr
 from vomstudio.workspace.photos import ModelPhotos
 
 Array = npt.NDArray[np.float64]
@@ -99,13 +100,13 @@ class FeaturePhoto(QObject):
         self.canvas.message = ""
         path = photos.path(view)
         if path is None:
-            self.canvas.message = self.tr("The photos are not there: say where they are.")
+            self.canvas.message = tr("The photos are not there: say where they are.")
         else:
             picture = self.images.picture(path)
             if picture is not None:
                 self.canvas.set_picture(picture)
             else:
-                self.canvas.message = self.tr("Reading {0}…").format(path.name)
+                self.canvas.message = tr("Reading {path}…", path=path.name)
         if look:
             self.look_at_target()
 
@@ -125,7 +126,7 @@ class FeaturePhoto(QObject):
             if first and picture.turn.m11() < 0.5:
                 self.look_at_target()
         else:
-            self.say(self.tr("{0} cannot be shown: {1}").format(Path(key).name, picture))
+            self.say(tr("{name} cannot be shown: {picture}", name=Path(key).name, picture=picture))
 
     def look_at_target(self, only_if_lost: bool = False) -> None:
         if self.photos is None or self.view is None or not len(self.target):

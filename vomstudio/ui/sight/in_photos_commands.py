@@ -8,11 +8,12 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from vomstudio.ui.common.actions import Command
-from vomstudio.ui.common.chosen import current_model, start_folder, why_no_model
-from vomstudio.ui.common.ports import Docks
+from vomstudio.ui.common.command_targets import current_model, start_folder, why_no_model
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.window_protocols import Docks
 from vomstudio.ui.sight.feature_photo import FeaturePhoto
 from vomstudio.ui.sight.sighting_list import SightingList
+from vomstudio.words import tr
 from vomstudio.workspace.photos import PhotoLinks
 
 _DOCK = "in_photos"
@@ -44,9 +45,9 @@ def commands(
         model = current_model(studio)
         name, _ = QFileDialog.getOpenFileName(
             parent,
-            parent.tr("The cameras of the model"),
+            tr("The cameras of the model"),
             start_folder(studio),
-            parent.tr("Cameras (*.json)"),
+            tr("Cameras (*.json)"),
         )
         if name and model is not None:
             show()
@@ -54,7 +55,7 @@ def commands(
 
     def find_photos() -> None:
         name = QFileDialog.getExistingDirectory(
-            parent, parent.tr("The photos of the model"), start_folder(studio)
+            parent, tr("The photos of the model"), start_folder(studio)
         )
         models = links.models()
         if name and models:

@@ -19,13 +19,14 @@ from PySide6.QtWidgets import (
 from vomstudio.document.records import Feature, Model
 from vomstudio.geometry import transform
 from vomstudio.rendering.qt.viewport import Viewport
-from vomstudio.tools.types import Button, Hit, Pointer, PointerEvent
+from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
+from vomstudio.ui.common.number_formatting import drawn_points
 from vomstudio.ui.common.photo_canvas import PhotoPointer
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ElidedLabel
-from vomstudio.ui.common.wording import drawn_points
 from vomstudio.ui.sight.feature_photo import FeaturePhoto, world_of
 from vomstudio.ui.sight.sighting_list import SightingList, sighting_words
+from vomstudio.words import tr
 from vomstudio.workspace.photos import ModelPhotos, PhotoLinks
 
 if TYPE_CHECKING:
@@ -215,7 +216,7 @@ class InPhotosPanel(QWidget):
         if feature is not None and (vertices := getattr(tool, "vertices", ())):
             model = self._studio.records.get(feature.model_id)
             if isinstance(model, Model):
-                return _some(transform.apply(model.to_world, vertices)), self.tr("what is picked")
+                return _some(transform.apply(model.to_world, vertices)), tr("what is picked")
         chosen = [r for i in self._studio.selection.ids
                   if isinstance(r := self._studio.records.get(i), Feature)]  # fmt: skip
         if chosen:
@@ -225,7 +226,7 @@ class InPhotosPanel(QWidget):
                 name = chosen[0].name if len(chosen) == 1 else f"{len(chosen)} features"
                 return _some(np.concatenate(points)), name
         if self._place is not None:
-            return self._place[None], self.tr("the place that was clicked")
+            return self._place[None], tr("the place that was clicked")
         return np.zeros((0, 3)), ""
 
     # --- the answers -------------------------------------------------------------------------
@@ -243,12 +244,15 @@ class InPhotosPanel(QWidget):
         if len(self.shown.target):
             rows = [(s.name, sighting_words(s, self._metric())) for s in sightings]
             count = f"{len(sightings)} of {len(views)} photos"
-            text = self.tr("{0}: seen in {1}").format(self._what, count)
+            text = tr("{what}: seen in {count}", what=self._what, count=count)
         else:
             rows = [(view.name, "") for view in views]
-            text = self.tr(
-                "{0} photos of {1}. Select a feature or click on the outcrop to see it here."
-            ).format(len(views), photos.name)
+            text = tr(
+                "{count} photos of {photos}. Select a feature or click on the outcrop to see "
+                "it here.",
+                count=len(views),
+                photos=photos.name,
+            )
         self._text = text
         self.list.show_rows(rows, lambda name: photos.path(photos.views.row(name)))
         self._choose_photo()
@@ -330,7 +334,7 @@ class InPhotosPanel(QWidget):
             if here and len(self.shown.target):
                 words += f": {sighting_words(here[0], self._metric()).replace(chr(10), ', ')}"
             elif len(self.shown.target):
-                words += self.tr(" does not show it")
+                words += tr(" does not show it")
         self.words.setText(words)
 
     def _offer(self) -> None:
@@ -343,17 +347,22 @@ class InPhotosPanel(QWidget):
             if photos.folder is None:
                 offers = {"find_photos"}
         elif not models:
-            message = self.tr("Open a model to see it in the photos that it was made of.")
+            message = tr("Open a model to see it in the photos that it was made of.")
             offers = {"choose_photos"}
         elif self._links.busy():
-            message = self.tr("Looking for the photos of the model…")
+            message = tr("Looking for the photos of the model…")
         else:
             offers = {"choose_photos", "open_cameras"}
             problems = [p for m in models if (p := self._links.problem(m.id))]
-            message = problems[0] if problems else self.tr(
-                "{0} has no cameras.json beside it. A model that is made here from photos has one; "
-                "of another one, open the cameras of its reconstruction."
-            ).format(models[0].name)  # fmt: skip
+            message = (
+                problems[0]
+                if problems
+                else tr(
+                    "{name} has no cameras.json beside it. A model that is made here from photos "
+                    "has one; of another one, open the cameras of its reconstruction.",
+                    name=models[0].name,
+                )
+            )
         for name, button in self._offers.items():
             button.setVisible(name in offers)
         if photos is None or message:

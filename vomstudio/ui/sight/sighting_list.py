@@ -11,6 +11,7 @@ from PySide6.QtGui import QIcon, QImage, QPixmap
 from PySide6.QtWidgets import QListView, QListWidget, QListWidgetItem
 
 from vomstudio.ui.common.photo_images import THUMBNAIL, PhotoImages
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.photogrammetry.inspect.photo_views import Sighting
@@ -80,7 +81,7 @@ class SightingList(QListWidget):
             self.chosen.emit(self.item(row).data(Qt.ItemDataRole.UserRole))
 
     def _tip(self, name: str, words: str) -> str:
-        meaning = self.tr("size of a pixel on the rock · angle between line of sight and normal")
+        meaning = tr("size of a pixel on the rock · angle between line of sight and normal")
         return f"{name}\n{words}\n({meaning})" if words else name
 
     def _thumbnailed(self, key: str, image: QImage) -> None:

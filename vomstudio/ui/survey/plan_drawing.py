@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QWidget
 from vomstudio.products.report.field_sheet import CONTROL, FACE, OBLIQUE, PERPENDICULAR
 from vomstudio.survey.planning import Station, SurveyPlan
 from vomstudio.ui.photos.plan_view import round_length
+from vomstudio.words import tr
 
 _MARGIN, _TITLE, _LEGEND = 18.0, 22.0, 26.0
 _ARROW = 13.0
@@ -68,9 +69,9 @@ class PlanDrawing(QWidget):
         text = self.palette().text().color()
         painter.setPen(text)
         titles = (
-            (self.tr("From above"), self.tr("From the side"))
+            (tr("From above"), tr("From the side"))
             if flat
-            else (self.tr("As you face it"), self.tr("From above"))
+            else (tr("As you face it"), tr("From above"))
         )
         painter.drawText(QPointF(_MARGIN, _TITLE - 6), titles[0])
         painter.drawText(QPointF(_MARGIN, above - 8), titles[1])
@@ -158,12 +159,12 @@ class PlanDrawing(QWidget):
             painter.setPen(QPen(QColor(color), 1.2))
             painter.setBrush(QColor(color))
             _mark(painter, QPointF(x, y), kind == "oblique")
-            x = self._legend_text(painter, text, self.tr(kind), x, y)
+            x = self._legend_text(painter, text, tr(kind), x, y)
         painter.setPen(QPen(QColor(PERPENDICULAR), 1.0, Qt.PenStyle.DashLine))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawRect(QRectF(x - 5, y - 4, 12, 8))
-        x = self._legend_text(painter, text, self.tr("one photo"), x + 4, y)
-        for filled, name in ((True, self.tr("control point")), (False, self.tr("check point"))):
+        x = self._legend_text(painter, text, tr("one photo"), x + 4, y)
+        for filled, name in ((True, tr("control point")), (False, tr("check point"))):
             painter.setPen(QPen(QColor(CONTROL), 1.5))
             painter.setBrush(QColor(CONTROL if filled else "#ffffff"))
             painter.drawRect(QRectF(x - 3.5, y - 3.5, 7, 7))

@@ -31,13 +31,14 @@ from vomstudio.io.photos.camera_table import camera_models
 from vomstudio.products.report.field_sheet import figures, write_field_sheet
 from vomstudio.survey.plan_camera import camera_of
 from vomstudio.survey.planning import LEAST_OVERLAP, MANNERS, MOST_OVERLAP, SurveyPlan, plan_survey
-from vomstudio.ui.common.background import Background
-from vomstudio.ui.common.chosen import start_folder
+from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.survey.plan_drawing import PlanDrawing
+from vomstudio.words import tr
 
 _KEPT = "survey_plan"
 _TYPING_MS = 200
@@ -76,7 +77,7 @@ class PlannerDialog(QDialog):
     def __init__(self, parent: QWidget, studio: Studio, survey: PhotoSurvey) -> None:
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle(self.tr("Plan a photo survey"))
+        self.setWindowTitle(tr("Plan a photo survey"))
         self.resize(1120, 720)
         self._studio, self._survey = studio, survey
         self._background = Background(self)
@@ -118,23 +119,23 @@ class PlannerDialog(QDialog):
         self.camera.setCompleter(completer)
         edit = self.camera.lineEdit()
         assert edit is not None
-        edit.setPlaceholderText(self.tr("name, or 23.5x15.6,35,6000x4000"))
+        edit.setPlaceholderText(tr("name, or 23.5x15.6,35,6000x4000"))
         self.camera.setToolTip(
-            self.tr("A camera of the table, or its sensor in mm, focal length in mm and pixels")
+            tr("A camera of the table, or its sensor in mm, focal length in mm and pixels")
         )
         self.camera.editTextChanged.connect(self._changed)
-        photo = QPushButton(self.tr("From a photo…"))
-        photo.setToolTip(self.tr("Camera and focal length as a photo states them"))
+        photo = QPushButton(tr("From a photo…"))
+        photo.setToolTip(tr("Camera and focal length as a photo states them"))
         photo.clicked.connect(self._browse_photo)
         self.focal = self._number("plan_focal")
-        self.focal.setPlaceholderText(self.tr("built in"))
+        self.focal.setPlaceholderText(tr("built in"))
         self.aperture = self._number("plan_aperture")
         self.width_ = self._number("plan_width")
         self.height_ = self._number("plan_height")
         self.wish = ComboBox()
         self.wish.setObjectName("plan_wish")
         for title, key, *_ in _WISHES:
-            self.wish.addItem(self.tr(title), key)
+            self.wish.addItem(tr(title), key)
         self.wish.currentIndexChanged.connect(self._wish_chosen)
         self.value = self._number("plan_value")
         self._unit = QLabel()
@@ -146,23 +147,23 @@ class PlannerDialog(QDialog):
         self.manner = ComboBox()
         self.manner.setObjectName("plan_manner")
         for key, title in _MANNERS.items():
-            self.manner.addItem(self.tr(title), key)
+            self.manner.addItem(tr(title), key)
         self.manner.currentIndexChanged.connect(self._changed)
         form = QFormLayout()
         form.setVerticalSpacing(6)
-        form.addRow(self.tr("Camera"), _row((self.camera, 1), (photo, 0)))
+        form.addRow(tr("Camera"), _row((self.camera, 1), (photo, 0)))
         form.addRow(
-            self.tr("Lens"),
-            _row((self.focal, 0), (QLabel(self.tr("mm   at f/")), 0), (self.aperture, 0)),
+            tr("Lens"),
+            _row((self.focal, 0), (QLabel(tr("mm   at f/")), 0), (self.aperture, 0)),
         )
         form.addRow(
-            self.tr("Outcrop"),
-            _row((self.width_, 0), (QLabel(self.tr("m wide")), 0), (self.height_, 0),
-                 (QLabel(self.tr("m high")), 0)),
+            tr("Outcrop"),
+            _row((self.width_, 0), (QLabel(tr("m wide")), 0), (self.height_, 0),
+                 (QLabel(tr("m high")), 0)),
         )  # fmt: skip
-        form.addRow(self.tr("Taken"), self.manner)
-        form.addRow(self.tr("Wanted"), _row((self.wish, 0), (self.value, 0), (self._unit, 0)))
-        form.addRow(self.tr("Overlap"), _row((self.overlap, 0)))
+        form.addRow(tr("Taken"), self.manner)
+        form.addRow(tr("Wanted"), _row((self.wish, 0), (self.value, 0), (self._unit, 0)))
+        form.addRow(tr("Overlap"), _row((self.overlap, 0)))
         return form
 
     def _number(self, name: str) -> QLineEdit:
@@ -197,8 +198,8 @@ class PlannerDialog(QDialog):
     def _make_buttons(self) -> QDialogButtonBox:
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         role = QDialogButtonBox.ButtonRole.ActionRole
-        self.save = buttons.addButton(self.tr("Save the field sheet…"), role)
-        self.print_ = buttons.addButton(self.tr("Print the field sheet…"), role)
+        self.save = buttons.addButton(tr("Save the field sheet…"), role)
+        self.print_ = buttons.addButton(tr("Print the field sheet…"), role)
         self.save.clicked.connect(self._save)
         self.print_.clicked.connect(self._print)
         for button in buttons.buttons():
@@ -250,8 +251,8 @@ class PlannerDialog(QDialog):
     def _browse_photo(self) -> None:
         start = str(self._survey.folder or start_folder(self._studio))
         name, _ = QFileDialog.getOpenFileName(
-            self, self.tr("A photo taken with this camera"), start,
-            self.tr("Photos (*.jpg *.jpeg *.JPG *.JPEG *.tif *.tiff *.png);;All files (*)"),
+            self, tr("A photo taken with this camera"), start,
+            tr("Photos (*.jpg *.jpeg *.JPG *.JPEG *.tif *.tiff *.png);;All files (*)"),
         )  # fmt: skip
         if name:
             self.focal.clear()
@@ -293,9 +294,13 @@ class PlannerDialog(QDialog):
             use = sum(point.use == "check" for point in self.plan.control_points)
             # Not what is in the form above.
             rows = [row for row in rows if row[0] not in ("Outcrop", "Overlap")]
-            rows = [*rows, (self.tr("Control points"), self.tr(
-                "{0}, {1} of them to check with; marks of {2:.2g} cm"
-            ).format(count, use, size))]  # fmt: skip
+            control = tr(
+                "{count}, {use} of them to check with; marks of {size:.2g} cm",
+                count=count,
+                use=use,
+                size=size,
+            )
+            rows = [*rows, (tr("Control points"), control)]
         for name, label in self.figures.items():
             label.setVisible(name in dict(rows))
         while (item := self._grid.takeAt(0)) is not None:
@@ -315,7 +320,7 @@ class PlannerDialog(QDialog):
         if self.plan is None:
             return
         name, chosen = QFileDialog.getSaveFileName(
-            self, self.tr("Save the field sheet"),
+            self, tr("Save the field sheet"),
             str(Path(start_folder(self._studio)) / "field_sheet.pdf"),
             "PDF (*.pdf);;SVG (*.svg);;HTML (*.html)",
         )  # fmt: skip
@@ -330,9 +335,9 @@ class PlannerDialog(QDialog):
         self.save_to(path)
 
     def _may_replace(self, path: Path) -> bool:
-        words = self.tr("{0} exists already. Replace it?").format(path.name)
+        words = tr("{path} exists already. Replace it?", path=path.name)
         yes = QMessageBox.StandardButton.Yes
-        return QMessageBox.question(self, self.tr("Save the field sheet"), words) == yes
+        return QMessageBox.question(self, tr("Save the field sheet"), words) == yes
 
     def save_to(self, path: Path) -> None:
         plan, studio = self.plan, self._studio
@@ -350,7 +355,7 @@ class PlannerDialog(QDialog):
             if isinstance(made, VomError):
                 studio.fail(made)
             else:
-                studio.info(self.tr("Written: {0}").format(made))
+                studio.info(tr("Written: {made}", made=made))
 
         # matplotlib takes a second to come.
         self._background.run(work, done)

@@ -16,6 +16,7 @@ from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.scene.camera_view import CameraView
+from vomstudio.words import tr
 
 SPARSE, REPORT = "sparse.ply", "report.html"
 NOT_ALIGNED = "the photos have not been aligned yet; make the model first"
@@ -58,7 +59,7 @@ def commands(
 
     def tie_points() -> None:
         if (out := results()) is not None:
-            _show_tie_points(studio, out, parent.tr("{0} tie points"))
+            _show_tie_points(studio, out, tr("{0} tie points"))
 
     def no_report() -> str | None:
         out = results()

@@ -10,11 +10,12 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 
 from vomstudio.io.project.folder import SUFFIX, is_project
 from vomstudio.ui.common.actions import Command
-from vomstudio.ui.common.chosen import start_folder
+from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.open_dialogs import OpenDialogs
-from vomstudio.ui.common.ports import Docks
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.window_protocols import Docks
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
+from vomstudio.words import tr
 
 _DOCK = "photos"
 # Five photos with their thumbnails.
@@ -29,7 +30,7 @@ def commands(
     def choose() -> None:
         name = QFileDialog.getExistingDirectory(
             show.parent,
-            show.parent.tr("A folder of photos"),
+            tr("A folder of photos"),
             start_folder(studio),
             QFileDialog.Option.ShowDirsOnly,
         )
@@ -93,7 +94,7 @@ class SurveyDialogs:
         )
 
     def settings(self) -> None:
-        from vomstudio.ui.survey.make_dialog import MakeDialog
+        from vomstudio.ui.survey.reconstruct_dialog import MakeDialog
 
         make = self._actions["make_model"]
         self._dialogs.show(MakeDialog, lambda: MakeDialog(self.parent, self._survey, make))

@@ -23,10 +23,11 @@ from PySide6.QtWidgets import (
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.survey_tasks import TAKE_FRAMES, FramesOrder, TakenFrames
 from vomstudio.survey.video import DEFAULT_FPS, is_ours
-from vomstudio.ui.common.chosen import start_folder
+from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.studio import Notice, Studio
 from vomstudio.ui.common.widgets import file_field
-from vomstudio.workspace.jobs import RunningJob
+from vomstudio.words import tr
+from vomstudio.workspace.running_jobs import RunningJob
 
 _VIDEOS = "Videos (*.mp4 *.MP4 *.mov *.MOV *.avi *.AVI *.mkv *.m4v *.mts *.MTS);;All files (*)"
 _SHOWN_GAPS = 6
@@ -40,35 +41,35 @@ class VideoDialog(QDialog):
     ) -> None:
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle(self.tr("Frames from a video"))
+        self.setWindowTitle(tr("Frames from a video"))
         self.setMinimumWidth(620)
         self._studio, self._open_photos = studio, open_photos
         self._job: RunningJob | None = None
         about = QLabel(
-            self.tr(
+            tr(
                 "The sharpest frame of every moment is kept, unless it is blurred or shows what "
                 "the one before shows. Photos are better wherever they can be had: they are "
                 "larger, sharper, and know their camera and place."
             )
         )
         about.setWordWrap(True)
-        self.video, video = file_field("video_file", self.tr("Choose…"), self._browse_video)
-        self.folder, folder = file_field("video_folder", self.tr("Choose…"), self._browse_folder)
+        self.video, video = file_field("video_file", tr("Choose…"), self._browse_video)
+        self.folder, folder = file_field("video_folder", tr("Choose…"), self._browse_folder)
         self.fps = QDoubleSpinBox()
         self.fps.setObjectName("video_fps")
         self.fps.setRange(0.1, 10.0)
         self.fps.setDecimals(1)
         self.fps.setSingleStep(0.5)
         self.fps.setValue(DEFAULT_FPS)
-        self.fps.setToolTip(self.tr("1 to 4 are usual; more where the camera moves fast"))
+        self.fps.setToolTip(tr("1 to 4 are usual; more where the camera moves fast"))
         rate = QHBoxLayout()
         rate.addWidget(self.fps)
-        rate.addWidget(QLabel(self.tr("of a second (1 to 4 are usual)")))
+        rate.addWidget(QLabel(tr("of a second (1 to 4 are usual)")))
         rate.addStretch()
         form = QFormLayout()
-        form.addRow(self.tr("Video"), video)
-        form.addRow(self.tr("Frames"), rate)
-        form.addRow(self.tr("Write to"), folder)
+        form.addRow(tr("Video"), video)
+        form.addRow(tr("Frames"), rate)
+        form.addRow(tr("Write to"), folder)
         self.bar = QProgressBar()
         self.bar.hide()
         self.said = QLabel()
@@ -77,8 +78,8 @@ class VideoDialog(QDialog):
         self.said.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         role = QDialogButtonBox.ButtonRole.ActionRole
-        self.start = buttons.addButton(self.tr("Take the frames"), role)
-        self.stop = buttons.addButton(self.tr("Stop"), role)
+        self.start = buttons.addButton(tr("Take the frames"), role)
+        self.stop = buttons.addButton(tr("Stop"), role)
         self.start.clicked.connect(self._start)
         self.stop.clicked.connect(self._stop)
         buttons.rejected.connect(self.close)
@@ -98,7 +99,7 @@ class VideoDialog(QDialog):
     # --- choosing ----------------------------------------------------------------------------
     def _browse_video(self) -> None:
         name, _ = QFileDialog.getOpenFileName(
-            self, self.tr("A video of the outcrop"), start_folder(self._studio), self.tr(_VIDEOS)
+            self, tr("A video of the outcrop"), start_folder(self._studio), tr(_VIDEOS)
         )
         if name:
             self.choose_video(Path(name))
@@ -109,7 +110,7 @@ class VideoDialog(QDialog):
 
     def _browse_folder(self) -> None:
         name = QFileDialog.getExistingDirectory(
-            self, self.tr("A folder for the frames"), self.folder.text()
+            self, tr("A folder for the frames"), self.folder.text()
         )
         if name:
             self.folder.setText(name)
@@ -118,7 +119,7 @@ class VideoDialog(QDialog):
         job = self._job
         ready = bool(self.video.text().strip() and self.folder.text().strip())
         self.start.setEnabled(job is None and ready)
-        self.start.setToolTip("" if ready else self.tr("Not now: choose a video first"))
+        self.start.setToolTip("" if ready else tr("Not now: choose a video first"))
         self.stop.setVisible(job is not None)
         self.bar.setVisible(job is not None)
         if job is not None:
@@ -133,8 +134,8 @@ class VideoDialog(QDialog):
         if folder.is_dir() and any(folder.iterdir()) and not is_ours(folder):
             answer = QMessageBox.question(
                 self,
-                self.tr("Write among other files?"),
-                self.tr("{0} holds other files. Write the frames among them?").format(folder.name),
+                tr("Write among other files?"),
+                tr("{folder} holds other files. Write the frames among them?", folder=folder.name),
             )
             if answer != QMessageBox.StandardButton.Yes:
                 return
@@ -150,7 +151,7 @@ class VideoDialog(QDialog):
 
         def failed(event: Failed) -> None:
             if event.cancelled:
-                self._ended(self.tr("Stopped; nothing was written."))
+                self._ended(tr("Stopped; nothing was written."))
                 return
             self._ended(event.message)
             studio.warn(event.message, "error")
@@ -158,7 +159,7 @@ class VideoDialog(QDialog):
         self._job = studio.jobs.submit(
             TAKE_FRAMES,
             FramesOrder(video, folder, fps, force),
-            title=self.tr("Frames of {0}").format(video.name),
+            title=tr("Frames of {video}", video=video.name),
             on_done=done,
             on_failed=failed,
         )

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from vomstudio.errors import InputError
 from vomstudio.io.control.format import ControlFormat
-from vomstudio.io.control.metres import in_metres
 from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.io.control.projection import in_metres
 from vomstudio.io.text.xml_tree import (
     Element,
     Once,
@@ -17,6 +17,7 @@ from vomstudio.io.text.xml_tree import (
     read_xml,
     wrong,
 )
+from vomstudio.words import tr
 
 TOP = "document"
 
@@ -45,9 +46,11 @@ def _chunk(path: Path, root: Element) -> Element:
     found = [each for each in root.below("chunk") if each.child("markers") is not None]
     if len(found) != 1:
         raise InputError(
-            "has no chunk with markers"
+            tr("has no chunk with markers")
             if not found
-            else f"has {len(found)} chunks with markers; export the one that is meant",
+            else tr(
+                "has {count} chunks with markers; export the one that is meant", count=len(found)
+            ),
             file=path,
             field=root.tag,
         )
@@ -73,7 +76,7 @@ def _points(path: Path, root: Element) -> list[ControlPoint]:
         check = reference.attributes.get("enabled", "true").casefold() in ("false", "0")
         points.append(ControlPoint(label, (x, y, z), sigma or None, check))
     if not points:
-        raise InputError("no marker has coordinates (reference with x, y, z)", file=path)
+        raise InputError(tr("no marker has coordinates (reference with x, y, z)"), file=path)
     return points
 
 
@@ -100,7 +103,7 @@ def marks_of(path: Path) -> list[Mark]:
             photo = _known(path, place, "camera_id", names)
             marks.append(Mark(label, photo, _number(path, place, "x"), _number(path, place, "y")))
     if not marks:
-        raise InputError("has no marks that were placed by hand (location, pinned)", file=path)
+        raise InputError(tr("has no marks that were placed by hand (location, pinned)"), file=path)
     return marks
 
 

@@ -10,8 +10,9 @@ from pathlib import Path
 
 from vomstudio.errors import InputError
 from vomstudio.io.control.format import ControlFormat
-from vomstudio.io.control.metres import in_metres
 from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.io.control.projection import in_metres
+from vomstudio.words import tr
 
 _LARGEST = 64 << 20
 _UTM = re.compile(r"WGS84\s+UTM\s+(\d{1,2})\s*([NS])", re.IGNORECASE)
@@ -65,12 +66,14 @@ def read_odm(path: str | Path) -> OdmControl:
     path = Path(path)
     try:
         if path.stat().st_size > _LARGEST:
-            raise InputError(f"is larger than {_LARGEST >> 20} MB", file=path)
+            raise InputError(tr("is larger than {LARGEST} MB", LARGEST=_LARGEST >> 20), file=path)
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", file=path) from error
+        raise InputError(
+            tr("cannot be read ({strerror})", strerror=error.strerror), file=path
+        ) from error
     except UnicodeDecodeError as error:
-        raise InputError("is not text in UTF-8", file=path) from error
+        raise InputError(tr("is not text in UTF-8"), file=path) from error
     rows = [
         (number, text.strip())
         for number, text in enumerate(lines, start=1)
@@ -78,7 +81,7 @@ def read_odm(path: str | Path) -> OdmControl:
     ]
     if not rows or _HEADER.fullmatch(rows[0][1]) is None:
         raise InputError(
-            "does not begin with its projection (EPSG:32633, WGS84 UTM 33N or +proj=…)",
+            tr("does not begin with its projection (EPSG:32633, WGS84 UTM 33N or +proj=…)"),
             file=path,
             line=rows[0][0] if rows else 1,
         )
@@ -90,7 +93,7 @@ def read_odm(path: str | Path) -> OdmControl:
         cells = [cell.strip() for cell in text.split("\t")] if "\t" in text else text.split()
         if len(cells) < 6:
             raise InputError(
-                f"has {len(cells)} columns; x y z pixel_x pixel_y photo are needed",
+                tr("has {count} columns; x y z pixel_x pixel_y photo are needed", count=len(cells)),
                 file=path,
                 line=line,
             )
@@ -104,15 +107,24 @@ def read_odm(path: str | Path) -> OdmControl:
         before, known = points.setdefault(label, (line, ControlPoint(label, place)))
         if known.position != place:
             raise InputError(
-                f"'{label}' is at another place in line {before}", file=path, line=line
+                tr("'{label}' is at another place in line {before}", label=label, before=before),
+                file=path,
+                line=line,
             )
         before, _ = marks.setdefault((label, photo), (line, Mark(label, photo, u, v)))
         if before != line:
             raise InputError(
-                f"'{label}' is marked in {photo} in line {before} already", file=path, line=line
+                tr(
+                    "'{label}' is marked in {photo} in line {before} already",
+                    label=label,
+                    photo=photo,
+                    before=before,
+                ),
+                file=path,
+                line=line,
             )
     if not points:
-        raise InputError("has no points", file=path)
+        raise InputError(tr("has no points"), file=path)
     return OdmControl(
         _crs(path, first, header),
         first,
@@ -126,7 +138,7 @@ def _crs(path: Path, line: int, header: str) -> str:
         found = _UTM.fullmatch(header)
         if found is None or not 1 <= int(found[1]) <= 60:
             raise InputError(
-                f"'{header[:40]}' is no UTM zone; write it as in WGS84 UTM 33N",
+                tr("'{header}' is no UTM zone; write it as in WGS84 UTM 33N", header=header[:40]),
                 file=path,
                 line=line,
             )
@@ -140,7 +152,9 @@ def _number(path: Path, line: int, name: str, cell: str) -> float:
     except ValueError:
         value = float("nan")
     if not isfinite(value):
-        raise InputError(f"'{cell[:40]}' is not a number", file=path, line=line, field=name)
+        raise InputError(
+            tr("'{cell}' is not a number", cell=cell[:40]), file=path, line=line, field=name
+        )
     return value
 
 

@@ -15,9 +15,10 @@ import numpy as np
 
 from vomstudio.errors import InputError, UsageError
 from vomstudio.io.control.format import ControlFormat
-from vomstudio.io.control.metres import in_metres
 from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.io.control.projection import in_metres
 from vomstudio.io.text.tables import TextTable, read_table
+from vomstudio.words import tr
 
 _IN_COMMENT = re.compile(r"[#\s]*(?:CRS\s*[:=]?\s*)?(EPSG:\d+\b|[A-Z]+CRS\[.*\])", re.IGNORECASE)
 _CONTROL = {"", "control", "yes", "true", "1", "gcp"}
@@ -57,7 +58,7 @@ def points_of(path: Path) -> list[ControlPoint]:
         known = None if np.isnan(sigmas[row]) else float(sigmas[row])
         points.append(ControlPoint(name, place, known, uses[row] in _CHECK))
     if not points:
-        raise InputError("has no points", file=path)
+        raise InputError(tr("has no points"), file=path)
     return points
 
 
@@ -73,7 +74,7 @@ def marks_of(path: Path) -> list[Mark]:
         for text, name, place in zip(table.labels(label), names, pixels, strict=True)
     ]
     if not marks:
-        raise InputError("has no marks", file=path)
+        raise InputError(tr("has no marks"), file=path)
     seen: dict[tuple[str, str], int] = {}
     for row, mark in enumerate(marks):
         first = seen.setdefault((mark.label, mark.photo), row)
@@ -103,7 +104,10 @@ def _line_of(path: Path, comment: str) -> int | None:
 def _columns(table: TextTable, *names: str) -> list[int]:
     if table.names is None:
         raise InputError(
-            f"has no header; its first line must name the columns {', '.join(names)}",
+            tr(
+                "has no header; its first line must name the columns {names}",
+                names=", ".join(names),
+            ),
             file=table.path,
         )
     try:

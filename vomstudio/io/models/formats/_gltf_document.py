@@ -20,9 +20,10 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.io.models.formats._clean import read_whole
+from vomstudio.io.models.formats._common import read_whole
 from vomstudio.io.models.mtl import find_beside
 from vomstudio.progress import Progress, Silent
+from vomstudio.words import tr
 
 Array = npt.NDArray[Any]
 
@@ -87,7 +88,9 @@ class Document:
         return self._hasher.hexdigest() if self._has_files else ""
 
     def wrong(self, sentence: str, field: str | None = None) -> InputError:
-        return InputError(f"{sentence}; export the file again.", file=self.path, field=field)
+        return InputError(
+            tr("{sentence}; export the file again.", sentence=sentence), file=self.path, field=field
+        )
 
     def _split(self, data: Array) -> bytes:
         if len(data) < 20:
@@ -97,8 +100,12 @@ class Document:
             raise self.wrong(f"This is glTF version {version}, and version 2 is read here")
         if length > len(data):
             raise InputError(
-                f"The file is cut short: {len(data):,} of {length:,} bytes are there; copy it"
-                " again.",
+                tr(
+                    "The file is cut short: {count:,} of {length:,} bytes are there; copy it "
+                    "again.",
+                    count=len(data),
+                    length=length,
+                ),
                 file=self.path,
             )
         at, text = 12, b""
@@ -124,7 +131,7 @@ class Document:
         except (ValueError, RecursionError) as error:
             said = str(error).split(": line")[0][:80]
             raise InputError(
-                f"Its JSON cannot be understood ({said}); export the file again.",
+                tr("Its JSON cannot be understood ({said}); export the file again.", said=said),
                 file=self.path,
                 line=getattr(error, "lineno", None),
             ) from None
@@ -140,8 +147,11 @@ class Document:
         for name in required if isinstance(required, list) else ():
             if name in COMPRESSED:
                 raise InputError(
-                    f"Its geometry is compressed with {COMPRESSED[name]}, which is not read here;"
-                    " export it without compression.",
+                    tr(
+                        "Its geometry is compressed with {COMPRESSED}, which is not read here; "
+                        "export it without compression.",
+                        COMPRESSED=COMPRESSED[name],
+                    ),
                     file=self.path,
                     field="extensionsRequired",
                 )
@@ -194,7 +204,11 @@ class Document:
         name = unquote_to_bytes(uri).decode("utf-8", "replace")
         found, problem = find_beside(self.path.parent, name)
         if found is None:
-            raise InputError(f"{problem}; put it beside the model.", file=self.path, field=field)
+            raise InputError(
+                tr("{problem}; put it beside the model.", problem=problem),
+                file=self.path,
+                field=field,
+            )
         return found
 
     def _buffer(self, index: object) -> Array:
@@ -218,8 +232,12 @@ class Document:
         length = self.whole(buffer, "byteLength", len(data), field)
         if length > len(data):
             raise InputError(
-                f"Its data is cut short: {len(data):,} of {length:,} bytes are there; copy it"
-                " again.",
+                tr(
+                    "Its data is cut short: {count:,} of {length:,} bytes are there; copy it "
+                    "again.",
+                    count=len(data),
+                    length=length,
+                ),
                 file=self.path,
                 field=field,
             )

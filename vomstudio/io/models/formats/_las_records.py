@@ -12,8 +12,9 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.io.models.formats._clean import scale_colors
-from vomstudio.io.models.formats._las_top import Top
+from vomstudio.io.models.formats._common import scale_colors
+from vomstudio.io.models.formats._las_header import Top
+from vomstudio.words import tr
 
 Array = npt.NDArray[Any]
 
@@ -53,8 +54,11 @@ def layout_of(top: Top, path: Path) -> Layout:
     known = _FORMATS.get(top.point_format)
     if known is None or np.dtype(known).itemsize > top.record_bytes:
         raise InputError(
-            f"Its points are of format {top.point_format}, which is not known; export it again as "
-            "LAS 1.4.",
+            tr(
+                "Its points are of format {point_format}, which is not known; export it "
+                "again as LAS 1.4.",
+                point_format=top.point_format,
+            ),
             file=path,
             field="LAS header",
         )

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from vomstudio.errors import InputError
 from vomstudio.io.models.mtl import decode
+from vomstudio.words import tr
 
 MAGIC = (b"ply\n", b"ply\r", b"ply ")
 MAX_HEADER_BYTES = 1 << 20
@@ -57,7 +58,9 @@ class Header:
 def read_header(top: bytes, path: Path) -> Header:
     """The header; raises InputError with the line that is wrong."""
     if not top.startswith(MAGIC):
-        raise InputError("This is not a PLY file: it does not begin with 'ply'.", file=path, line=1)
+        raise InputError(
+            tr("This is not a PLY file: it does not begin with 'ply'."), file=path, line=1
+        )
     at = 0
     order: str | None = None
     elements: list[tuple[str, int, list[Property]]] = []
@@ -66,7 +69,9 @@ def read_header(top: bytes, path: Path) -> Header:
     number = 0
 
     def wrong(sentence: str) -> InputError:
-        return InputError(f"{sentence}; export the file again.", file=path, line=number)
+        return InputError(
+            tr("{sentence}; export the file again.", sentence=sentence), file=path, line=number
+        )
 
     while True:
         ends = [e for e in (top.find(b"\n", at), top.find(b"\r", at)) if e >= 0]
@@ -113,7 +118,7 @@ def read_header(top: bytes, path: Path) -> Header:
         else:
             raise wrong(f"The PLY header line '{line.strip()[:60]}' is not understood")
     if order is None:
-        raise InputError("The PLY header names no format; export it again.", file=path)
+        raise InputError(tr("The PLY header names no format; export it again."), file=path)
     return Header(
         order, tuple(Element(n, c, tuple(p)) for n, c, p in elements), tuple(textures), at
     )

@@ -9,9 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.io.models.formats._clean import some
+from vomstudio.io.models.formats._common import some
 from vomstudio.io.models.formats._ply_header import Element, Header
 from vomstudio.progress import Progress
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.generic]
 
@@ -149,7 +150,8 @@ def read_text(
 
     if buffer.find(0, header.body) >= 0:
         raise InputError(
-            "The header says the PLY is a text, but binary data follow; export it again.", file=path
+            tr("The header says the PLY is a text, but binary data follow; export it again."),
+            file=path,
         )
     if buffer.find(b"\n", header.body) < 0:
         buffer[header.body :] = buffer[header.body :].replace(b"\r", b"\n")

@@ -13,9 +13,10 @@ from vomstudio.errors import InputError
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import parse_crs
 from vomstudio.io.gis.raster import libtiff_silent
-from vomstudio.io.models.formats._clean import drop_unsound, some
+from vomstudio.io.models.formats._common import drop_unsound, some
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
+from vomstudio.words import tr
 
 Array = npt.NDArray[Any]
 
@@ -61,11 +62,11 @@ def read(path: Path, progress: Progress) -> LoadedModel:
             transform = dataset.transform
     except (RasterioError, OSError, ValueError, MemoryError) as error:
         raise InputError(
-            "The GeoTIFF is damaged or cut short and cannot be read; copy or export it again.",
+            tr("The GeoTIFF is damaged or cut short and cannot be read; copy or export it again."),
             file=path,
         ) from error
     if not np.isfinite(heights).any():
-        raise InputError("No pixel of it has a height; export it again.", file=path)
+        raise InputError(tr("No pixel of it has a height; export it again."), file=path)
     mesh = _surface(heights, transform, step)
     del heights
     model = drop_unsound(mesh, said, path)
@@ -89,33 +90,47 @@ def _check_is_dem(dataset: Any, path: Path, said: list[str]) -> None:
     if kind == np.uint8 or first in colors or (dataset.count >= 3 and kind == np.uint16):
         bands = "1 band" if dataset.count == 1 else f"{dataset.count} bands"
         raise InputError(
-            f"This is a picture ({bands} of {kind.name}), not a height model; open the model that "
-            "it shows.",
+            tr(
+                "This is a picture ({bands} of {kind}), not a height model; open the model "
+                "that it shows.",
+                bands=bands,
+                kind=kind.name,
+            ),
             file=path,
         )
     if kind.kind not in "iuf":
         raise InputError(
-            f"Its values are {kind.name}, which are no heights; export it as Float32.", file=path
+            tr(
+                "Its values are {kind}, which are no heights; export it as Float32.", kind=kind.name
+            ),
+            file=path,
         )
     if dataset.width < 2 or dataset.height < 2:
-        raise InputError("One row of pixels is no surface; export a larger part.", file=path)
+        raise InputError(tr("One row of pixels is no surface; export a larger part."), file=path)
     pixels = dataset.width * dataset.height
     believed = max(BELIEVED_PIXELS, PIXELS_PER_BYTE * path.stat().st_size)
     if pixels > min(MOST_PIXELS, believed):
         raise InputError(
-            f"Its header promises {dataset.width:,} x {dataset.height:,} pixels, which the file "
-            "cannot hold; export it again, or a part of it.",
+            tr(
+                "Its header promises {width:,} x {height:,} pixels, which the file cannot "
+                "hold; export it again, or a part of it.",
+                width=dataset.width,
+                height=dataset.height,
+            ),
             file=path,
         )
     coefficients = np.array(dataset.transform[:6])
     if dataset.transform.is_identity or not np.isfinite(coefficients).all():
         points = " (only control points or camera figures)" if dataset.gcps[0] else ""
         raise InputError(
-            f"It has no place and no pixel size{points}; export it as a GeoTIFF with both.",
+            tr(
+                "It has no place and no pixel size{points}; export it as a GeoTIFF with both.",
+                points=points,
+            ),
             file=path,
         )
     if dataset.transform.determinant == 0:
-        raise InputError("Its pixels have no area; export it again.", file=path)
+        raise InputError(tr("Its pixels have no area; export it again."), file=path)
     if dataset.count > 1:
         said.append(f"Only the first of its {dataset.count} bands is taken for heights.")
 
@@ -127,14 +142,18 @@ def _crs_of(dataset: Any, path: Path, said: list[str]) -> tuple[str | None, floa
     text = dataset.crs.to_wkt()
     if "VOM Studio view plane" in text:
         raise InputError(
-            "These are depths behind an oblique picture, not heights; open the model that it "
-            "shows.",
+            tr(
+                "These are depths behind an oblique picture, not heights; open the model "
+                "that it shows."
+            ),
             file=path,
         )
     if dataset.crs.is_geographic:
         raise InputError(
-            "Its pixels are in degrees, and so without a true scale; reproject it first into a "
-            "projected CRS, such as a UTM zone (gdalwarp -t_srs EPSG:326xx).",
+            tr(
+                "Its pixels are in degrees, and so without a true scale; reproject it first "
+                "into a projected CRS, such as a UTM zone (gdalwarp -t_srs EPSG:326xx)."
+            ),
             file=path,
             field="CRS",
         )

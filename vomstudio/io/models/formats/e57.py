@@ -11,9 +11,10 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.gis.crs import parse_crs
-from vomstudio.io.models.formats._clean import Columns, drop_unsound_points, some
+from vomstudio.io.models.formats._common import Columns, drop_unsound_points, some
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
+from vomstudio.words import tr
 
 Array = npt.NDArray[Any]
 
@@ -43,7 +44,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     with open(path, "rb") as file:
         if not file.read(8) == b"ASTM-E57":
             raise InputError(
-                "This is not an E57 file: it does not begin with 'ASTM-E57'.", file=path
+                tr("This is not an E57 file: it does not begin with 'ASTM-E57'."), file=path
             )
     try:
         from pye57 import libe57
@@ -66,7 +67,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         MemoryError,
     ) as error:
         raise InputError(
-            "The E57 file is damaged or cut short and cannot be read; copy or export it again.",
+            tr("The E57 file is damaged or cut short and cannot be read; copy or export it again."),
             file=path,
         ) from error
     return LoadedModel(drop_unsound_points(cloud, said, path), "cloud", crs, tuple(said), path)
@@ -116,7 +117,7 @@ def _read_scans(
             progress.step(min(done, total))
     n = done - n_invalid
     if n == 0:
-        raise InputError("There are no valid points in it; export it again.", file=path)
+        raise InputError(tr("There are no valid points in it; export it again."), file=path)
     if n_invalid:
         said.append(f"{some(n_invalid, 'point')} left out that the file marks as invalid.")
     if done < total:

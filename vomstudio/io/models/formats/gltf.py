@@ -16,13 +16,14 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.models.formats._clean import drop_unsound, drop_unsound_points
+from vomstudio.io.models.formats._common import drop_unsound, drop_unsound_points
 from vomstudio.io.models.formats._gltf_document import Document
 from vomstudio.io.models.formats._gltf_materials import materials_of
-from vomstudio.io.models.formats._gltf_pieces import Piece, pieces_of
+from vomstudio.io.models.formats._gltf_primitives import Piece, pieces_of
 from vomstudio.io.models.offset_file import checked_origin, crs_or_problem, offset_path, read_offset
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
+from vomstudio.words import tr
 
 Array = npt.NDArray[Any]
 
@@ -45,8 +46,10 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     except (TypeError, ValueError, LookupError, ArithmeticError, AttributeError) as error:
         # Somebody else's JSON can be wrong in more ways than can be asked for one by one.
         raise InputError(
-            f"The scene contradicts itself ({' '.join(str(error).split())[:120]}); export it"
-            " again.",
+            tr(
+                "The scene contradicts itself ({split}); export it again.",
+                split=" ".join(str(error).split())[:120],
+            ),
             file=path,
         ) from error
 

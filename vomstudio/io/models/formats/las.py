@@ -12,11 +12,12 @@ import numpy.typing as npt
 
 from vomstudio.errors import Cancelled, InputError
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.io.models.formats._clean import Columns, drop_unsound_points, scale_colors
+from vomstudio.io.models.formats._common import Columns, drop_unsound_points, scale_colors
+from vomstudio.io.models.formats._las_header import check_header, mended
 from vomstudio.io.models.formats._las_records import STANDARD_FIELDS
-from vomstudio.io.models.formats._las_top import check_header, mended
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.generic]
 
@@ -75,8 +76,10 @@ def read(path: Path, progress: Progress) -> LoadedModel:
 
 def _damaged(path: Path, error: BaseException) -> InputError:
     return InputError(
-        f"The LAS/LAZ file is damaged and cannot be read ({_short(error)}); copy or export it"
-        " again.",
+        tr(
+            "The LAS/LAZ file is damaged and cannot be read ({short}); copy or export it again.",
+            short=_short(error),
+        ),
         file=path,
     )
 
@@ -111,7 +114,7 @@ def _read_points(
     scales, offsets = np.asarray(header.scales, float), np.asarray(header.offsets, float)
     if not (np.isfinite(scales).all() and np.isfinite(offsets).all() and (scales != 0).all()):
         raise InputError(
-            "The scale or offset of its coordinates is no number; export it again.",
+            tr("The scale or offset of its coordinates is no number; export it again."),
             file=path,
             field="LAS header",
         )
@@ -153,7 +156,7 @@ def _read_points(
             progress.step(done)
     if done == 0:
         raise InputError(
-            "The file holds no points that can be read; copy or export it again.", file=path
+            tr("The file holds no points that can be read; copy or export it again."), file=path
         )
     if done < promised:
         said.append(f"The file is cut short: {done:,} of {promised:,} promised points are there.")

@@ -17,10 +17,11 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
-from vomstudio.io.models.formats._clean import drop_unsound, read_whole, scale_colors, some
+from vomstudio.io.models.formats._common import drop_unsound, read_whole, scale_colors, some
 from vomstudio.io.models.mtl import decode, find_beside, read_library, unquote
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
+from vomstudio.words import tr
 
 BLOCK_BYTES = 8 * 1024 * 1024
 MAX_THREADS = 8
@@ -113,7 +114,7 @@ class _Reading:
             data[:3] = 32
         if np.any(data[:HEAD] == 0):
             raise InputError(
-                "This is a binary file, not a Wavefront OBJ text; check what it really is.",
+                tr("This is a binary file, not a Wavefront OBJ text; check what it really is."),
                 file=self.path,
             )
         if not np.any(data[: min(size, HEAD)] == 10) and np.any(data[:HEAD] == 13):
@@ -162,7 +163,10 @@ class _Reading:
             n_v, n_u, n_t = (int(total[j]) for j in (k.N_VERTICES, k.N_UVS, k.N_TRIANGLES))
             if max(n_v, n_u, n_t) > MAX_ROWS:
                 raise InputError(
-                    "The model has more than 2147483647 vertices or faces; divide it into tiles.",
+                    tr(
+                        "The model has more than 2147483647 vertices or faces; "
+                        "divide it into tiles."
+                    ),
                     file=self.path,
                 )
             self.vertices = np.empty((n_v, 3))

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
-from vomstudio.io.models.formats._clean import (
+from vomstudio.io.models.formats._common import (
     drop_unsound,
     drop_unsound_points,
     read_whole,
@@ -25,6 +25,7 @@ from vomstudio.io.models.formats._ply_tables import Table, read_binary, read_tex
 from vomstudio.io.models.mtl import check_image, find_beside
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.generic]
 
@@ -76,15 +77,19 @@ def _assemble(
 ) -> Mesh | PointCloud:
     vertex = tables.get("vertex")
     if vertex is None:
-        raise InputError("The PLY header names no 'vertex' element; export it again.", file=path)
+        raise InputError(
+            tr("The PLY header names no 'vertex' element; export it again."), file=path
+        )
     used: set[str] = set()
     names = {p.name.lower() for e in header.elements if e.name == "vertex" for p in e.properties}
     if not {"x", "y", "z"} <= names:
-        raise InputError("The PLY has no x, y and z; export it again.", file=path, field="vertex")
+        raise InputError(
+            tr("The PLY has no x, y and z; export it again."), file=path, field="vertex"
+        )
     if vertex.n == 0:
-        raise InputError("The PLY holds no points; export it again.", file=path, field="vertex")
+        raise InputError(tr("The PLY holds no points; export it again."), file=path, field="vertex")
     if vertex.n > MAX_ROWS:
-        raise InputError("More than 2147483647 points; divide it into tiles.", file=path)
+        raise InputError(tr("More than 2147483647 points; divide it into tiles."), file=path)
     xyz = _take(vertex, ("x", "y", "z"), used)
     assert xyz is not None
     points = np.empty((vertex.n, 3))
@@ -182,7 +187,7 @@ def _triangles(
     have_uv = len(uv_counts) == len(counts) > 0 and uv_values > 0
     room = int(np.maximum(counts - 2, 0).sum())
     if room > MAX_ROWS:
-        raise InputError("More than 2147483647 faces; divide it into tiles.", file=path)
+        raise InputError(tr("More than 2147483647 faces; divide it into tiles."), file=path)
     if not have_uv and len(counts) and (counts == 3).all():
         # The common case, without waiting for compiled code.
         found, out_of_range = _only_triangles(indices.reshape(-1, 3), len(vertices))

@@ -12,10 +12,11 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.models.formats._clean import drop_unsound, read_whole, some
+from vomstudio.io.models.formats._common import drop_unsound, read_whole, some
 from vomstudio.io.models.offset_file import read_offset
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
+from vomstudio.words import tr
 
 HEADER_BYTES, RECORD_BYTES = 84, 50
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -35,7 +36,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     said: list[str] = []
     corners = _binary(data, path, said) if _is_binary(data) else _text(data, path, said)
     if len(corners) == 0:
-        raise InputError("There are no triangles in it; export it again.", file=path)
+        raise InputError(tr("There are no triangles in it; export it again."), file=path)
     vertices, faces = _joined(corners)
     offset = read_offset(path)
     if offset.origin is not None:
@@ -61,12 +62,15 @@ def _binary(
     data: npt.NDArray[np.uint8], path: Path, said: list[str]
 ) -> npt.NDArray[np.float32 | np.float64]:
     if len(data) < HEADER_BYTES:
-        raise InputError("This is no STL file, or it ends within its header.", file=path)
+        raise InputError(tr("This is no STL file, or it ends within its header."), file=path)
     (promised,) = struct.unpack_from("<I", data.data, 80)
     there = (len(data) - HEADER_BYTES) // RECORD_BYTES
     count = min(promised, there)
     if count > MAX_FACES:
-        raise InputError(f"More than {MAX_FACES:,} faces; divide it into tiles.", file=path)
+        raise InputError(
+            tr("More than {MAX_FACES:,} faces; divide it into tiles.", MAX_FACES=MAX_FACES),
+            file=path,
+        )
     if there < promised:
         said.append(f"The file is cut short: {there:,} of {promised:,} promised faces are there.")
     elif there > promised:
@@ -88,7 +92,7 @@ def _text(
     starts = np.array([m.start() for m in _VERTEX.finditer(text)], np.int64)
     facets = np.array([m.start() for m in re.finditer(rb"(?i)\bouter\s+loop\b", text)], np.int64)
     if not len(found):
-        raise InputError("There are no corners ('vertex x y z') in it.", file=path)
+        raise InputError(tr("There are no corners ('vertex x y z') in it."), file=path)
     try:
         numbers = np.array(found, dtype="S32").astype(np.float64)
     except ValueError:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.io.models.formats._clean import drop_unsound_points, read_whole, scale_colors, some
+from vomstudio.io.models.formats._common import drop_unsound_points, read_whole, scale_colors, some
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.io.text.rows import (
     LARGEST_FILE,
@@ -29,6 +29,7 @@ from vomstudio.io.text.rows import (
 )
 from vomstudio.io.text.tables import FARTHEST_M, TextTable, coordinate_columns, plain, read_points
 from vomstudio.progress import Progress
+from vomstudio.words import tr
 
 Array = npt.NDArray[Any]
 
@@ -81,7 +82,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     """
     data = read_whole(path, progress).tobytes()
     if len(data) > LARGEST_FILE:
-        raise InputError("Convert so many points to LAS or PLY first.", file=path)
+        raise InputError(tr("Convert so many points to LAS or PLY first."), file=path)
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         data = data.decode("utf-16", "replace").encode()
     if b"\r" in data and b"\n" not in data:
@@ -102,10 +103,10 @@ def _layout(head: bytes, more: bool, path: Path) -> Layout:
     if more and len(lines) > 1:
         lines = lines[:-1]
     if max(map(len, lines)) > min(LONGEST_LINE, HEAD_BYTES - 1):
-        raise InputError("Its lines are too long for a table of points.", file=path)
+        raise InputError(tr("Its lines are too long for a table of points."), file=path)
     rows = [(n, line) for n, line in enumerate(lines) if not is_blank(line) and line[:1] != "#"]
     if not rows:
-        raise InputError("There are no rows of points in it.", file=path)
+        raise InputError(tr("There are no rows of points in it."), file=path)
     if len(rows) > 2 and re.fullmatch(r"\s*\d+\s*", rows[0][1]) and len(rows[1][1].split()) > 1:
         rows = rows[1:]  # the number of points, as .pts files begin
     sample = [line.replace('"', "") for _, line in rows[:SAMPLE_ROWS]]
@@ -118,7 +119,9 @@ def _layout(head: bytes, more: bool, path: Path) -> Layout:
         header = [name for name in header if name] if delimiter == " " else header
         at, header_line = 1, rows[0][0] + 1
         if len(rows) == 1:
-            raise InputError("There is a header and nothing below it.", file=path, line=header_line)
+            raise InputError(
+                tr("There is a header and nothing below it."), file=path, line=header_line
+            )
     cells = [cut(line, delimiter) for line in sample[at:]]
     width = len(cells[0])
     if header is None:
@@ -194,7 +197,9 @@ def _columns_by_value(layout: Layout, path: Path, said: list[str]) -> Columns:
     """Without names: x, y, z first; then colours and normals are known by their values."""
     if layout.width < 3:
         raise InputError(
-            f"Points need three columns x, y, z, and this table has {layout.width}.",
+            tr(
+                "Points need three columns x, y, z, and this table has {width}.", width=layout.width
+            ),
             file=path,
             line=layout.skip + 1,
         )
@@ -257,7 +262,8 @@ def _numbers(data: bytes, layout: Layout, path: Path) -> Any:
     except (ValueError, OverflowError, LookupError) as error:
         read_points(path)  # says in which line, and what
         raise InputError(
-            f"The table cannot be read ({' '.join(str(error).split())[:160]}).", file=path
+            tr("The table cannot be read ({split}).", split=" ".join(str(error).split())[:160]),
+            file=path,
         ) from error
 
 
@@ -272,7 +278,7 @@ def _cloud(table: Any, columns: Columns, layout: Layout, path: Path, said: list[
         if values is None:
             read_points(path)
             raise InputError(
-                "A coordinate is not a number.",
+                tr("A coordinate is not a number."),
                 file=path,
                 field=layout.header[i] if layout.header else f"column {i + 1}",
             )

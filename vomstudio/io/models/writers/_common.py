@@ -20,6 +20,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import parse_crs
 from vomstudio.io.models.image_store import ending_of, plain_name
 from vomstudio.io.models.writer import Outgoing
+from vomstudio.words import tr
 
 Array = npt.NDArray[Any]
 
@@ -178,7 +179,10 @@ def _opened(path: Path) -> BinaryIO:
 
 def _unreadable(path: Path, error: OSError) -> TargetError:
     return TargetError(
-        f"its texture cannot be read ({error.strerror}); put it back, or open the model anew.",
+        tr(
+            "its texture cannot be read ({strerror}); put it back, or open the model anew.",
+            strerror=error.strerror,
+        ),
         file=path,
     )
 

@@ -19,6 +19,7 @@ from vomstudio.io.models.offset_file import offset_path, offset_text
 from vomstudio.io.models.writer import Outgoing, Writer
 from vomstudio.io.models.writers._common import image_bytes, positions_of
 from vomstudio.version import __version__
+from vomstudio.words import tr
 
 Array = npt.NDArray[Any]
 
@@ -45,7 +46,10 @@ def write(out: Outgoing) -> list[str]:
     size = len(chunks[0]) + sum(len(part) for part in scene.parts) + 28
     if size > MAX_BYTES:
         raise TargetError(
-            f"{size / 2**30:.1f} GiB are more than a GLB can hold; write PLY or OBJ, or divide it.",
+            tr(
+                "{size:.1f} GiB are more than a GLB can hold; write PLY or OBJ, or divide it.",
+                size=size / 2**30,
+            ),
             file=out.path,
         )
     with atomic_group(paths, out.force, out.inputs) as (model, beside):
@@ -227,7 +231,11 @@ def _as_png(path: Any) -> bytes:
             image.convert(mode).save(stream, "PNG", compress_level=3)
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         raise TargetError(
-            f"this texture cannot be turned into PNG ({error}); save it as JPEG or PNG.", file=path
+            tr(
+                "this texture cannot be turned into PNG ({error}); save it as JPEG or PNG.",
+                error=error,
+            ),
+            file=path,
         ) from error
     return stream.getvalue()
 

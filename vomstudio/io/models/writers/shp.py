@@ -13,6 +13,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.shapefile import Column, column, is_too_large, short_names, write_points
 from vomstudio.io.models.writer import Outgoing, Writer
 from vomstudio.io.models.writers._common import bare_points, positions_of, prj_beside, step_rows
+from vomstudio.words import tr
 
 Array = npt.NDArray[Any]
 
@@ -27,7 +28,10 @@ def write(out: Outgoing) -> list[str]:
     columns = _columns(out, said)
     if is_too_large(len(points), columns):
         raise TargetError(
-            f"{len(points):,} points are more than a shapefile holds; write LAZ, or a part.",
+            tr(
+                "{count:,} points are more than a shapefile holds; write LAZ, or a part.",
+                count=len(points),
+            ),
             file=out.path,
         )
     beside = prj_beside(out, said, esri=True)

@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
-from vomstudio.tools.found import TOOLS
+from vomstudio.tools.registry import TOOLS
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.studio import Studio
 

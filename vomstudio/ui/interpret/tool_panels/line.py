@@ -7,18 +7,19 @@ from PySide6.QtWidgets import QWidget
 
 from vomstudio.tools.line import LineTool
 from vomstudio.ui.common.fit_view import FitView
+from vomstudio.ui.common.number_formatting import slip_names
 from vomstudio.ui.common.plane_box import PlaneBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.vertex_table import VertexTable
 from vomstudio.ui.common.widgets import ComboBox
-from vomstudio.ui.common.wording import slip_names
 from vomstudio.ui.interpret.tool_panels.common import (
     hint_label,
     lay_out_picking,
     narrow_form,
     set_field,
 )
+from vomstudio.words import tr
 
 
 class LinePanel(QWidget):
@@ -30,7 +31,7 @@ class LinePanel(QWidget):
         self.type_box.setObjectName("line_type")
         self.type_box.activated.connect(self._chosen)
         self.set_edit = set_field(self._chosen)
-        self.plane_box = PlaneBox(studio, self.tr("none"), follow=False)
+        self.plane_box = PlaneBox(studio, tr("none"), follow=False)
         self.plane_box.setObjectName("line_plane")
         self.plane_box.chosen.connect(lambda id_: self._tool.choose(plane_id=id_))
         self.slip_box = ComboBox()
@@ -40,10 +41,10 @@ class LinePanel(QWidget):
         self.slip_box.keep_narrow()
         self.slip_box.activated.connect(self._chosen)
         form = narrow_form()
-        form.addRow(self.tr("Type"), self.type_box)
-        form.addRow(self.tr("Set"), self.set_edit)
-        form.addRow(self.tr("On plane"), self.plane_box)
-        form.addRow(self.tr("Slip"), self.slip_box)
+        form.addRow(tr("Type"), self.type_box)
+        form.addRow(tr("Set"), self.set_edit)
+        form.addRow(tr("On plane"), self.plane_box)
+        form.addRow(tr("Slip"), self.slip_box)
         self.fit_view = FitView(reasons_shown=2)
         self.table = VertexTable(studio, self._tool)
         self.table.setObjectName("line_vertices")
@@ -75,7 +76,7 @@ class LinePanel(QWidget):
         )
         self.fit_view.setVisible(measured is not None)
         self._hint.setText(
-            self.tr(
+            tr(
                 "Choose Line (L), then click along a striation, a hinge or another lineation. Two "
                 "points give its trend and plunge, more its error. On a plane it has a rake."
             )
@@ -87,7 +88,7 @@ class LinePanel(QWidget):
         self.plane_box.show_plane(now.plane_id)
         self.slip_box.setCurrentIndex(self.slip_box.findData(now.slip))
         why = (
-            self.tr("Not now: a continued line keeps what it is; see Properties")
+            tr("Not now: a continued line keeps what it is; see Properties")
             if tool.continued
             else ""
         )
@@ -96,9 +97,9 @@ class LinePanel(QWidget):
             if field is not self.plane_box or why:
                 field.setToolTip(why)
         if not why and not now.plane_id:
-            why = self.tr("Not now: choose the plane it lies on first")
+            why = tr("Not now: choose the plane it lies on first")
         self.slip_box.setEnabled(not why)
-        self.slip_box.setToolTip(why or self.tr("How the hanging wall moved along the line"))
+        self.slip_box.setToolTip(why or tr("How the hanging wall moved along the line"))
         self.table.refresh()
 
 

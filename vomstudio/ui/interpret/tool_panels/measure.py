@@ -15,6 +15,7 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import VertexTable
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.ui.interpret.tool_panels.common import hint_label, lay_out_picking, narrow_form
+from vomstudio.words import tr
 
 _HINTS = {
     "distance": "Click two points: the distance between them, its horizontal and vertical parts.",
@@ -33,14 +34,14 @@ class MeasurePanel(QWidget):
         self.kind_box = ComboBox()
         self.kind_box.setObjectName("measure_kind")
         for kind, name in KINDS:
-            self.kind_box.addItem(self.tr(name), kind)
+            self.kind_box.addItem(tr(name), kind)
         self.kind_box.activated.connect(self._chosen)
         self.plane_box = PlaneBox(studio, None, follow=True)
         self.plane_box.setObjectName("measure_plane")
         self.plane_box.chosen.connect(lambda id_: self._tool.choose(plane_id=id_))
         self._form = form = narrow_form()
-        form.addRow(self.tr("Measure"), self.kind_box)
-        form.addRow(self.tr("Across"), self.plane_box)
+        form.addRow(tr("Measure"), self.kind_box)
+        form.addRow(tr("Across"), self.plane_box)
         self.figures = hint_label()
         self.figures.setTextFormat(Qt.TextFormat.RichText)
         self.figures.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
@@ -66,7 +67,7 @@ class MeasurePanel(QWidget):
         for field in (self.kind_box, self.plane_box):
             field.setEnabled(not tool.continued)
         self.kind_box.setToolTip(
-            self.tr("Not now: a continued measurement keeps its kind") if tool.continued else ""
+            tr("Not now: a continued measurement keeps its kind") if tool.continued else ""
         )
         measured = tool.measurement
         lines = []
@@ -78,7 +79,7 @@ class MeasurePanel(QWidget):
             lines = [tool.measurement.problem]
         self.figures.setText("<br>".join(lines))
         self.figures.setVisible(bool(lines))
-        self._hint.setText(self.tr(_HINTS[tool.kind]))
+        self._hint.setText(tr(_HINTS[tool.kind]))
         self._hint.setVisible(not tool.open)
         self.table.refresh()
 

@@ -14,7 +14,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.document.measurements import Measurement
+from vomstudio.document.measurement_cache import Measurement
 from vomstudio.tools.patch import LARGEST_RADIUS, SMALLEST_RADIUS, PatchTool
 from vomstudio.ui.common.fit_view import FitView
 from vomstudio.ui.common.studio import Studio
@@ -26,6 +26,7 @@ from vomstudio.ui.interpret.tool_panels.common import (
     narrow_form,
     set_field,
 )
+from vomstudio.words import tr
 
 
 class PatchPanel(QWidget):
@@ -40,24 +41,24 @@ class PatchPanel(QWidget):
         self.radius.setRange(SMALLEST_RADIUS, LARGEST_RADIUS)
         self.radius.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
         self.radius.setKeyboardTracking(False)
-        self.radius.setToolTip(self.tr("Radius of the brush; [ and ] over the outcrop"))
+        self.radius.setToolTip(tr("Radius of the brush; [ and ] over the outcrop"))
         self.radius.valueChanged.connect(self._tool.set_radius)
         brush = QHBoxLayout()
         brush.addWidget(self.radius, 1)
-        brush.addWidget(_button(actions["brush_removes"], self.tr("Take away")))
+        brush.addWidget(_button(actions["brush_removes"], tr("Take away")))
         self.type_box = TypeBox(studio)
         self.type_box.setObjectName("patch_type")
         self.type_box.currentIndexChanged.connect(self._next_changed)
         self.set_edit = set_field(self._next_changed)
         form = narrow_form()
-        form.addRow(self.tr("Brush"), brush)
-        form.addRow(self.tr("Type"), self.type_box)
-        form.addRow(self.tr("Set"), self.set_edit)
+        form.addRow(tr("Brush"), brush)
+        form.addRow(tr("Type"), self.type_box)
+        form.addRow(tr("Set"), self.set_edit)
 
         self._name = QLabel()
         self.fit_view = FitView()
         self._hint = hint_label(
-            self.tr(
+            tr(
                 "Choose Patch (P), then paint over one surface of the outcrop, away from its "
                 "edges. Ctrl takes away; the right button orbits."
             )
@@ -65,7 +66,7 @@ class PatchPanel(QWidget):
         buttons = QGridLayout()
         buttons.setSpacing(4)
         for i, name in enumerate(("finish", "cancel", "continue_patch")):
-            text = self.tr("Continue") if name == "continue_patch" else ""
+            text = tr("Continue") if name == "continue_patch" else ""
             button = _button(actions[name], text)
             button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
             buttons.addWidget(button, i // 2, i % 2)
@@ -99,7 +100,7 @@ class PatchPanel(QWidget):
         for widget in (self.type_box, self.set_edit):
             widget.setEnabled(not tool.continued)
             widget.setToolTip(
-                self.tr("Not now: a continued patch keeps its type and set; see Properties")
+                tr("Not now: a continued patch keeps its type and set; see Properties")
                 if tool.continued
                 else ""
             )
@@ -112,7 +113,7 @@ class PatchPanel(QWidget):
             self._show_fit()
 
     def _show_fit(self) -> None:
-        self.radius.setSuffix(" m" if self._studio.metres_known() else self.tr(" units"))
+        self.radius.setSuffix(" m" if self._studio.metres_known() else tr(" units"))
         self._shown = measured = self._tool.measurement
         self.fit_view.show_measurement(
             measured, self._studio.settings.notation, local=not self._studio.north_known()

@@ -16,6 +16,7 @@ from vomstudio.ui.interpret.tool_panels.common import (
     narrow_form,
     set_field,
 )
+from vomstudio.words import tr
 
 
 class TracePanel(QWidget):
@@ -28,8 +29,8 @@ class TracePanel(QWidget):
         self.type_box.currentIndexChanged.connect(self._next_changed)
         self.set_edit = set_field(self._next_changed)
         form = narrow_form()
-        form.addRow(self.tr("Type"), self.type_box)
-        form.addRow(self.tr("Set"), self.set_edit)
+        form.addRow(tr("Type"), self.type_box)
+        form.addRow(tr("Set"), self.set_edit)
 
         self.fit_view = FitView(reasons_shown=2)
 
@@ -58,7 +59,7 @@ class TracePanel(QWidget):
         self._hint.setText(
             ""
             if tool.open
-            else self.tr(
+            else tr(
                 "Choose Trace (T), then click along a bed, fault or fracture. Three points give "
                 "a plane; a curved, long trace gives a good one."
             )
@@ -79,7 +80,7 @@ class TracePanel(QWidget):
         for field in (self.type_box, self.set_edit):
             field.setEnabled(not self._tool.continued)
             field.setToolTip(
-                self.tr("Not now: a continued trace keeps its type and set; see Properties")
+                tr("Not now: a continued trace keeps its type and set; see Properties")
                 if self._tool.continued
                 else ""
             )

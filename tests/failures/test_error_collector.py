@@ -1,0 +1,111 @@
+"""Mistakes are counted, told of once, and never go round."""
+
+from __future__ import annotations
+
+import logging
+
+import pytest
+
+from vomstudio.errors import InputError
+from vomstudio.failures.error_collector import QUIET_S, Desk, Failure
+
+
+class Clock:
+    def __init__(self) -> None:
+        self.now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+@pytest.fixture
+def clock() -> Clock:
+    return Clock()
+
+
+@pytest.fixture
+def heard() -> list[Failure]:
+    return []
+
+
+@pytest.fixture
+def desk(clock, heard) -> Desk:
+    made = Desk(clock)
+    made.listen(heard.append)
+    return made
+
+
+def mistake(words: str = "no such thing") -> ValueError:
+    try:
+        raise ValueError(words)
+    except ValueError as error:
+        return error
+
+
+@pytest.mark.expects_log
+def test_a_mistake_that_happens_over_and_over_is_told_of_once(desk, clock, heard):
+    for _ in range(500):
+        desk.report(mistake())
+        clock.now += 0.02
+    assert len(heard) == 1
+
+
+@pytest.mark.expects_log
+def test_a_mistake_that_comes_back_after_a_pause_is_told_of_with_its_number(desk, clock, heard):
+    for _ in range(4):
+        desk.report(mistake())
+    clock.now += QUIET_S + 0.1
+    desk.report(mistake())
+    assert [failure.count for failure in heard] == [1, 5]
+    assert "5 times" in heard[1].sentence
+
+
+@pytest.mark.expects_log
+def test_the_log_has_the_trace_once_and_then_only_numbers(desk, caplog):
+    with caplog.at_level(logging.ERROR):
+        for _ in range(100):
+            desk.report(mistake("secret of the trace"), "in a test")
+    texts = [record.getMessage() for record in caplog.records]
+    assert len(texts) == 3
+    assert "secret of the trace" in texts[0]
+    assert "in a test" in texts[0]
+    assert texts[2].endswith("100 times by now")
+
+
+@pytest.mark.expects_log
+def test_a_mistake_of_the_one_who_tells_does_not_go_round(desk, heard):
+    def tell(failure: Failure) -> None:
+        heard.append(failure)
+        desk.report(mistake("while telling"))
+        raise RuntimeError("the one who tells is broken")
+
+    desk.listen(tell)
+    assert not desk.report(mistake())
+    assert len(heard) == 1
+    desk.listen(heard.append)
+    desk.report(InputError("another"))
+    assert len(heard) == 2, "it can tell again"
+
+
+@pytest.mark.expects_log
+def test_an_error_that_cannot_be_put_into_words_is_told_of(desk, heard):
+    class Wordless(Exception):
+        def __str__(self) -> str:
+            raise RuntimeError("no words")
+
+    assert desk.report(Wordless())
+    assert "Wordless" in heard[0].what
+
+
+@pytest.mark.expects_log
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (InputError("is not a model", file="cliff.obj"), "cliff.obj: is not a model"),
+        (MemoryError(), "not enough memory"),
+        (mistake(), "ValueError in test_error_collector.py"),
+    ],
+)
+def test_the_sentence_says_what_is_known(desk, heard, error, words):
+    desk.report(error)
+    assert words in heard[0].sentence

@@ -1,0 +1,496 @@
+"""What earlier versions left beside the journal becomes records, once, and the files stay."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from vomstudio.document import edits
+from vomstudio.document.photo_edits import marks_of, masks_of, points_of
+from vomstudio.document.records import Frame, Model, PhotoSet, Reconstruction, Registration
+from vomstudio.errors import InputError
+from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.io.control.writing import write_control, write_marks
+from vomstudio.io.project.folder import Project
+from vomstudio.io.project.journal import TAKING_IN, read_records
+from vomstudio.io.project.reconstructions import asked, read_reconstruction
+from vomstudio.io.project.sidecar_import import (
+    RECONSTRUCTIONS,
+    read_beside,
+    spare_folder,
+    stored_path,
+    tables_of,
+    take_in_earlier,
+)
+from vomstudio.progress import Silent
+
+CRS = "EPSG:32633"
+POINTS = [
+    ControlPoint("P1", (1.0, 2.0, 3.0), 0.01),
+    ControlPoint("P2", (4.0, 5.0, 6.0), None, True),
+]
+MARKS = [Mark("P1", "a.jpg", 1.5, 2.5), Mark("tie", "a.jpg", 3.5, 4.5)]
+RESULT: dict[str, Any] = {
+    "photos": 3,
+    "registered": 2,
+    "reprojection_error_px": 0.25,
+    "frame": CRS,
+    "scaled": True,
+    "settings": {"quality": "preview", "seed": 0, "crs": None},
+    "versions": {"vomstudio": "0.1.0"},
+    "registration": {
+        "method": "ground control points",
+        "rotation_error_deg": {"about_up": 0.1, "about_east": 0.2, "about_north": 0.3},
+        "scale_error": 0.004,
+        "rms_control_m": 0.05,
+        "rms_check_m": 0.06,
+    },
+}
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    (tmp_path / "a.vom").mkdir()
+    return tmp_path / "a.vom"
+
+
+@pytest.fixture
+def photos(tmp_path: Path) -> Path:
+    """A folder with two photos, the mask of one, and both tables."""
+    folder = tmp_path / "cliff"
+    folder.mkdir()
+    for name in ("a.jpg", "b.jpg"):
+        Image.fromarray(np.full((40, 60, 3), 90, np.uint8)).save(folder / name)
+    Image.fromarray(np.full((40, 60), 255, np.uint8)).save(folder / "a_mask.png")
+    tables(folder)
+    return folder
+
+
+def tables(folder: Path, points: list[ControlPoint] = POINTS) -> tuple[Path, Path]:
+    folder.mkdir(parents=True, exist_ok=True)
+    write_control(folder / "control.csv", points, CRS)
+    write_marks(folder / "marks.csv", MARKS)
+    return folder / "control.csv", folder / "marks.csv"
+
+
+def reconstruct(
+    project: Path, photos: Path, name: str = "cliff-preview", result: Any = RESULT, **more: Any
+) -> Path:
+    folder = project / RECONSTRUCTIONS / name
+    folder.mkdir(parents=True)
+    (folder / "request.json").write_text(json.dumps({"photos": str(photos), **more}))
+    if result is not None:
+        (folder / "reconstruction.json").write_text(json.dumps(result))
+    return folder
+
+
+def taken(
+    project: Path, records: Mapping[str, Any] | None = None
+) -> tuple[dict[str, Any], list[str]]:
+    now = dict(records or {})
+    edit, problems = take_in_earlier(project, now)
+    if edit is not None:
+        edit.swap(now)
+    return now, problems
+
+
+def only(records: Mapping[str, Any], cls: type[Any]) -> Any:
+    (found,) = (record for record in records.values() if isinstance(record, cls))
+    return found
+
+
+def sets_in(records: Mapping[str, Any]) -> list[PhotoSet]:
+    return [record for record in records.values() if isinstance(record, PhotoSet)]
+
+
+# --- the result of a run -------------------------------------------------------------------------
+def test_a_result_is_recorded_with_its_figures_each_in_its_place(
+    project: Path, photos: Path
+) -> None:
+    folder = reconstruct(project, photos)
+    os.utime(folder / "reconstruction.json", (1_770_112_800, 1_770_112_800))
+    made, placed = read_reconstruction(folder, "s", "cliff")
+    data = (folder / "reconstruction.json").read_bytes()
+    assert made == Reconstruction(
+        made.id, "s", "cliff", "cliff-preview", "preview", hashlib.sha256(data).hexdigest(),
+        (("quality", "preview"), ("seed", "0"), ("crs", "")), 3, 2, 0.25, "0.1.0",
+        "2026-02-03T10:00:00+00:00",
+    )  # fmt: skip
+    assert placed == Registration(
+        placed.id, "control points, cliff", "control", Frame("crs", CRS),
+        reconstruction_id=made.id, rotation_error_deg=(0.1, 0.2, 0.3), scale_error=0.004,
+        rms_control_m=0.05, rms_check_m=0.06,
+    )  # fmt: skip
+    assert len({made.id, placed.id, read_reconstruction(folder, "s", "cliff")[0].id}) == 3
+
+
+@pytest.mark.parametrize(
+    ("said", "method", "frame"),
+    [
+        ({"registration": {"method": "camera positions (GPS)"}}, "gps", Frame("crs", CRS)),
+        ({"registration": {}, "frame": "local"}, "local", Frame("local")),
+        ({"registration": None, "frame": "local", "scaled": False}, "local", Frame()),
+        ({"registration": [], "frame": None}, "local", Frame("local")),
+        ({"registration": {"method": 5}, "frame": 5, "scaled": False}, "local", Frame()),
+    ],
+)
+def test_how_it_was_placed_says_what_is_known_of_the_world(
+    project: Path, photos: Path, said: dict[str, Any], method: str, frame: Frame
+) -> None:
+    """North, up and metres are claimed only where they were found."""
+    folder = reconstruct(project, photos, result=RESULT | said)
+    _, placed = read_reconstruction(folder, "s", "cliff")
+    assert (placed.method, placed.frame) == (method, frame)
+    assert placed.name.endswith(", cliff")
+    words = {"gps": "GPS of the cameras", "local": "photos only"}
+    assert placed.name.startswith(words[method])
+
+
+@pytest.mark.parametrize(
+    "errors",
+    [None, [], {"about_up": 0.1, "about_east": 0.2}]
+    + [
+        {"about_up": 0.1, "about_east": 0.2, "about_north": 0.3, axis: bad}
+        for axis, bad in (("about_up", None), ("about_east", "x"), ("about_north", float("nan")))
+    ],
+)
+def test_an_error_of_which_a_part_is_not_known_is_not_known(
+    project: Path, photos: Path, errors: Any
+) -> None:
+    said = RESULT["registration"] | {
+        "rotation_error_deg": errors, "scale_error": float("inf"), "rms_check_m": None
+    }  # fmt: skip
+    folder = reconstruct(project, photos, result=RESULT | {"registration": said})
+    _, placed = read_reconstruction(folder, "s", "cliff")
+    assert placed.rotation_error_deg is None
+    assert (placed.scale_error, placed.rms_control_m, placed.rms_check_m) == (None, 0.05, None)
+
+
+def test_what_a_result_does_not_say_is_left_open(project: Path, photos: Path) -> None:
+    folder = reconstruct(project, photos, result={"settings": [], "photos": "3", "versions": 1})
+    made, placed = read_reconstruction(folder, "s", "cliff")
+    assert (made.quality, made.settings, made.photos, made.registered) == ("", (), 0, 0)
+    assert (made.reprojection_error_px, made.software) == (None, "")
+    assert (placed.method, placed.frame, placed.rms_control_m) == ("local", Frame(), None)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"), [(None, "lost"), ("{", "lost"), ("[]", "not the result")]
+)
+def test_a_result_that_cannot_be_read_is_named(
+    project: Path, photos: Path, text: str | None, said: str
+) -> None:
+    folder = reconstruct(project, photos, result=None)
+    if text is not None:
+        (folder / "reconstruction.json").write_text(text)
+    with pytest.raises(InputError, match=said) as caught:
+        read_reconstruction(folder, "s", "cliff")
+    assert "reconstruction.json" in str(caught.value)
+
+
+def test_what_a_run_was_asked_for_is_read_where_it_names_photos(tmp_path: Path) -> None:
+    request = tmp_path / "request.json"
+    assert asked(tmp_path) is None
+    for text in ("{", "[]", "{}", '{"photos": 5}', "\x00"):
+        request.write_text(text)
+        assert asked(tmp_path) is None
+    request.write_text('{"photos": "/p/ä", "seed": 0}', encoding="utf-8")
+    assert asked(tmp_path) == {"photos": "/p/ä", "seed": 0}
+
+
+# --- tables and masks ----------------------------------------------------------------------------
+def test_tables_are_found_beside_the_photos_before_those_in_the_project(
+    project: Path, photos: Path, tmp_path: Path
+) -> None:
+    control, marks = photos / "control.csv", photos / "marks.csv"
+    spare = spare_folder(project, photos)
+    known_as = tmp_path / "mounted elsewhere" / "cliff"
+    other = spare_folder(project, known_as)
+    assert spare.parent == other.parent == project / "photos"
+    assert spare != other
+    assert spare.name.startswith("cliff-")
+    digest = hashlib.sha256(str(photos).encode()).hexdigest()
+    assert spare.name == f"cliff-{digest[:8]}"
+    in_spare, in_other = tables(spare), tables(other)
+    assert tables_of(project, photos, [known_as]) == (control, marks)
+    control.unlink()
+    assert tables_of(project, photos, [known_as]) == (in_spare[0], marks)
+    marks.unlink()
+    assert tables_of(project, photos, [known_as]) == in_spare
+    for path in in_spare:
+        path.unlink()
+    assert tables_of(project, photos, [known_as]) == in_other
+    assert tables_of(project, photos) == (None, None)
+
+
+def test_points_marks_and_masks_are_read_to_the_last_digit(project: Path, photos: Path) -> None:
+    steps: list[float] = []
+    progress = Silent()
+    progress.step = steps.append  # type: ignore[method-assign, assignment]
+    names = ["sub/a.jpg", "b.jpg"]
+    mask = photos / "a_mask.png"
+    found = read_beside(
+        project, photos / "control.csv", photos / "marks.csv",
+        {"sub/a.jpg": mask, "b.jpg": mask}, names, progress,
+    )  # fmt: skip
+    assert [(p.label, p.position, p.sigma_m, p.check) for p in found.points] == [
+        ("P1", (1.0, 2.0, 3.0), 0.01, False), ("P2", (4.0, 5.0, 6.0), None, True),
+    ]  # fmt: skip
+    # A mark says which photo of these it means, whatever folder it stands in.
+    assert found.marks == (("P1", "sub/a.jpg", 1.5, 2.5), ("tie", "sub/a.jpg", 3.5, 4.5))
+    assert found.pixels == {("P1", "sub/a.jpg"): (1.5, 2.5), ("tie", "sub/a.jpg"): (3.5, 4.5)}
+    assert (found.crs, found.problems, found.unread) == (CRS, (), ())
+    assert set(found.masks) == {"sub/a.jpg", "b.jpg"}
+    for asset in found.masks.values():
+        assert (project / asset.path).read_bytes() == mask.read_bytes()
+    assert steps == [0, 1]
+
+
+def test_a_mark_in_a_photo_that_is_not_there_keeps_its_name(project: Path, photos: Path) -> None:
+    found = read_beside(project, None, photos / "marks.csv", {}, ["other.jpg"])
+    assert [photo for _, photo, _, _ in found.marks] == ["a.jpg", "a.jpg"]
+    assert (found.points, found.crs) == ((), "")
+
+
+def test_a_table_that_cannot_be_read_is_named_and_the_rest_is_read(
+    project: Path, photos: Path
+) -> None:
+    """Nobody may replace it unasked: the work of a day may be in it."""
+    control, marks = photos / "control.csv", photos / "marks.csv"
+    (photos / "gone_mask.png").unlink(missing_ok=True)
+    masks = {"a.jpg": photos / "a_mask.png", "b.jpg": photos / "gone_mask.png"}
+    whole = control.read_text()
+    control.write_text("label,x,y,z\nP1,not a number,2,3\n")
+    found = read_beside(project, control, marks, masks, ["a.jpg"])
+    assert (found.points, len(found.marks), set(found.masks)) == ((), 2, {"a.jpg"})
+    assert found.unread == ("control.csv",)
+    assert len(found.problems) == 2
+    assert "control.csv" in found.problems[0]
+    assert "gone_mask.png" in found.problems[1]
+    control.write_text(whole)
+    marks.write_text("label,photo,x,y\nP1,a.jpg,left,2\n")
+    found = read_beside(project, control, marks, {}, ["a.jpg"])
+    assert (len(found.points), found.marks, found.unread) == (2, (), ("marks.csv",))
+    assert len(found.problems) == 1
+    assert "marks.csv" in found.problems[0]
+
+
+def test_the_ending_of_a_mask_is_written_small(project: Path, photos: Path) -> None:
+    loud = (photos / "a_mask.png").rename(photos / "A_MASK.PNG")
+    found = read_beside(project, None, None, {"a.jpg": loud}, ["a.jpg"])
+    assert found.masks["a.jpg"].path.endswith(".png")
+
+
+def test_photos_are_written_down_relative_only_inside_the_project(
+    project: Path, photos: Path
+) -> None:
+    assert stored_path(project, project / "in" / "side") == "in/side"
+    assert stored_path(project, project / "x" / ".." / "side") == "side"
+    assert stored_path(project, photos) == str(photos.resolve())
+
+
+# --- all of it, at the first opening -------------------------------------------------------------
+def test_a_reconstruction_brings_its_photos_points_marks_and_masks(
+    project: Path, photos: Path
+) -> None:
+    before = {path: path.read_bytes() for path in photos.iterdir()}
+    reconstruct(project, photos)
+    records, problems = taken(project)
+    assert problems == []
+    (photo_set,) = sets_in(records)
+    assert (photo_set.name, photo_set.path) == ("cliff", str(photos.resolve()))
+    assert (photo_set.crs, photo_set.taken_in) == (CRS, True)
+    points = {p.label: (p.position, p.sigma_m, p.check) for p in points_of(records, photo_set.id)}
+    assert points == {
+        "P1": ((1.0, 2.0, 3.0), 0.01, False), "P2": ((4.0, 5.0, 6.0), None, True),
+        "tie": (None, None, False),
+    }  # fmt: skip
+    marks = [(p.label, m.photo, m.x, m.y) for p, m in marks_of(records, photo_set.id)]
+    assert sorted(marks) == [("P1", "a.jpg", 1.5, 2.5), ("tie", "a.jpg", 3.5, 4.5)]
+    assert set(masks_of(records, photo_set.id)) == {"a.jpg"}
+    made, placed = only(records, Reconstruction), only(records, Registration)
+    assert (made.photo_set_id, made.name, made.folder) == (photo_set.id, "cliff", "cliff-preview")
+    assert placed.reconstruction_id == made.id
+    assert {path: path.read_bytes() for path in photos.iterdir()} == before
+    # A second look finds nothing that is new.
+    assert take_in_earlier(project, records) == (None, [])
+
+
+def test_two_runs_of_the_same_photos_share_them(project: Path, photos: Path) -> None:
+    reconstruct(project, photos, "cliff-high")
+    reconstruct(project, photos, "cliff-preview")
+    reconstruct(project, photos, "cliff-broken", result=None)
+    (project / RECONSTRUCTIONS / "no run").mkdir()
+    (project / RECONSTRUCTIONS / "a file").write_text("x")
+    records, problems = taken(project)
+    assert problems == []
+    assert len(sets_in(records)) == 1
+    made = [r for r in records.values() if isinstance(r, Reconstruction)]
+    assert [r.folder for r in made] == ["cliff-high", "cliff-preview"]
+    assert {r.photo_set_id for r in made} == {sets_in(records)[0].id}
+
+
+def test_photos_that_were_moved_with_the_project_are_found_beside_it(
+    project: Path, photos: Path, tmp_path: Path
+) -> None:
+    reconstruct(project, tmp_path / "old drive" / "cliff")
+    records, problems = taken(project)
+    assert problems == []
+    (photo_set,) = sets_in(records)
+    assert (photo_set.path, photo_set.taken_in) == (str(photos.resolve()), True)
+    assert len(points_of(records, photo_set.id)) == 3
+
+
+def test_photos_that_are_not_to_be_found_are_taken_in_once_they_are(
+    project: Path, tmp_path: Path
+) -> None:
+    gone = tmp_path / "old drive" / "quarry"
+    reconstruct(project, gone)
+    records, problems = taken(project)
+    assert problems == []
+    (photo_set,) = sets_in(records)
+    assert (photo_set.name, photo_set.path, photo_set.taken_in) == ("quarry", str(gone), False)
+    assert points_of(records, photo_set.id) == []
+    assert only(records, Reconstruction).photo_set_id == photo_set.id
+
+
+def test_tables_kept_in_the_project_for_photos_that_are_gone_are_taken_in(
+    project: Path, tmp_path: Path
+) -> None:
+    gone = tmp_path / "old drive" / "quarry"
+    tables(spare_folder(project, gone))
+    reconstruct(project, gone)
+    records, _ = taken(project)
+    assert len(points_of(records, sets_in(records)[0].id)) == 3
+
+
+@pytest.mark.parametrize("named", ["both", "control alone", "marks alone", "what is gone", "none"])
+def test_tables_that_a_run_was_given_serve_where_the_photos_have_none(
+    project: Path, photos: Path, tmp_path: Path, named: str
+) -> None:
+    for name in ("control.csv", "marks.csv"):
+        (photos / name).unlink()
+    control, marks = tables(tmp_path / "survey")
+    request: dict[str, Any] = {
+        "both": {"control": str(control), "marks": str(marks)},
+        "control alone": {"control": str(control)},
+        "marks alone": {"marks": str(marks)},
+        "what is gone": {"control": str(tmp_path / "none.csv"), "marks": 5},
+        "none": {"control": None},
+    }[named]
+    reconstruct(project, photos, **request)
+    records, problems = taken(project)
+    assert problems == []
+    (photo_set,) = sets_in(records)
+    labels = {p.label for p in points_of(records, photo_set.id)}
+    # Marks lie beside the points unless another file is named.
+    assert labels == {
+        "both": {"P1", "P2", "tie"}, "control alone": {"P1", "P2", "tie"},
+        "marks alone": {"P1", "tie"}, "what is gone": set(), "none": set(),
+    }[named]  # fmt: skip
+    assert photo_set.crs == (CRS if "P2" in labels else "")
+
+
+def test_own_tables_of_the_photos_go_before_those_that_a_run_was_given(
+    project: Path, photos: Path, tmp_path: Path
+) -> None:
+    control, marks = tables(tmp_path / "survey", [ControlPoint("old", (9.0, 9.0, 9.0))])
+    reconstruct(project, photos, control=str(control), marks=str(marks))
+    records, _ = taken(project)
+    labels = {p.label for p in points_of(records, sets_in(records)[0].id)}
+    assert labels == {"P1", "P2", "tie"}
+    (photos / "control.csv").unlink()
+    records, _ = taken(project)
+    labels = {p.label for p in points_of(records, sets_in(records)[0].id)}
+    assert labels == {"P1", "tie"}
+
+
+def test_what_cannot_be_read_is_named_and_the_rest_taken_in(
+    project: Path, photos: Path, tmp_path: Path
+) -> None:
+    (photos / "control.csv").write_text("label,x,y,z\nP1,not a number,2,3\n")
+    reconstruct(project, photos, "cliff-a")
+    broken = reconstruct(project, photos, "cliff-b")
+    (broken / "reconstruction.json").write_text("{")
+    (tmp_path / "empty").mkdir()
+    reconstruct(project, tmp_path / "empty", "empty-preview")
+    records, problems = taken(project)
+    assert len(problems) == 3
+    assert "control.csv" in problems[0]
+    assert "cliff-b" in problems[1]
+    assert "empty" in problems[2]
+    assert [r.folder for r in records.values() if isinstance(r, Reconstruction)] == [
+        "cliff-a", "empty-preview",
+    ]  # fmt: skip
+    assert len(sets_in(records)) == 2
+
+
+def test_models_of_a_run_are_placed_by_it_unless_another_frame_was_declared(
+    project: Path, photos: Path
+) -> None:
+    reconstruct(project, photos)
+    inside = f"{RECONSTRUCTIONS}/cliff-preview/model.obj"
+    own = Model("own", "cliff", inside, "mesh", "0" * 64, Frame("crs", CRS))
+    models = [
+        own,
+        replace(own, id="declared", placement=Frame("local")),
+        replace(own, id="other", path="models/cliff.obj"),
+        replace(own, id="alike", path=f"{RECONSTRUCTIONS}/cliff-preview-2/model.obj"),
+    ]
+    records, _ = taken(project, {model.id: model for model in models})
+    placed = only(records, Registration)
+    assert records["own"].placement == placed
+    assert [records[m.id] for m in models[1:]] == models[1:]
+
+
+def test_an_old_project_takes_in_what_lies_beside_it_as_one_step_at_its_first_opening(
+    photos: Path, tmp_path: Path
+) -> None:
+    project = Project.create(tmp_path / "old.vom")
+    session = project.session
+    model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"))
+    session.apply(edits.add_model(session.records, model))
+    session.save()
+    project.journal.set_view(TAKING_IN, True)
+    project.close()
+    reconstruct(project.folder, photos)
+    broken = reconstruct(project.folder, photos, "cliff-z")
+    (broken / "reconstruction.json").write_text("{")
+    project = Project.open(project.folder)
+    assert len(project.problems) == 1
+    assert "cliff-z" in project.problems[0]
+    assert not project.session.dirty
+    words = "Take in photos, control points, masks and reconstructions"
+    assert project.session.undo_label == words
+    assert len(sets_in(project.session.records)) == 1
+    assert project.journal.view(TAKING_IN) is False
+    project.session.undo()
+    assert sets_in(project.session.records) == []
+    project.session.save()
+    project.close()
+    # What was undone is not taken in again.
+    project = Project.open(project.folder)
+    assert sets_in(project.session.records) == []
+    assert project.problems == []
+    project.close()
+    assert "m1" in read_records(project.folder)
+
+
+def test_a_project_that_was_never_old_takes_in_nothing_by_itself(
+    photos: Path, tmp_path: Path
+) -> None:
+    project = Project.create(tmp_path / "new.vom")
+    reconstruct(project.folder, photos)
+    project.close()
+    project = Project.open(project.folder)
+    assert sets_in(project.session.records) == []
+    project.close()

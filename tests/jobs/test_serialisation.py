@@ -1,0 +1,90 @@
+"""What crosses between window and worker: dataclasses of plain values, and nothing else."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import Any, Literal, get_type_hints
+
+import numpy as np
+import pytest
+
+from vomstudio.errors import WorkerError
+from vomstudio.jobs import serialisation
+from vomstudio.jobs.tasks import TASKS
+
+
+@dataclass(frozen=True)
+class Inner:
+    name: str
+    at: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Outer:
+    path: Path
+    kind: Literal["mesh", "cloud"]
+    inner: tuple[Inner, ...]
+    counts: Mapping[str, int]
+    share: float
+    free: Any = None
+    yes: bool = False
+
+
+WHOLE = Outer(Path("a/b"), "mesh", (Inner("x", (1.5, 2.0)), Inner("y")), {"n": 3}, 0.5, [1, "two"])
+
+
+def test_what_was_encoded_comes_back_equal_through_json() -> None:
+    plain = json.loads(json.dumps(serialisation.encode(WHOLE), allow_nan=False))
+    assert serialisation.decode(Outer, plain) == WHOLE
+
+
+def test_a_whole_number_where_a_measure_may_stand_stays_whole() -> None:
+    """What a command prints is the same before and after it has crossed."""
+    found = serialisation.decode(Outer, {**serialisation.encode(WHOLE), "share": 1})
+    assert json.dumps(serialisation.encode(found)["share"]) == "1"
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "words"),
+    [
+        ("path", 5, "path should be Path, and is 5"),
+        ("kind", "line", "kind should be"),
+        ("inner", [{"name": 5}], r"inner\[0\].name should be str"),
+        ("inner", [{"name": "x", "at": [1.0]}], r"inner\[0\].at should be"),
+        ("inner", [{"name": "x", "more": 1}], r"no field inner\[0\].more"),
+        ("inner", [{}], r"inner\[0\].name of Inner is missing"),
+        ("counts", {"n": "many"}, r"counts\['n'\] should be int"),
+        ("counts", [], "counts should be"),
+        ("share", True, "share should be float"),
+        ("yes", 1, "yes should be bool"),
+    ],
+)
+def test_what_does_not_fit_is_refused_by_its_name(field: str, value: Any, words: str) -> None:
+    with pytest.raises(WorkerError, match=words):
+        serialisation.decode(Outer, {**serialisation.encode(WHOLE), field: value})
+
+
+@pytest.mark.parametrize(
+    ("free", "words"),
+    [
+        (float("inf"), "free is inf, which cannot cross"),
+        ([1, np.zeros(3)], r"free\[1\] is of the type ndarray"),
+        ({"a": {1, 2}}, r"free\['a'\] is of the type set"),
+    ],
+)
+def test_what_cannot_cross_is_refused_by_its_name(free: Any, words: str) -> None:
+    with pytest.raises(WorkerError, match=words):
+        serialisation.encode(Outer(Path("a"), "mesh", (), {}, 0.5, free))
+
+
+@pytest.mark.parametrize("name", sorted(TASKS))
+def test_every_job_asks_and_answers_in_frozen_dataclasses(name: str) -> None:
+    job = TASKS[name]
+    assert job.name == name
+    for cls in (job.request, job.result):
+        assert is_dataclass(cls)
+        assert cls.__dataclass_params__.frozen  # type: ignore[attr-defined]
+        assert set(get_type_hints(cls)) >= {field.name for field in fields(cls)}

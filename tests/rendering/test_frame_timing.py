@@ -1,0 +1,64 @@
+"""How much is drawn at once, from how long drawing took."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import pytest
+
+from vomstudio.rendering.view.frame_timing import BATCH_S, MOVING_S, Pace, point_weight
+
+
+@dataclass
+class Part:
+    elements: int = 50_000
+    weight: float = 1.0
+    uploaded: bool = True
+
+
+def taught(seconds_per_part: float) -> Pace:
+    pace = Pace()
+    for _ in range(40):
+        pace.learn([Part()], seconds_per_part)
+    return pace
+
+
+def test_what_was_learned_is_expected() -> None:
+    pace = taught(0.004)
+    assert pace.expected([Part(), Part()]) == pytest.approx(0.008, rel=0.01)
+    assert pace.expected([Part(uploaded=False)]) > pace.expected([Part()])
+    assert pace.expected([Part(weight=point_weight(9.0))]) > 3.0 * pace.expected([Part()])
+
+
+def test_a_piece_fills_its_time_and_has_at_least_one_part() -> None:
+    many = [Part() for _ in range(100)]
+    assert taught(BATCH_S / 5.0).next_batch(many) in (4, 5)
+    assert taught(10.0 * BATCH_S).next_batch(many) == 1
+    assert taught(1e-6).next_batch(many) == 100
+    assert Pace().next_batch([]) == 0
+
+
+def test_a_machine_that_slows_down_is_noticed_at_once() -> None:
+    pace = taught(0.002)
+    pace.learn([Part()], 0.040)
+    assert pace.expected([Part()]) > 0.015
+
+
+def test_first_drawings_teach_nothing() -> None:
+    pace = taught(0.002)
+    pace.learn([Part(), Part(uploaded=False)], 5.0)
+    assert pace.expected([Part()]) == pytest.approx(0.002, rel=0.01)
+
+
+def test_moving_pictures_take_as_many_sets_as_there_is_time_for() -> None:
+    pace = Pace()
+    for _ in range(30):
+        pace.learn_moving(0.001, 6)
+    assert pace.moving_sets == 6
+    for _ in range(30):
+        pace.learn_moving(0.012 * pace.moving_sets, 6)
+    assert pace.moving_sets > 1
+    assert 0.012 * pace.moving_sets <= MOVING_S
+    for _ in range(30):
+        pace.learn_moving(1.0, 6)
+    assert pace.moving_sets == 1

@@ -1,0 +1,79 @@
+"""Control points in the CRS in which a model is placed: projected, in metres."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from vomstudio.errors import InputError
+from vomstudio.io.control.points import ControlPoint
+from vomstudio.words import tr
+
+
+def in_metres(
+    path: Path, points: Sequence[ControlPoint], text: str | None, line: int | None = None
+) -> tuple[list[ControlPoint], str | None]:
+    """Points in a projected CRS and "EPSG:n" or WKT of it, None where nothing or a local one is
+    stated; longitude and latitude become those of their UTM zone.
+
+    points : none of a format that is not read in degrees
+    text : the CRS as the file states it, in this line
+    Raises InputError for a CRS that is not known or not in metres.
+    """
+    from pyproj import CRS
+    from pyproj.exceptions import CRSError
+
+    from vomstudio.io.gis.crs import from_degrees, parse_crs, utm_zone
+
+    if text is None or text.upper().startswith(("LOCAL", "ENGCRS", "ENGINEERING")):
+        return list(points), None
+    try:
+        crs = CRS.from_user_input(text)
+        horizontal = crs.sub_crs_list[0] if crs.is_compound else crs
+        if horizontal.is_geographic and not points:
+            raise InputError(
+                tr(
+                    "{crs} is in degrees, and a table is read in metres; give the points in "
+                    "metres, such as those of their UTM zone, and its code",
+                    crs=crs.name,
+                ),
+                file=path,
+                line=line,
+            )
+        if horizontal.is_geographic:
+            for point in points:
+                if abs(point.position[0]) > 180 or abs(point.position[1]) > 90:
+                    raise _nowhere(path, line, point)
+            code = utm_zone(points[0].position[0], points[0].position[1])
+            to_grid = from_degrees(code, horizontal.to_wkt())
+            moved = []
+            for point in points:
+                place = to_grid(point.position[0], point.position[1])
+                if place is None:
+                    raise _nowhere(path, line, point)
+                moved.append(replace(point, position=(*place, point.position[2])))
+            return moved, code
+        code, unit = parse_crs(horizontal.to_wkt())
+    except (CRSError, InputError) as error:
+        if isinstance(error, InputError) and error.file is not None:
+            raise
+        raise InputError(
+            tr(
+                "its projection '{text}' is not known here; write a code such as EPSG:32633",
+                text=text[:60],
+            ),
+            file=path,
+            line=line,
+        ) from error
+    if unit != 1.0:
+        raise InputError(
+            tr("{crs} is not in metres; convert the points", crs=crs.name), file=path, line=line
+        )
+    return list(points), code
+
+
+def _nowhere(path: Path, line: int | None, point: ControlPoint) -> InputError:
+    return InputError(
+        tr("{label} is at no longitude and latitude", label=point.label), file=path, line=line
+    )

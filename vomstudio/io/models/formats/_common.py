@@ -1,0 +1,175 @@
+"""What the readers share: whole files, colours, and leaving out what is unsound."""
+
+from __future__ import annotations
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.progress import Progress
+from vomstudio.words import tr
+
+BLOCK_BYTES = 8 * 1024 * 1024
+READERS = 3
+ROWS_AT_FIRST = 2_000_000
+
+
+def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> npt.NDArray[np.uint8]:
+    """All bytes of a file, then `tail`; read in steps, so that it can be stopped.
+
+    Not mapped: a file that shrinks under a map, or a network drive that drops out, kills a process.
+    """
+    try:
+        size = os.stat(path).st_size
+        data = np.empty(size + len(tail), np.uint8)
+        view = data.data
+        progress.stage("Reading the file", size)
+
+        def fill(start: int) -> int:
+            stop = min(start + BLOCK_BYTES, size)
+            with open(path, "rb", buffering=0) as file:
+                file.seek(start)
+                at = start
+                while at < stop and (n := file.readinto(view[at:stop])):
+                    at += n
+            return at
+
+        done = 0
+        with ThreadPoolExecutor(READERS) as pool:
+            jobs = [pool.submit(fill, start) for start in range(0, size, BLOCK_BYTES)]
+            try:
+                for job in jobs:
+                    done = job.result()
+                    progress.step(done)
+                    if done % BLOCK_BYTES and done < size:
+                        break  # it has become shorter meanwhile
+            finally:
+                for job in jobs:
+                    job.cancel()
+    except PermissionError:
+        raise InputError(
+            tr("You may not read this file; change its permissions."), file=path
+        ) from None
+    except MemoryError:
+        raise InputError(
+            tr("The file is larger than the free memory; divide the model into tiles."), file=path
+        ) from None
+    except OSError as error:
+        raise InputError(
+            tr("The file cannot be read ({strerror}).", strerror=error.strerror), file=path
+        ) from error
+    data = data[: done + len(tail)]
+    data[done:] = np.frombuffer(tail, np.uint8)
+    return data
+
+
+def some(n: int, what: str) -> str:
+    """'1 face', '1,200 faces'."""
+    plural = {"vertex": "vertices"}.get(what, what + "s")
+    return f"{n:,} {what if n == 1 else plural}"
+
+
+def scale_colors(colors: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
+    """(n, 3) uint8 from bytes, 16-bit values, or floats in 0..1 or 0..255. NaN becomes white."""
+    if colors.dtype == np.uint8:
+        return np.ascontiguousarray(colors, dtype=np.uint8)
+    if colors.dtype == np.uint16:
+        if colors.size and colors.max() > 255:
+            return (colors >> 8).astype(np.uint8)
+        return colors.astype(np.uint8)
+    values = np.asarray(colors, np.float32)
+    finite = np.isfinite(values)
+    top = float(values.max(initial=0.0, where=finite))
+    scale = 255.0 if top <= 1.0 else 1.0 if top <= 255.0 else 255.0 / 65535.0
+    return np.clip(np.where(finite, values * scale + 0.5, 255.0), 0, 255).astype(np.uint8)
+
+
+def drop_unsound(mesh: Mesh, said: list[str], path: Path) -> Mesh | PointCloud:
+    """Without vertices that are no numbers and the faces that use them; a cloud if no face is left.
+
+    Faces must lie within the vertices. Appends to `said`. Raises InputError if nothing is left.
+    """
+    vertices, faces = mesh.vertices, mesh.faces
+    finite = np.logical_and.reduce(np.isfinite(vertices), axis=1)
+    offsets, uv, colors, fields = mesh.material_offsets, mesh.uv, mesh.colors, dict(mesh.fields)
+    n_bad = int(len(finite) - np.count_nonzero(finite))
+    if n_bad:
+        keep = finite[faces].all(axis=1)
+        n_faces = int(len(keep) - np.count_nonzero(keep))
+        rows = np.cumsum(finite, dtype=np.int64).astype(np.int32) - 1
+        faces = rows[faces[keep]]
+        offsets = np.concatenate([[0], np.cumsum(keep)])[offsets].astype(np.int64)
+        vertices = vertices[finite]
+        uv = None if uv is None else uv[finite]
+        colors = None if colors is None else colors[finite]
+        fields = {name: values[finite] for name, values in fields.items()}
+        also = f", and {some(n_faces, 'face')} with them" if n_faces else ""
+        said.append(f"{some(n_bad, 'vertex')} left out whose coordinates are no numbers{also}.")
+    if len(vertices) == 0:
+        raise InputError(
+            tr("None of its vertices has sound coordinates; export it again."), file=path
+        )
+    if len(faces) == 0:
+        said.append("It has no sound faces, so it is opened as a point cloud.")
+        return PointCloud(vertices, colors, None, fields)
+    a, b, c = faces[:, 0], faces[:, 1], faces[:, 2]
+    n_degenerate = int(np.count_nonzero((a == b) | (b == c) | (c == a)))
+    if n_degenerate:
+        said.append(f"{some(n_degenerate, 'face')} without area: a corner stands twice.")
+    return Mesh(vertices, np.ascontiguousarray(faces), mesh.materials, offsets, uv, colors, fields)
+
+
+def drop_unsound_points(cloud: PointCloud, said: list[str], path: Path) -> PointCloud:
+    """Without points that are no numbers. Raises InputError if none is left."""
+    sound = np.isfinite(cloud.points)
+    if len(sound) and sound.all():
+        return cloud
+    finite = np.logical_and.reduce(sound, axis=1)
+    n_bad = int(len(finite) - np.count_nonzero(finite))
+    if n_bad == len(finite):
+        raise InputError(
+            tr("None of its points has sound coordinates; export it again."), file=path
+        )
+    said.append(f"{some(n_bad, 'point')} left out whose coordinates are no numbers.")
+    return PointCloud(
+        cloud.points[finite],
+        None if cloud.colors is None else cloud.colors[finite],
+        None if cloud.normals is None else cloud.normals[finite],
+        {name: values[finite] for name, values in cloud.fields.items()},
+    )
+
+
+class Columns:
+    """Arrays that grow with what was really read, never with what a header promises."""
+
+    def __init__(self, at_first: int = ROWS_AT_FIRST) -> None:
+        """at_first : rows to make room for at once; each time that an array grows it is copied."""
+        self._at_first = at_first
+        self._arrays: dict[str, npt.NDArray[Any]] = {}
+        self._filled: dict[str, int] = {}
+
+    def add(self, name: str, values: npt.NDArray[Any], limit: int) -> None:
+        filled = self._filled.get(name, 0)
+        needed = filled + len(values)
+        array = self._arrays.get(name)
+        if array is None or len(array) < needed:
+            room = min(limit, max(needed, 2 * filled, self._at_first))
+            wider = np.empty((max(room, needed), *values.shape[1:]), values.dtype)
+            if array is not None:
+                wider[:filled] = array[:filled]
+            self._arrays[name] = array = wider
+        array[filled:needed] = values
+        self._filled[name] = needed
+
+    def take(self, name: str, n: int) -> npt.NDArray[Any] | None:
+        array = self._arrays.pop(name, None)
+        if array is None:
+            return None
+        return array if len(array) == n else array[:n].copy()

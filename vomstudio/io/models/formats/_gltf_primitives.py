@@ -1,0 +1,231 @@
+"""The primitives of a glTF's scene, each in its place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError
+from vomstudio.io.models.formats._common import scale_colors, some
+from vomstudio.io.models.formats._gltf_document import Document, numbers
+from vomstudio.io.models.formats._gltf_materials import color_map, moved, uv_set
+from vomstudio.words import tr
+
+Array = npt.NDArray[Any]
+
+MAX_VERTICES = 200_000_000
+POINTS, TRIANGLES, STRIP, FAN = 0, 4, 5, 6
+
+
+@dataclass
+class Piece:
+    """One primitive in its place: positions (n, 3) float64, still Y-up; faces (m, 3), or None of
+    points; the rest per vertex."""
+
+    positions: npt.NDArray[np.float64]
+    faces: npt.NDArray[np.int64] | None
+    material: int
+    uv: Array | None = None
+    colors: Array | None = None
+    normals: Array | None = None
+    fields: dict[str, Array] = field(default_factory=dict)
+
+
+def pieces_of(document: Document, said: list[str]) -> Iterator[Piece]:
+    placed = list(_placed_meshes(document, said))
+    uses: dict[object, int] = {}
+    for index, _ in placed:
+        for primitive in _primitives(document, index):
+            key = document.section("attributes", primitive).get("POSITION")
+            uses[_key(key)] = uses.get(_key(key), 0) + 1
+    total = lines = 0
+    progress = document.progress
+    progress.stage("Reading the scene", len(placed))
+    for done, (index, matrix) in enumerate(placed):
+        for primitive in _primitives(document, index):
+            mode = primitive.get("mode", TRIANGLES)
+            if mode in (1, 2, 3):
+                lines += 1
+                continue
+            key = document.section("attributes", primitive).get("POSITION")
+            piece = _piece(document, primitive, matrix, uses[_key(key)] > 1, said)
+            total += len(piece.positions)
+            if total > MAX_VERTICES:
+                raise InputError(
+                    tr(
+                        "The scene has more than {MAX_VERTICES:,} vertices once its meshes are in "
+                        "all their places; divide it.",
+                        MAX_VERTICES=MAX_VERTICES,
+                    ),
+                    file=document.path,
+                )
+            if len(piece.positions):
+                yield piece
+        progress.step(done + 1)
+    if lines:
+        said.append("It has lines, which are left out.")
+
+
+def _key(index: object) -> object:
+    return index if isinstance(index, int) else None
+
+
+def _primitives(document: Document, mesh: object) -> list[dict[str, Any]]:
+    found = document.item("meshes", mesh).get("primitives")
+    return [p for p in found if isinstance(p, dict)] if isinstance(found, list) else []
+
+
+def _placed_meshes(document: Document, said: list[str]) -> Iterator[tuple[object, Array]]:
+    """Each mesh of the scene with the 4x4 matrix of its place."""
+    n = document.count("nodes")
+    if n == 0:
+        for mesh in range(document.count("meshes")):
+            yield mesh, np.eye(4)
+        return
+    if document.count("scenes"):
+        scene = document.item("scenes", document.json.get("scene", 0))
+        roots = scene.get("nodes", [])
+    else:
+        below = {c for i in range(n) for c in _children(document, i) if isinstance(c, int)}
+        roots = [i for i in range(n) if i not in below]
+    if not isinstance(roots, list):
+        raise document.wrong("'nodes' is no list", "scenes")
+    seen: set[int] = set()
+    waiting: list[tuple[object, Array]] = [(node, np.eye(4)) for node in reversed(roots)]
+    while waiting:
+        index, above = waiting.pop()
+        node = document.item("nodes", index)
+        assert isinstance(index, int)
+        if index in seen:
+            raise document.wrong("A node stands in two places or within itself", f"nodes[{index}]")
+        seen.add(index)
+        matrix = above @ _local_matrix(document, node, index)
+        if "skin" in node:
+            said.append("It has a skeleton; the model is shown as it is without its pose.")
+        if "mesh" in node:
+            yield node["mesh"], matrix
+        waiting.extend((child, matrix) for child in reversed(_children(document, index)))
+
+
+def _children(document: Document, index: int) -> list[Any]:
+    found = document.item("nodes", index).get("children", [])
+    return found if isinstance(found, list) else []
+
+
+def _local_matrix(document: Document, node: dict[str, Any], index: int) -> Array:
+    place = f"nodes[{index}]"
+    if "matrix" in node:
+        return numbers(document, node["matrix"], 16, place).reshape(4, 4).T
+    matrix = np.eye(4)
+    if "rotation" in node:
+        x, y, z, w = numbers(document, node["rotation"], 4, place)
+        length = np.sqrt(x * x + y * y + z * z + w * w)
+        if not length > 0:
+            raise document.wrong("Its rotation is none", place)
+        x, y, z, w = np.array([x, y, z, w]) / length
+        matrix[:3, :3] = [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    if "scale" in node:
+        matrix[:3, :3] *= numbers(document, node["scale"], 3, place)
+    if "translation" in node:
+        matrix[:3, 3] = numbers(document, node["translation"], 3, place)
+    return matrix
+
+
+def _piece(
+    document: Document, primitive: dict[str, Any], matrix: Array, shared: bool, said: list[str]
+) -> Piece:
+    attributes = document.section("attributes", primitive)
+    if "POSITION" not in attributes:
+        return Piece(np.empty((0, 3)), None, -1)
+    stored = document.accessor(attributes["POSITION"], 3)
+    mode = primitive.get("mode", TRIANGLES)
+    faces = None
+    if mode != POINTS:
+        faces = _faces(document, primitive, mode, len(stored), said)
+    material = primitive.get("material", -1)
+    if material != -1:
+        document.item("materials", material)
+    rows: Any = slice(None)
+    if faces is not None and shared:
+        # One large buffer cut into many primitives: each takes only what it needs.
+        used = np.zeros(len(stored), bool)
+        used[faces] = True
+        rows = np.flatnonzero(used)
+        faces = (np.cumsum(used) - 1)[faces]
+    positions = stored[rows].astype(np.float64)
+    if not np.array_equal(matrix, np.eye(4)):
+        positions = positions @ matrix[:3, :3].T + matrix[:3, 3]
+        if faces is not None and np.linalg.det(matrix[:3, :3]) < 0:
+            faces = faces[:, ::-1]
+    piece = Piece(positions, faces, material)
+    n = len(stored)
+
+    def values(name: str, *widths: int) -> Array | None:
+        if name not in attributes:
+            return None
+        found = document.accessor(attributes[name], *widths)
+        if len(found) != n:
+            raise document.wrong(f"It has {len(found):,} rows for {n:,} vertices", name)
+        return np.asarray(found[rows])
+
+    texture = color_map(document, material)
+    piece.uv = values(f"TEXCOORD_{uv_set(document, texture)}", 2)
+    if piece.uv is not None:
+        piece.uv = moved(document, piece.uv.astype(np.float64), texture)
+    colors = values("COLOR_0", 3, 4)
+    if colors is not None:
+        piece.colors = scale_colors(np.ascontiguousarray(colors[:, :3]))
+    if faces is None:
+        piece.normals = values("NORMAL", 3)
+        if piece.normals is not None:
+            # Directions: right for rotations and even scales, which is what clouds come with.
+            piece.normals = piece.normals @ matrix[:3, :3].T
+    for name in attributes:
+        if not name.startswith("_"):
+            continue
+        found = values(name, 1, 2, 3, 4)
+        assert found is not None
+        for j in range(found.shape[1]):
+            label = name[1:] if found.shape[1] == 1 else f"{name[1:]} {j + 1}"
+            piece.fields[label] = np.ascontiguousarray(found[:, j])
+    return piece
+
+
+def _faces(
+    document: Document, primitive: dict[str, Any], mode: object, n: int, said: list[str]
+) -> npt.NDArray[np.int64]:
+    if "indices" in primitive:
+        raw = document.accessor(primitive["indices"], 1)[:, 0]
+        if raw.dtype.kind != "u":
+            raise document.wrong("Its indices are no whole numbers", "primitives")
+        corners = raw.astype(np.int64)
+    else:
+        corners = np.arange(n)
+    if mode == TRIANGLES:
+        faces = corners[: len(corners) // 3 * 3].reshape(-1, 3)
+    elif mode in (STRIP, FAN):
+        if len(corners) < 3:
+            return np.empty((0, 3), np.int64)
+        second, third = corners[1:-1], corners[2:]
+        if mode == FAN:
+            first = np.broadcast_to(corners[0], second.shape)
+            faces = np.stack([first, second, third], axis=1)
+        else:
+            faces = np.stack([corners[:-2], second, third], axis=1)
+            faces[1::2] = faces[1::2, ::-1]
+    else:
+        raise document.wrong(f"'{mode}' is no kind of primitive", "primitives")
+    sound: Array = np.asarray((faces < n).all(axis=1))
+    if not sound.all():
+        bad = int(len(sound) - np.count_nonzero(sound))
+        said.append(f"{some(bad, 'face')} left out that name vertices the file does not have.")
+        faces = faces[sound]
+    return faces

@@ -1,0 +1,164 @@
+"""Dataclasses to JSON and back: the one place that says what may cross between two processes.
+
+What fits: dataclasses of text, numbers that are finite, truth values, None, paths, tuples, lists
+and maps with names as keys, nested as one likes; `Any` stands for whatever of this is found.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+import types
+import typing
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+from vomstudio.errors import WorkerError
+from vomstudio.words import tr
+
+T = TypeVar("T")
+
+
+def encode(value: Any, place: str = "") -> Any:
+    """Plain JSON values. Raises WorkerError that names the field that cannot cross."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        inside = f"{place}." if place else ""
+        return {
+            field.name: encode(getattr(value, field.name), inside + field.name)
+            for field in dataclasses.fields(value)
+        }
+    if isinstance(value, float) and not math.isfinite(value):
+        raise WorkerError(
+            tr(
+                "{value} is {value_2}, which cannot cross as JSON",
+                value=place or "the value",
+                value_2=value,
+            )
+        )
+    if value is None or isinstance(value, str | int | float):
+        return value
+    if isinstance(value, Path):
+        return str(value)
+    if isinstance(value, Mapping):
+        return {key: encode(each, f"{place}[{key!r}]") for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [encode(each, f"{place}[{number}]") for number, each in enumerate(value)]
+    raise WorkerError(
+        tr(
+            "{value} is of the type {name__}, which cannot cross as JSON",
+            value=place or "the value",
+            name__=type(value).__name__,
+        )
+    )
+
+
+def decode(cls: type[T], plain: Any) -> T:
+    """The dataclass that was encoded. Raises WorkerError that names the field that does not fit."""
+    made: T = _decode(cls, plain, "")
+    return made
+
+
+@functools.cache
+def _hints(cls: type[Any]) -> Mapping[str, Any]:
+    return typing.get_type_hints(cls)
+
+
+def _decode(wanted: Any, plain: Any, place: str) -> Any:
+    if wanted is Any:
+        return plain
+    if dataclasses.is_dataclass(wanted):
+        return _dataclass(wanted, plain, place)
+    origin = typing.get_origin(wanted)
+    if origin in (typing.Union, types.UnionType):
+        return _union(wanted, plain, place)
+    if origin is typing.Literal:
+        return plain if plain in typing.get_args(wanted) else _misfit(wanted, plain, place)
+    if origin is tuple or origin in (list, Sequence):
+        return _sequence(wanted, plain, place)
+    if origin in (dict, Mapping):
+        if not isinstance(plain, Mapping):
+            return _misfit(wanted, plain, place)
+        inner = typing.get_args(wanted)[1]
+        return {key: _decode(inner, each, f"{place}[{key!r}]") for key, each in plain.items()}
+    return _leaf(wanted, plain, place)
+
+
+def _dataclass(cls: Any, plain: Any, place: str) -> Any:
+    if not isinstance(plain, Mapping):
+        return _misfit(cls, plain, place)
+    hints, inside = _hints(cls), f"{place}." if place else ""
+    fields = {field.name: field for field in dataclasses.fields(cls) if field.init}
+    if unknown := sorted(set(plain) - set(fields)):
+        raise WorkerError(
+            tr(
+                "{name__} has no field {inside}{unknown}",
+                name__=cls.__name__,
+                inside=inside,
+                unknown=unknown[0],
+            )
+        )
+    for name, field in fields.items():
+        needed = field.default is dataclasses.MISSING
+        if name not in plain and needed and field.default_factory is dataclasses.MISSING:
+            raise WorkerError(
+                tr(
+                    "{inside}{name} of {name__} is missing",
+                    inside=inside,
+                    name=name,
+                    name__=cls.__name__,
+                )
+            )
+    return cls(**{name: _decode(hints[name], plain[name], inside + name) for name in plain})
+
+
+def _union(wanted: Any, plain: Any, place: str) -> Any:
+    kinds = typing.get_args(wanted)
+    if plain is None and type(None) in kinds:
+        return None
+    others = [kind for kind in kinds if kind is not type(None)]
+    for kind in others[:-1]:
+        try:
+            return _decode(kind, plain, place)
+        except WorkerError:
+            continue
+    return _decode(others[-1], plain, place)
+
+
+def _sequence(wanted: Any, plain: Any, place: str) -> Any:
+    if not isinstance(plain, list | tuple):
+        return _misfit(wanted, plain, place)
+    kinds = typing.get_args(wanted)
+    if typing.get_origin(wanted) is not tuple:
+        return [_decode(kinds[0], each, f"{place}[{n}]") for n, each in enumerate(plain)]
+    if len(kinds) == 2 and kinds[1] is Ellipsis:
+        kinds = (kinds[0],) * len(plain)
+    if len(kinds) != len(plain):
+        return _misfit(wanted, plain, place)
+    pairs = zip(kinds, plain, strict=True)
+    return tuple(_decode(kind, each, f"{place}[{n}]") for n, (kind, each) in enumerate(pairs))
+
+
+def _leaf(wanted: Any, plain: Any, place: str) -> Any:
+    if wanted is Path:
+        return Path(plain) if isinstance(plain, str | Path) else _misfit(wanted, plain, place)
+    if wanted is float and isinstance(plain, int) and not isinstance(plain, bool):
+        # A count that stands where a measure may stand stays a count: 3, not 3.0.
+        return plain
+    fits = isinstance(plain, wanted) and (wanted is bool or not isinstance(plain, bool))
+    return plain if fits else _misfit(wanted, plain, place)
+
+
+def _misfit(wanted: Any, plain: Any, place: str) -> Any:
+    shown = repr(plain)
+    shown = shown if len(shown) <= 40 else f"{shown[:39]}…"
+    name = getattr(wanted, "__name__", str(wanted))
+    raise WorkerError(
+        tr(
+            "{value} should be {name}, and is {shown}",
+            value=place or "the value",
+            name=name,
+            shown=shown,
+        )
+    )

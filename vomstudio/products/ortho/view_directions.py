@@ -1,0 +1,150 @@
+"""Which way an orthophoto looks, and why this way and not the other."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError, UsageError
+from vomstudio.geology.orientation import Plane, lines_to_vectors, vectors_to_lines
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.vectors import wrap360
+from vomstudio.geometry.view_frame import ViewFrame
+from vomstudio.products.ortho.world_points import in_world
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class View:
+    """A directed view, and in words why it looks this way and not the other.
+
+    trend_deg, plunge_deg : the way the viewer looks; a negative plunge looks up
+    sense : "as given", "against the upward normal", "along the upward normal", "down-plunge",
+        "up-plunge"
+    reason : one sentence
+    north_known, metric : False for a model whose north or whose scale is not known: the sheet then
+        names no winds, and counts units
+    """
+
+    trend_deg: float
+    plunge_deg: float
+    sense: str
+    reason: str
+    north_known: bool = True
+    metric: bool = True
+
+    @property
+    def frame(self) -> ViewFrame:
+        return ViewFrame.looking(lines_to_vectors(self.trend_deg, self.plunge_deg))
+
+    def flipped(self) -> View:
+        """From the other side: a mirror image."""
+        other = {
+            "down-plunge": "up-plunge",
+            "up-plunge": "down-plunge",
+            "against the upward normal": "along the upward normal",
+            "along the upward normal": "against the upward normal",
+            "as given": "against the given direction",
+            "against the given direction": "as given",
+        }
+        return View(
+            wrap360(self.trend_deg + 180.0),
+            0.0 - self.plunge_deg,
+            other[self.sense],
+            f"Flipped by request; {_lower(self.reason)}",
+        )
+
+
+def view_along_line(trend_deg: float, plunge_deg: float) -> View:
+    """A view as typed. Raises UsageError for a plunge beyond 90 degrees."""
+    if not (math.isfinite(trend_deg) and math.isfinite(plunge_deg)) or abs(plunge_deg) > 90:
+        raise UsageError(
+            tr("a view needs a trend in degrees and a plunge from -90 (up) to 90 (down)."),
+            field="--plunge",
+        )
+    return View(
+        wrap360(trend_deg), plunge_deg, "as given", "The viewer looks along the direction given."
+    )
+
+
+def view_of_plane(plane: Plane) -> View:
+    """Against the plane's upward normal; a vertical plane is looked at toward its dip direction
+    + 180."""
+    return _along(
+        -plane.normal(),
+        "against the upward normal",
+        "The viewer looks against the upward normal of the plane.",
+    )
+
+
+def view_along_axis(
+    trend_deg: float, plunge_deg: float, data: Mesh | PointCloud, to_world: npt.ArrayLike
+) -> View:
+    """Along a fold axis (axial): down-plunge, unless most of what that view hits turns its back to
+    the viewer, which is a cliff seen from inside: then up-plunge."""
+    down = lines_to_vectors(trend_deg, plunge_deg)
+    if plunge_deg < 0:
+        down = -down
+    away, guessed = _facing_away(data, ViewFrame.looking(down), to_world)
+    how = ", judged by surfaces taken to face up" if guessed else ""
+    if math.isfinite(away) and away > 0.5:
+        return _along(
+            -down,
+            "up-plunge",
+            f"Down-plunge {away:.0%} of what is hit faces away from the viewer{how}.",
+        )
+    share = "" if math.isnan(away) else f": {1 - away:.0%} of what is hit faces the viewer{how}"
+    return _along(down, "down-plunge", f"Down-plunge{share}.")
+
+
+def cost_of_direction(error_deg: float | None, depth_m: float, *, metric: bool = True) -> str:
+    """What a direction that is off costs in a picture so deep (CONVENTIONS: lengths times cos d in
+    the direction of tilt, displacements h sin d along the view), in a sentence. error_deg: the
+    larger 95 % semi-axis of the direction; None where unknown, and 5 degrees are supposed."""
+    off = 5.0 if error_deg is None else error_deg
+    unit = "m" if metric else "units"
+    known = "" if error_deg is None else ", the semi-axis of its 95 % confidence,"
+    return (
+        f"an axis wrong by {off:.1f} deg{known} shortens lengths in the direction of tilt by "
+        f"{1 - math.cos(math.radians(off)):.1%} and displaces points against each other by up to "
+        f"{depth_m * math.sin(math.radians(off)):.3g} {unit} over the {depth_m:.3g} {unit} that "
+        "this view is deep."
+    )
+
+
+def _facing_away(
+    data: Mesh | PointCloud, frame: ViewFrame, to_world: npt.ArrayLike
+) -> tuple[float, bool]:
+    if isinstance(data, Mesh):
+        from vomstudio.products.ortho import mesh_picture
+
+        if not len(data.faces):
+            raise InputError(tr("there is no surface in this model to look at."))
+        world = in_world(to_world, data.vertices)
+        return mesh_picture.share_facing_away(frame.to_view(world, world[0]), data.faces), False
+    from vomstudio.geometry.transform import rotate
+    from vomstudio.products.ortho import cloud_picture
+
+    if not len(data.points):
+        raise InputError(tr("there is no point in this model to look at."))
+    world = in_world(to_world, data.points)
+    normals = None
+    if data.normals is not None:
+        normals = rotate(np.asarray(to_world, np.float64), data.normals) @ frame.axes
+    up = np.array([0.0, 0.0, 1.0]) @ frame.axes
+    return cloud_picture.share_facing_away(data, frame.to_view(world, world[0]), normals, up)
+
+
+def _along(direction: Array, sense: str, reason: str) -> View:
+    trend, plunge, _ = vectors_to_lines(direction, directed=True)
+    return View(float(trend[0]), float(plunge[0]), sense, reason)
+
+
+def _lower(text: str) -> str:
+    return text[:1].lower() + text[1:]

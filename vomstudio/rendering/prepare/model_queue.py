@@ -1,0 +1,196 @@
+"""Models on their way to the scene: prepared in threads, handed over in order."""
+
+from __future__ import annotations
+
+import collections
+import contextlib
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import VomError
+from vomstudio.failures.error_collector import DESK
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.streaming.octree import StreamedCloud
+from vomstudio.jobs.thread_priority import give_way
+from vomstudio.rendering.prepare.events import (
+    Emit,
+    Event,
+    Problem,
+    Registered,
+    Stopped,
+    Submit,
+)
+from vomstudio.rendering.view.scalars import FieldStyle
+
+Array = npt.NDArray[np.float64]
+
+
+class ModelWork:
+    """What `next` gives belongs to the thread that asks; everything but the work itself is done in
+    that thread."""
+
+    def __init__(self, notify: Callable[[], None]) -> None:
+        """notify : called from any thread when there is something to be taken."""
+        self._notify = notify
+        self._inbox: collections.deque[tuple[str, threading.Event, Event]] = collections.deque()
+        self._stops: dict[str, threading.Event] = {}
+        self._field_stops: dict[str, threading.Event] = {}
+        self._pool: ThreadPoolExecutor | None = None
+        self._streams: ThreadPoolExecutor | None = None
+
+    def expect(self, model_id: str) -> threading.Event:
+        """A model will be prepared under this id, unless the event is set before."""
+        self.forget(model_id)
+        stop = self._stops[model_id] = threading.Event()
+        return stop
+
+    def forget(self, model_id: str) -> None:
+        """Nothing of a model arrives any more."""
+        stop = self._stops.pop(model_id, None)
+        if stop is not None:
+            stop.set()
+        self.forget_field(model_id)
+
+    def forget_field(self, model_id: str) -> None:
+        stop = self._field_stops.pop(model_id, None)
+        if stop is not None:
+            stop.set()
+
+    def close(self) -> None:
+        """Stop everything, and wait until it has stopped."""
+        for stop in (*self._stops.values(), *self._field_stops.values()):
+            stop.set()
+        for pool in (self._pool, self._streams):
+            if pool is not None:
+                pool.shutdown(wait=True, cancel_futures=True)
+        self._pool = self._streams = None
+        self._stops.clear()
+        self._inbox.clear()
+
+    @property
+    def waiting(self) -> bool:
+        return bool(self._inbox)
+
+    def next(self) -> tuple[str, Event] | None:
+        """Id of a model and what has been prepared of it; None where there is nothing."""
+        while self._inbox:
+            model_id, stop, event = self._inbox.popleft()
+            if self._stops.get(model_id) is stop:
+                return model_id, event
+        return None
+
+    def prepare(
+        self,
+        model_id: str,
+        data: Mesh | PointCloud,
+        *,
+        texture_limit: int,
+        whole_side: int | None,
+        budget: int,
+    ) -> None:
+        """Have a model prepared that is expected; see `preparation`."""
+        from vomstudio.rendering.prepare import preparation
+
+        stop = self._stops[model_id]
+        emit = self._emitter(model_id, stop, stop)
+        pool = self._workers()
+        if self._streams is None:
+            # Of its own: what takes long does not keep it waiting.
+            self._streams = ThreadPoolExecutor(1, thread_name_prefix="clouds", initializer=give_way)
+        submit = _submitter(self._streams, stop)
+
+        def shape() -> None:
+            with self._telling(emit, "A model could not be prepared for drawing"):
+                if isinstance(data, Mesh):
+                    bounds = preparation.finite_bounds(data.vertices, stop)
+                elif data.arrangement is not None or isinstance(data, StreamedCloud):
+                    bounds = data.bounds
+                else:
+                    bounds = preparation.finite_bounds(data.points, stop)
+                origin = np.round(bounds.mean(axis=0))
+                emit(Registered(data, bounds, origin))
+                if isinstance(data, Mesh):
+                    # Only now: what comes before the model is registered would be lost.
+                    _submitter(pool, stop)(pictures)
+                    preparation.prepare_mesh(data, origin, stop, emit)
+                else:
+                    # A thread that starts waits for its turn, and who has it started waits as well.
+                    submit(lambda: None)
+                    preparation.prepare_cloud(data, origin, stop, emit, submit, budget)
+
+        def pictures() -> None:
+            with self._telling(emit, "A model could not be prepared for drawing"):
+                if isinstance(data, Mesh):
+                    preparation.prepare_textures(data, texture_limit, stop, emit, whole_side)
+
+        pool.submit(shape)
+
+    def color(
+        self,
+        model_id: str,
+        data: Mesh | PointCloud,
+        style: FieldStyle,
+        to_world: Array,
+        proxies: Sequence[npt.NDArray[np.integer]],
+        parts: Sequence[npt.NDArray[np.integer]],
+    ) -> None:
+        """Have the colours of a field made; see `preparation.prepare_field`."""
+        from vomstudio.rendering.prepare import preparation
+
+        self.forget_field(model_id)
+        stop = self._field_stops[model_id] = threading.Event()
+        emit = self._emitter(model_id, self._stops[model_id], stop)
+
+        def work() -> None:
+            with self._telling(emit, f"The field {style.name} cannot be shown"):
+                preparation.prepare_field(data, style, to_world, proxies, parts, stop, emit)
+
+        self._workers().submit(work)
+
+    def _workers(self) -> ThreadPoolExecutor:
+        if self._pool is None:
+            self._pool = ThreadPoolExecutor(2, thread_name_prefix="viewport", initializer=give_way)
+        return self._pool
+
+    def _emitter(self, model_id: str, model: threading.Event, stop: threading.Event) -> Emit:
+        """What a worker hands its events over with. model : the event of `expect`"""
+
+        def emit(event: Event) -> None:
+            if stop.is_set():
+                raise Stopped
+            self._inbox.append((model_id, model, event))
+            self._notify()
+
+        return emit
+
+    @contextlib.contextmanager
+    def _telling(self, emit: Emit, what: str) -> Iterator[None]:
+        """A thread has nobody above it to tell what went wrong."""
+        try:
+            yield
+        except Stopped:
+            pass
+        except Exception as error:  # noqa: BLE001 - as above
+            if not isinstance(error, VomError):
+                DESK.report(error, what)
+            with contextlib.suppress(Stopped):
+                emit(Problem(f"{what}: {error}"))
+
+
+def _submitter(pool: ThreadPoolExecutor, stop: threading.Event) -> Submit:
+    """Has work run later in a pool. A pool that is being closed refuses what its own threads still
+    hand it: that is no failure where the model is no longer wanted."""
+
+    def submit(work: Callable[[], None]) -> None:
+        try:
+            pool.submit(work)
+        except RuntimeError:
+            if not stop.is_set():
+                raise
+
+    return submit

@@ -1,0 +1,82 @@
+"""The features that are drawn over the outcrop: kept, selected, and picked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING
+
+from vomstudio.rendering.qt.annotations import Annotations
+from vomstudio.rendering.qt.feature_picking import feature_at
+from vomstudio.rendering.qt.scene_lifetime import SceneLife
+from vomstudio.rendering.qt.scene_picture import ScenePicture
+from vomstudio.rendering.qt.viewport_protocol import Pane
+from vomstudio.rendering.view.camera import Camera
+from vomstudio.rendering.view.drawing import FeatureDrawing
+from vomstudio.tools.interaction_types import Area
+
+if TYPE_CHECKING:
+    from vomstudio.rendering.scene.scene import Scene
+
+
+class FeaturesShown:
+    """drawings : by id; selected : the ids of the emphasised ones"""
+
+    def __init__(
+        self,
+        camera: Camera,
+        pane: Pane,
+        life: SceneLife,
+        picture: ScenePicture,
+        annotations: Annotations,
+        inside: Callable[[FeatureDrawing], bool],
+    ) -> None:
+        """inside : whether a part of a feature is not cut away."""
+        self.drawings: dict[str, FeatureDrawing] = {}
+        self.selected: frozenset[str] = frozenset()
+        self._camera, self._pane = camera, pane
+        self._life, self._picture = life, picture
+        self._annotations, self._inside = annotations, inside
+
+    def furnish(self, scene: Scene) -> None:
+        """Give a scene that starts what is to be drawn."""
+        if self.drawings:
+            scene.set_features(self.drawings)
+        scene.set_selected(self.selected)
+
+    def change(self, changes: Mapping[str, FeatureDrawing | None]) -> None:
+        """Add, replace or (None) remove drawings by id, all at once."""
+        for key, drawing in changes.items():
+            if drawing is None:
+                self.drawings.pop(key, None)
+            else:
+                self.drawings[key] = drawing
+        self._annotations.forget()
+        if self._life.scene is not None:
+            self._life.scene.set_features(changes)
+        self._picture.redraw_features()
+
+    def select(self, ids: Iterable[str]) -> None:
+        """Emphasise these features, and no others."""
+        self.selected = frozenset(ids)
+        if self._life.scene is not None:
+            self._life.scene.set_selected(self.selected)
+        self._picture.redraw_features()
+
+    def set_live(self, area: Area | None, color: tuple[float, float, float]) -> None:
+        """What a brush is touching; None for nothing."""
+        scene = self._life.scene
+        if scene is not None:
+            scene.features.set_live(area, color)
+            self._picture.redraw_features()
+
+    def at(self, x: float, y: float, *, discs: bool = True) -> str | None:
+        """Id of the feature whose label, symbol, line or disc lies under a pixel, in this order."""
+        if (found := self._annotations.at(x, y)) is not None:
+            return found
+        # What is cut away cannot be meant.
+        shown = [d for d in self.drawings.values() if d.visible and self._inside(d)]
+        return feature_at(shown, x, y, self._camera, self._pane.extent(), discs=discs)
+
+    def uncut(self) -> dict[str, FeatureDrawing]:
+        """The drawings of which a part is not cut away, by id."""
+        return {key: drawing for key, drawing in self.drawings.items() if self._inside(drawing)}

@@ -1,0 +1,220 @@
+"""The models of the view: prepared beside the window, handed over to the scene piece by piece."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import numpy.typing as npt
+from PySide6.QtCore import QObject, Qt, Signal
+
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.streaming.octree import POINT_BUDGET
+from vomstudio.rendering.prepare.events import (
+    ChunksDone,
+    FieldReady,
+    LocatorReady,
+    Problem,
+    Registered,
+)
+from vomstudio.rendering.prepare.model_queue import ModelWork
+from vomstudio.rendering.qt.camera_moves import CameraMoves
+from vomstudio.rendering.qt.scene_lifetime import SceneLife
+from vomstudio.rendering.qt.scene_picture import ScenePicture
+
+Array = npt.NDArray[np.float64]
+
+TAKE_S = 0.010
+"""So long the window takes over what is ready before it does anything else."""
+
+
+class ModelsShown(QObject):
+    """point_budget : how many points of a cloud may be there to be drawn
+    work : the threads that prepare models
+    """
+
+    stage = Signal(str, str)
+    """model id and "shown", "complete" or "pickable" """
+    problem = Signal(str)
+    """One sentence about something that cannot be drawn as it should."""
+    chunked = Signal(str)
+    """model id: all of its pieces are there, and can be given other colours"""
+    colored = Signal(str, object)
+    """model id and FieldReady"""
+    placed = Signal(str)
+    """model id: it has been placed anew"""
+    removed = Signal(str)
+
+    _handed = Signal()
+
+    def __init__(
+        self, life: SceneLife, picture: ScenePicture, moves: CameraMoves, parent: QObject
+    ) -> None:
+        super().__init__(parent)
+        self.point_budget = POINT_BUDGET
+        self.work = ModelWork(lambda: self._handed.emit())
+        self._life, self._picture, self._moves = life, picture, moves
+        self._stages: dict[str, set[str]] = {}
+        self._framing: set[str] = set()
+        self._hidden: set[str] = set()
+        self._transforms: dict[str, Array] = {}
+        self._handed.connect(self._take, Qt.ConnectionType.QueuedConnection)
+        picture.drawn.connect(self._report_stages)
+        moves.restored.connect(self._leave_camera)
+
+    def close(self) -> None:
+        """Stop every worker."""
+        self.work.close()
+
+    # -- coming and going
+
+    def add(
+        self,
+        model_id: str,
+        data: Mesh | PointCloud,
+        to_world: npt.NDArray[np.float64],
+        *,
+        frame_camera: bool,
+    ) -> None:
+        """Show a model; returns at once and prepares it beside the window.
+
+        to_world : (4, 4) float64 similarity from the file's frame to World
+        frame_camera : look at the whole of it as soon as its size is known
+        """
+        if self._life.closed:
+            return
+        self.remove(model_id)
+        stop = self.work.expect(model_id)
+        self._stages[model_id] = set()
+        self._transforms[model_id] = np.array(to_world, np.float64)
+        if frame_camera:
+            self._framing.add(model_id)
+
+        def begin() -> None:
+            scene = self._life.scene
+            if not stop.is_set() and scene is not None:
+                canvas = scene.canvas
+                self.work.prepare(
+                    model_id,
+                    data,
+                    texture_limit=canvas.texture_limit,
+                    whole_side=canvas.whole_texture_side,
+                    budget=self.point_budget,
+                )
+
+        self._life.when_started(begin)
+
+    def remove(self, model_id: str) -> None:
+        """Forget a model; an unknown id is ignored."""
+        self.work.forget(model_id)
+        self._stages.pop(model_id, None)
+        self._transforms.pop(model_id, None)
+        self.removed.emit(model_id)
+        self._framing.discard(model_id)
+        self._hidden.discard(model_id)
+        scene = self._life.scene
+        if scene is not None and model_id in scene.models:
+            scene.remove_model(model_id)
+            self._picture.redraw()
+
+    def set_visible(self, model_id: str, visible: bool) -> None:
+        (self._hidden.discard if visible else self._hidden.add)(model_id)
+        scene = self._life.scene
+        if scene is not None and model_id in scene.models:
+            scene.set_visible(model_id, visible)
+            self._picture.redraw()
+
+    def set_to_world(self, model_id: str, to_world: npt.NDArray[np.float64]) -> None:
+        """Place a model anew, as after registering it."""
+        if model_id not in self._transforms:
+            return
+        self._transforms[model_id] = np.array(to_world, np.float64)
+        scene = self._life.scene
+        if scene is not None and model_id in scene.models:
+            scene.set_to_world(model_id, self._transforms[model_id])
+            self._picture.redraw()
+            self.placed.emit(model_id)
+
+    def to_world(self, model_id: str) -> Array:
+        """(4, 4), as it was given."""
+        return self._transforms[model_id]
+
+    def reached(self, model_id: str) -> frozenset[str]:
+        """The stages that a model has reached; see `stage`."""
+        return frozenset(self._stages.get(model_id, ()))
+
+    def _leave_camera(self) -> None:
+        """A view that was kept is not to be changed by the models that it shows."""
+        self._framing.clear()
+
+    # -- taking over
+
+    def _take(self) -> None:
+        """Accept what the workers have handed over, for a few milliseconds at a time."""
+        scene = self._life.scene
+        if scene is None:
+            return
+        until = time.perf_counter() + TAKE_S
+        changed = False
+        while time.perf_counter() < until and (found := self.work.next()):
+            model_id, event = found
+            if isinstance(event, Problem):
+                self.problem.emit(event.text)
+                continue
+            if isinstance(event, FieldReady):
+                self.colored.emit(model_id, event)
+                continue
+            if isinstance(event, Registered):
+                self._register(model_id, event)
+            else:
+                scene.take(model_id, event)
+            if isinstance(event, ChunksDone):
+                self.chunked.emit(model_id)
+            if isinstance(event, LocatorReady):
+                self._reach(model_id, "pickable")
+            else:
+                changed = True
+        if self.work.waiting:
+            self._handed.emit()
+        if changed:
+            self._content_changed()
+
+    def _register(self, model_id: str, event: Registered) -> None:
+        scene = self._life.scene
+        assert scene is not None
+        to_world = self._transforms[model_id]
+        model = scene.add_model(model_id, event.data, to_world, event.bounds, event.origin)
+        scene.set_visible(model_id, model_id not in self._hidden)
+        if model_id in self._framing:
+            self._framing.discard(model_id)
+            self._moves.fit(model.corners_world())
+            # Nobody is moving it: what comes now is to be drawn as it will stay.
+            self._picture.moving = False
+            self._picture.rest()
+
+    def _content_changed(self) -> None:
+        scene = self._life.scene
+        if scene is None:
+            return
+        models = scene.models.values()
+        unseen = not all("shown" in self.reached(model.model_id) for model in models)
+        self._picture.arrived(first=unseen and any(m.proxies or m.parts for m in models))
+
+    def _report_stages(self) -> None:
+        scene = self._life.scene
+        if scene is None:
+            return
+        picture = scene.picture
+        # Whoever is told may take a model away.
+        for model in list(scene.models.values()):
+            if (model.proxies and picture.showing_proxy) or any(p.uploaded for p in model.parts):
+                self._reach(model.model_id, "shown")
+            if picture.complete and model.chunks_done and model.textures_done and model.settled:
+                self._reach(model.model_id, "complete")
+
+    def _reach(self, model_id: str, stage: str) -> None:
+        reached = self._stages.setdefault(model_id, set())
+        if stage not in reached:
+            reached.add(stage)
+            self.stage.emit(model_id, stage)

@@ -1,0 +1,140 @@
+"""What the workers hand over becomes actors on the canvas and parts of the models."""
+
+from __future__ import annotations
+
+import numpy as np
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkRenderingCore import vtkActor, vtkPointGaussianMapper, vtkPolyDataMapper
+
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.rendering.prepare.events import (
+    ChunksDone,
+    Event,
+    LocatorReady,
+    MeshChunkReady,
+    NodeReady,
+    NodesDropped,
+    ProxyReady,
+    StreamStarted,
+    TextureReady,
+    TexturesDone,
+    ViewDone,
+)
+from vomstudio.rendering.scene import gpu_textures
+from vomstudio.rendering.scene.camera_visibility import Sight
+from vomstudio.rendering.scene.canvas import Canvas
+from vomstudio.rendering.scene.contents import Contents
+from vomstudio.rendering.scene.frame_progress import Frame
+from vomstudio.rendering.scene.gpu_textures import Skin
+from vomstudio.rendering.scene.model_scene import ModelScene, Part
+
+
+class Intake:
+    """Of one scene, in the thread that draws it."""
+
+    def __init__(self, canvas: Canvas, contents: Contents, sight: Sight, frame: Frame) -> None:
+        self._canvas, self._contents = canvas, contents
+        self._sight, self._frame = sight, frame
+
+    def take(self, model: ModelScene, event: Event) -> None:
+        """Accept what a worker has prepared of a model."""
+        match event:
+            case ProxyReady():
+                self._take_proxy(model, event)
+            case MeshChunkReady():
+                self._take_chunk(model, event)
+            case NodeReady():
+                self._take_node(model, event)
+            case NodesDropped():
+                self._take_away(model, event)
+            case StreamStarted():
+                model.streamer = event.streamer
+                self._frame.outdate()
+            case ViewDone():
+                self._take_view(model, event)
+            case ChunksDone():
+                model.chunks_done = True
+            case TextureReady():
+                if event.texture is not None:
+                    model.skins[event.material] = Skin(event.texture)
+                self._frame.outdate()
+            case TexturesDone():
+                model.textures_done = True
+            case LocatorReady():
+                model.locators = event.locators
+
+    def _take_proxy(self, model: ModelScene, event: ProxyReady) -> None:
+        part = self.part(model, event.data)
+        part.rows = event.rows
+        model.proxies.append(part)
+        self._contents.look.dress(model, part)
+        self._frame.outdate()
+
+    def _take_chunk(self, model: ModelScene, event: MeshChunkReady) -> None:
+        part = self.part(model, event.data)
+        part.material = event.chunk.material
+        part.density = event.texels_per_metre
+        part.has_uv = event.data.GetPointData().GetTCoords() is not None
+        part.rows = event.chunk.vertex_ids
+        model.face_chunks.append(event.chunk)
+        model.parts.append(part)
+        self._contents.look.dress(model, part)
+        self._frame.outdate()
+
+    def _take_node(self, model: ModelScene, event: NodeReady) -> None:
+        part = self.part(model, event.data)
+        part.spacing, part.row, part.piece = event.spacing, event.row, event.piece
+        part.rows = event.chunk.point_ids
+        model.point_chunks.append(event.chunk)
+        model.parts.append(part)
+        self._contents.look.dress(model, part)
+        if model.streamer is not None and part.row not in model.shown_rows:
+            return
+        if self._frame.admit(model, part):
+            self._sight.size_points_of(model, part)
+        else:
+            self._frame.outdate()
+
+    def _take_away(self, model: ModelScene, event: NodesDropped) -> None:
+        gone = model.drop(event.pieces)
+        self._frame.dismiss(gone)
+        for part in gone:
+            self.drop(part)
+        for row, piece in event.pieces.items():
+            event.nodes.let_go(row, piece)
+
+    def _take_view(self, model: ModelScene, event: ViewDone) -> None:
+        if model.settled or model.streamer is None or event.turn != model.streamer.turn:
+            return
+        model.settled = True
+        self._frame.outdate()
+
+    def part(self, model: ModelScene, data: vtkPolyData) -> Part:
+        """An actor on the canvas, hidden, and what is known about it."""
+        bounds = np.array(data.GetBounds()).reshape(3, 2)
+        mapper: vtkPolyDataMapper
+        if isinstance(model.data, Mesh):
+            mapper = vtkPolyDataMapper()
+            elements = data.GetNumberOfCells()
+        else:
+            mapper = points = vtkPointGaussianMapper()
+            points.EmissiveOff()
+            points.SetScaleFactor(0.0)
+            elements = data.GetNumberOfPoints()
+        mapper.SetInputData(data)
+        mapper.SetStatic(1)
+        actor = vtkActor()
+        actor.SetMapper(mapper)
+        actor.ForceOpaqueOn()
+        actor.SetVisibility(False)
+        actor.SetUserMatrix(self._canvas.placement(model.to_world, model.origin))
+        self._contents.planes.cut(actor)
+        self._canvas.add(actor)
+        part = Part(actor, bounds[:, 0], bounds[:, 1], elements)
+        part.has_colors = data.GetPointData().GetScalars() is not None
+        return part
+
+    def drop(self, part: Part) -> None:
+        """Take an actor off the canvas."""
+        gpu_textures.take_off(part.actor)
+        self._canvas.remove(part.actor)

@@ -1,0 +1,81 @@
+"""What the camera sees of the scene's contents, and how near."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.rendering.scene import visible_parts
+from vomstudio.rendering.scene.canvas import Canvas
+from vomstudio.rendering.scene.contents import Contents
+from vomstudio.rendering.scene.model_scene import ModelScene, Part
+from vomstudio.rendering.view.camera import Camera, Eye
+
+Array = npt.NDArray[np.float64]
+
+
+class Sight:
+    """eye : what the canvas was last told to draw with, None before that"""
+
+    def __init__(self, camera: Camera, canvas: Canvas, contents: Contents) -> None:
+        self.camera = camera
+        self.eye: Eye | None = None
+        self._canvas, self._contents = canvas, contents
+
+    def apply(self, camera: Camera | None = None) -> Eye:
+        """Have the canvas draw as the camera, or another one, sees from now on."""
+        camera = self.camera if camera is None else camera
+        corners = np.concatenate([self._contents.corners(), self._contents.corners_over()])
+        self.eye = eye = camera.eye(corners)
+        self._canvas.look(eye, camera.distance, camera.view_angle_deg)
+        return eye
+
+    def parts(self, *, every_node: bool = False) -> list[tuple[ModelScene, Part]]:
+        """Of the models in view, the nearest first; see `in_view.parts_in_view`."""
+        assert self.eye is not None
+        models, planes = self._contents.models.values(), self._contents.planes
+        return visible_parts.parts_in_view(
+            models, self.eye, self._canvas.size, planes.box, every_node=every_node
+        )
+
+    def size_points(self) -> None:
+        """Of all clouds in view."""
+        for model, part in self.parts():
+            if part.spacing > 0.0 and isinstance(model.data, PointCloud):
+                self.size_points_of(model, part)
+
+    def size_points_of(self, model: ModelScene, part: Part) -> None:
+        assert self.eye is not None
+        look, height = self._contents.look, self._canvas.size[1]
+        visible_parts.size_points(model, part, self.eye, self.camera, height, look)
+
+    def texels_per_pixel(self) -> dict[int, float]:
+        """By the id of each skin in view; see `in_view.texels_per_pixel`."""
+        assert self.eye is not None
+        return visible_parts.texels_per_pixel(
+            self.parts(), self.eye, self.camera, self._canvas.size[1]
+        )
+
+    def pixel_at(self, place: Array) -> float:
+        """Metres of a pixel of the device at a place in World."""
+        depth = float((place - self.camera.position) @ self.camera.direction)
+        return self.camera.metres_per_pixel(self._canvas.size[1], max(depth, 1e-6))
+
+    def in_front(self, points: Array, slack: float = 0.0) -> npt.NDArray[np.bool_]:
+        """Whether World points (n, 3) are in the picture, and not behind the surface as it was last
+        drawn. slack : m, by which they may be behind it"""
+        width, height = self._canvas.size
+        pixels, depth = self.camera.project(points, (width, height))
+        ok = np.isfinite(pixels).all(axis=1) & (depth > 0.0)
+        x, y = np.where(ok, pixels[:, 0], 0.0), np.where(ok, pixels[:, 1], 0.0)
+        ok &= (x >= 0) & (x < width) & (y >= 0) & (y < height)
+        if self.eye is None or not ok.any():
+            return np.asarray(ok, np.bool_)
+        column = np.clip(x.astype(int), 0, width - 1)
+        row = np.clip(height - 1 - y.astype(int), 0, height - 1)
+        buffer = self._canvas.depth()[row, column].astype(np.float64)
+        surface = self.eye.depth_from_buffer(buffer)
+        back = self.eye.depth(np.asarray(points, float).reshape(-1, 3))
+        tolerance = 0.004 * np.abs(surface) + slack
+        return np.asarray(ok & ((buffer >= 1.0) | (back <= surface + tolerance)), np.bool_)

@@ -1,0 +1,260 @@
+"""The picture of the scene: drawn whole while the camera moves, piece by piece once it rests.
+
+A model that is slow to draw is shown by its proxy while the camera moves; at rest its chunks are
+added batch by batch to the same buffers, and whoever owns the scene calls `refine` between the
+events of its loop until the frame is whole.
+"""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Callable, Iterable
+
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.rendering.scene import proxies
+from vomstudio.rendering.scene.camera_visibility import Sight
+from vomstudio.rendering.scene.canvas import Canvas
+from vomstudio.rendering.scene.contents import Contents
+from vomstudio.rendering.scene.eyedome import BANDS, EyeDome
+from vomstudio.rendering.scene.frame_progress import Entry, Frame
+from vomstudio.rendering.scene.model_scene import Part
+from vomstudio.rendering.scene.texture_levels import TextureLevels
+from vomstudio.rendering.scene.visible_nodes import NodesInView
+from vomstudio.rendering.view.frame_timing import SLOW_FRAME_S, Pace
+
+
+class Picture:
+    """eye_dome : clouds at rest are shaded by how far pixels lie behind their neighbours
+    showing_proxy : the last picture shows what stands for the models
+    more_to_come : it left out stand-ins that the next one will show
+    """
+
+    def __init__(
+        self,
+        canvas: Canvas,
+        contents: Contents,
+        sight: Sight,
+        nodes: NodesInView,
+        frame: Frame,
+    ) -> None:
+        self.eye_dome = False
+        self.showing_proxy = False
+        self.more_to_come = False
+        self.pace = Pace()
+        self._canvas, self._contents = canvas, contents
+        self._sight, self._nodes, self._frame = sight, nodes, frame
+        self._levels = TextureLevels(canvas, contents, sight)
+        self._dome = EyeDome()
+        self._was_moving = False
+
+    @property
+    def complete(self) -> bool:
+        """Whether the last picture is whole, and shows everything that is there."""
+        return self._frame.complete
+
+    @property
+    def refining(self) -> bool:
+        """Whether a frame is in the making."""
+        return self._frame.pending is not None
+
+    def abandon(self) -> None:
+        """Forget a frame that is being refined, and that the last one was whole."""
+        self._frame.abandon()
+
+    def release(self) -> None:
+        """Give back what the graphics card holds of it."""
+        self._dome.release(self._canvas.window)
+
+    # -- in one
+
+    @property
+    def slow(self) -> bool:
+        """Whether drawing everything takes too long to do at every step of a drag."""
+        if any(m.proxies and not m.chunks_done for m in self._contents.visible()):
+            return True
+        parts = [part for _, part in self._sight.parts()]
+        return not all(p.uploaded for p in parts) or self.pace.expected(parts) > SLOW_FRAME_S
+
+    def draw(self, *, moving: bool) -> None:
+        """Draw a whole picture now: the models where that is quick, else what stands for them."""
+        if moving and not self._was_moving:
+            self.pace.begin_moving()
+        self._was_moving = moving
+        self.abandon()
+        self._sight.apply()
+        self._nodes.look_around(fetch=not moving)
+        # Large points take longer, so their size comes before what can be afforded.
+        self._sight.size_points()
+        proxy = self.slow
+        self.more_to_come = False
+        if proxy:
+            show = self._proxies()
+        else:
+            self._levels.choose()
+            show = self._tinted(self._sight.parts())
+        fresh = any(not p.uploaded for p in show)
+        started = time.perf_counter()
+        self._show(show)
+        self._canvas.kept = False
+        features = self._contents.features
+        features.thin = moving
+        keep = None if moving else self._canvas.keep_surface
+        self._render(erase=True, surface=True, layer=True, before_layer=keep)
+        features.thin = False
+        self._canvas.wait()
+        spent = time.perf_counter() - started
+        for part in show:
+            part.uploaded = True
+        self.showing_proxy = proxy
+        if not proxy:
+            self.pace.learn(show, spent)
+            self._frame.complete = not self._levels.due and not self.domed
+        else:
+            if not fresh:
+                self.pace.learn_moving(spent, proxies.MOVING_SETS)
+            if not any(m.parts for m in self._contents.visible()):
+                self._frame.complete = True
+
+    def _proxies(self) -> list[Part]:
+        """What stands for the models while drawing them takes too long."""
+        visible = self._contents.visible()
+        seen = self._sight.parts(every_node=True)
+        nodes, self.more_to_come = proxies.coarse_nodes(seen, self.pace.moving_sets)
+        drawn = [part for model in visible for part in model.proxies]
+        return drawn + self._tinted(nodes) + proxies.of_meshes(visible)
+
+    def _tinted(self, entries: Iterable[Entry]) -> list[Part]:
+        found = []
+        for model, part in entries:
+            self._contents.look.tint_node(model, part)
+            found.append(part)
+        return found
+
+    def draw_features(self) -> None:
+        """Draw the features anew over the models as they last stood."""
+        canvas, frame, eye = self._canvas, self._frame, self._sight.eye
+        if not canvas.kept or eye is None:
+            if not self.refining:
+                self.draw(moving=False)
+            # Else the frame in the making will show them.
+            return
+        depth = eye.depth(self._contents.corners_over())
+        if len(depth) and (depth.min() < eye.near or depth.max() > eye.far):
+            # The kept depths are of another range: these features would be cut off.
+            self.draw(moving=False)
+            return
+        busy = self.refining and not frame.first
+        if busy:
+            canvas.buffers.save("frame")
+        restore = canvas.restore_surface
+        self._render(erase=False, surface=False, layer=True, before_layer=restore)
+        if busy:
+            canvas.pixels()
+            canvas.buffers.restore("frame")
+
+    # -- in pieces
+
+    def begin_rest(self) -> None:
+        """Start the whole frame of a camera that has come to rest."""
+        if self._sight.eye is not None:
+            # Points are told hidden by the last whole picture until there is another.
+            self._canvas.depth()
+        self._was_moving = False
+        self._sight.apply()
+        self._nodes.look_around()
+        self._levels.choose()
+        self._sight.size_points()
+        self._frame.begin(self._sight.parts())
+
+    def refine(self) -> bool:
+        """Do one short piece of the rest frame; True once the frame is whole and drawn."""
+        frame, canvas = self._frame, self._canvas
+        if frame.pending is None:
+            return True
+        if self._levels.upload_one():
+            return False
+        if not frame.pending and not frame.first and self._shade_band():
+            return False
+        started = time.perf_counter()
+        # Features, and the copy of the surface below them, are a piece of their own.
+        last = not frame.pending
+        count = self.pace.next_batch([part for _, part in frame.pending])
+        tint = self._contents.look.tint_node
+        if any([tint(*entry) for entry in frame.pending[:count]]):
+            # They have to be taken to the graphics card anew.
+            count = self.pace.next_batch([part for _, part in frame.pending])
+        batch = [part for _, part in frame.pending[:count]]
+        frame.pending = frame.pending[count:]
+        self._show(batch)
+        keep = canvas.keep_surface if last else None
+        self._render(erase=frame.first, surface=True, layer=last, before_layer=keep)
+        canvas.wait()
+        frame.first = False
+        self.pace.learn(batch, time.perf_counter() - started)
+        for part in batch:
+            part.uploaded = True
+        if not last:
+            return False
+        frame.end()
+        self.showing_proxy = False
+        return True
+
+    @property
+    def domed(self) -> bool:
+        """Whether the picture at rest is shaded by how far pixels lie behind their neighbours."""
+        visible = self._contents.visible()
+        return self.eye_dome and any(isinstance(m.data, PointCloud) for m in visible)
+
+    def _shade_band(self) -> bool:
+        """Eye-dome lighting of a part of the finished surface; False once there is nothing to do
+        any more."""
+        if not self.domed:
+            return False
+        canvas, frame, eye = self._canvas, self._frame, self._sight.eye
+        assert eye is not None
+        if frame.bands is None:
+            canvas.buffers.save("flat")
+            frame.bands = bands(canvas.size[1], BANDS if canvas.software else 1)
+        if not frame.bands:
+            return False
+        self._dome.shade(
+            canvas.window,
+            canvas.buffers["flat"],
+            canvas.size,
+            frame.bands.pop(0),
+            near=eye.near,
+            far=eye.far,
+            distance=self._sight.camera.distance,
+            orthographic=eye.orthographic,
+            scale=self._contents.look.point_scale,
+        )
+        canvas.wait()
+        return True
+
+    # -- both
+
+    def _show(self, parts: list[Part]) -> None:
+        wanted = {id(p) for p in parts}
+        for model in self._contents.models.values():
+            for part in model.parts + model.proxies:
+                part.actor.SetVisibility(id(part) in wanted)
+
+    def _render(
+        self,
+        *,
+        erase: bool,
+        surface: bool,
+        layer: bool,
+        before_layer: Callable[[], None] | None,
+    ) -> None:
+        if layer:
+            self._contents.features.refresh(self._sight.pixel_at)
+            self._contents.cameras.refresh()
+        self._canvas.render(erase=erase, surface=surface, layer=layer, before_layer=before_layer)
+
+
+def bands(height: int, count: int) -> list[tuple[int, int]]:
+    """Rows from the bottom in `count` runs, first and one past the last of each."""
+    ends = [round(k * height / count) for k in range(count + 1)]
+    return list(itertools.pairwise(ends))

@@ -1,0 +1,58 @@
+"""The driver compiles its programs before the first model needs them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from vtkmodules.vtkRenderingCore import vtkTexture
+
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.rendering.prepare import vtk_data
+from vomstudio.rendering.scene import gpu_textures
+from vomstudio.rendering.scene.actor_creation import Intake
+from vomstudio.rendering.scene.camera_visibility import Sight
+from vomstudio.rendering.scene.canvas import Canvas
+from vomstudio.rendering.scene.contents import Contents
+from vomstudio.rendering.scene.model_scene import ModelScene
+from vomstudio.rendering.view.camera import Camera
+
+
+def warm_up(canvas: Canvas, contents: Contents, sight: Sight, intake: Intake) -> Iterator[None]:
+    """One program per step: together they would hold up the first frame of the first model by a
+    tenth of a second. Nothing is left of what is drawn, and a model that comes ends it."""
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 0, 1]], np.float32)
+    corners = points.astype(np.float64)
+    faces = np.array([[0, 1, 2]], np.int32)
+    grey = np.full((3, 3), 128, np.uint8)
+    samples = (
+        (Mesh(corners, faces), vtk_data.triangles(points, faces, colors=grey), 0),
+        (Mesh(corners, faces), vtk_data.triangles(points, faces, uv=points[:, ::2]), 1),
+        (Mesh(corners, faces), vtk_data.triangles(points, faces, uv=points[:, ::2]), 4),
+        (PointCloud(corners), vtk_data.point_set(points, grey), 0),
+    )
+    for holder, data, pictures in samples:
+        if contents.models or not canvas.is_open:
+            return
+        zero = np.zeros(3)
+        before, canvas.origin = canvas.origin, None
+        model = ModelScene("", holder, zero, zero, zero + 1.0, np.eye(4), np.eye(4))
+        part = intake.part(model, data)
+        contents.look.dress(model, part)
+        if pictures:
+            square = vtk_data.image(np.full((4, 4, 3), 128, np.uint8))
+            textures = [vtkTexture() for _ in range(pictures)]
+            for texture in textures:
+                texture.SetInputData(square)
+                texture.InterpolateOn()
+            gpu_textures.wear(part.actor, textures)
+            part.actor.GetProperty().LightingOff()
+        sight.apply(Camera())
+        part.actor.VisibilityOn()
+        canvas.render(erase=True, surface=True, layer=False)
+        canvas.wait()
+        intake.drop(part)
+        canvas.origin = before
+        canvas.frames -= 1
+        yield

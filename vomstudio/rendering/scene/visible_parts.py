@@ -1,0 +1,94 @@
+"""Which parts of the models are in view, how near they are, and how fine they should be drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from vomstudio.rendering.scene.appearance import Appearance
+from vomstudio.rendering.scene.model_scene import ModelScene, Part
+from vomstudio.rendering.view.camera import Camera, Eye
+from vomstudio.rendering.view.clipping import ClipBox
+from vomstudio.rendering.view.frame_timing import point_weight
+
+
+def parts_in_view(
+    models: Iterable[ModelScene],
+    eye: Eye,
+    size: tuple[int, int],
+    clip: ClipBox | None,
+    *,
+    every_node: bool = False,
+) -> list[tuple[ModelScene, Part]]:
+    """Parts whose box may be in view, nearest first; of clouds the nodes that the view needs, or
+    every one that is there."""
+    found = []
+    aspect = size[0] / max(size[1], 1)
+    for model in models:
+        if not model.visible or not model.parts:
+            continue
+        low, high = model.chunk_boxes()
+        half = (high - low) / 2.0
+        centre = (low + high) / 2.0 + model.origin
+        linear = model.to_world[:3, :3]
+        centre = centre @ linear.T + model.to_world[:3, 3]
+        radius = np.linalg.norm(half, axis=1) * np.cbrt(abs(np.linalg.det(linear)))
+        q = (centre - eye.position) @ np.stack([eye.right, eye.up, eye.direction]).T
+        tall = eye.half_height * (1.0 if eye.orthographic else np.maximum(q[:, 2], 0))
+        slant = 1.0 if eye.orthographic else np.hypot(1.0, eye.half_height * aspect)
+        inside = (
+            (np.abs(q[:, 1]) <= tall + radius * slant)
+            & (np.abs(q[:, 0]) <= tall * aspect + radius * slant)
+            & (q[:, 2] + radius > eye.near)
+        )
+        if clip is not None:
+            inside &= clip.meets_balls(centre, radius)
+        if model.streamer is not None and not every_node:
+            inside &= np.array([part.row in model.shown_rows for part in model.parts])
+        for i in np.flatnonzero(inside):
+            found.append((float(q[i, 2] - radius[i]), model, model.parts[i]))
+    found.sort(key=lambda entry: entry[0])
+    return [(model, part) for _, model, part in found]
+
+
+def reach(model: ModelScene, part: Part, eye: Eye) -> tuple[float, float]:
+    """Scale of the model and depth of the near side of a part's ball."""
+    scale = float(np.cbrt(abs(np.linalg.det(model.to_world[:3, :3])))) or 1.0
+    centre = (part.low + part.high) / 2.0 + model.origin
+    centre = model.to_world[:3, :3] @ centre + model.to_world[:3, 3]
+    radius = float(np.linalg.norm(part.high - part.low)) / 2.0 * scale
+    return scale, max(float(eye.depth(centre[None])[0]) - radius, eye.near)
+
+
+def size_points(
+    model: ModelScene, part: Part, eye: Eye, camera: Camera, height: int, look: Appearance
+) -> None:
+    """Points just large enough to close the surface they lie on, within limits."""
+    scale, depth = reach(model, part, eye)
+    spacing = model.shown_rows.get(part.row, part.spacing)
+    pixels = 1.3 * spacing * scale / camera.metres_per_pixel(height, depth)
+    low, high = 2.0 * look.point_scale, 9.0 * look.point_scale
+    size = round(min(max(pixels, low), high))
+    if look.point_size is not None:
+        size = max(1, round(look.point_size * look.point_scale))
+    part.actor.GetProperty().SetPointSize(size)
+    part.weight = point_weight(size)
+
+
+def texels_per_pixel(
+    parts: Iterable[tuple[ModelScene, Part]], eye: Eye, camera: Camera, height: int
+) -> dict[int, float]:
+    """By the id of each skin in view: texels of its finest level for a pixel, where it is
+    nearest."""
+    best: dict[int, float] = {}
+    for model, part in parts:
+        if not part.has_uv or part.material not in model.skins:
+            continue
+        skin = model.skins[part.material]
+        scale, depth = reach(model, part, eye)
+        per_pixel = camera.metres_per_pixel(height, depth)
+        finest = skin.texture.levels[0]
+        texels = part.density / scale * max(finest.width, finest.height) * per_pixel
+        best[id(skin)] = min(best.get(id(skin), np.inf), texels)
+    return best

@@ -1,0 +1,132 @@
+"""A stroke of the brush, from press to release."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.document.records import Model, Painted
+from vomstudio.errors import VomError
+from vomstudio.geometry import transform
+from vomstudio.geometry.brush import PaintSurface
+from vomstudio.geometry.moment_planes import fit_moments
+from vomstudio.geometry.patches import moments, outline, runs_of
+from vomstudio.tools.interaction_types import Area, Hit
+from vomstudio.tools.painted_area import DOTS, known_ids, local_corners
+
+# Live figures may take this part of the time of a stroke.
+_LIVE_SHARE = 0.3
+_QUICK_S = 0.01
+
+
+@dataclass(eq=False)
+class Stroke:
+    """
+    chosen : (n,) whether each face or point of the model is in
+    touched : what has been added or taken away as it is drawn, of points every `stride`-th
+    quick : the surface answers at once
+    """
+
+    model: Model
+    surface: PaintSurface
+    removes: bool
+    chosen: npt.NDArray[np.bool_]
+    scale: float
+    origin: npt.NDArray[np.float64]
+    resolution: float | None
+    quick: bool
+    touched: list[npt.NDArray[np.float32]] = field(default_factory=list)
+    stride: int = 1
+    count: int = 0
+    measured: int = 0
+    measured_until: float = 0.0
+
+    @classmethod
+    def begin(
+        cls, hit: Hit, model: Model, surface: PaintSurface, patch: Painted | None, *, removes: bool
+    ) -> Stroke:
+        """Where the brush first meets a surface. patch: the one that is painted on."""
+        chosen = np.zeros(surface.count, np.bool_)
+        if patch is not None:
+            chosen[known_ids(patch, surface.count)] = True
+        started = time.perf_counter()
+        spacing = surface.resolution_near(np.array([hit.position]))
+        # Until the search tree stands, one point has to do for the live figures.
+        quick = time.perf_counter() - started < _QUICK_S
+        return cls(
+            model,
+            surface,
+            removes,
+            chosen,
+            transform.scale_of(model.to_world),
+            transform.apply(model.to_world, [hit.position])[0],
+            spacing,
+            quick,
+        )
+
+    def paint(self, hit: Hit, radius: float) -> None:
+        """radius: m."""
+        ids = self.surface.within(hit.index, hit.position, radius / self.scale)
+        ids = ids[self.chosen[ids] == self.removes]
+        if not len(ids):
+            return
+        self.chosen[ids] = not self.removes
+        self.count += len(ids)
+        self.touched.append(
+            local_corners(self.surface.corners(ids[:: self.stride]), self.model, self.origin)
+        )
+
+    def ids(self) -> npt.NDArray[np.int64]:
+        """What is in the patch now."""
+        return np.flatnonzero(self.chosen)
+
+    def figures(self, ids: npt.NDArray[np.int64], *, whole: bool) -> dict[str, Any]:
+        """The fields of a patch that follow from its ids; `whole` with those that only a record
+        needs."""
+        points, weights = self.surface.weighted(ids)
+        known = moments(points, weights)
+        figures = {
+            "n": known.n,
+            "mean": known.mean,
+            "scatter": known.scatter,
+            "n_effective": known.n_effective,
+            "area": self.surface.area_of(ids),
+            "resolution": self.resolution,
+        }
+        if not whole:
+            if self.quick:
+                figures["resolution"] = self.surface.resolution_near(points)
+            return figures
+        ring: tuple[Any, ...] = ()
+        try:
+            fit = fit_moments(known.n, known.mean, known.scatter)
+            ring = outline(points, fit.normal)
+        except VomError:
+            pass
+        spacing = self.surface.resolution_near(points)
+        return {**figures, "runs": runs_of(ids), "outline": ring, "resolution": spacing}
+
+    # --- live figures ------------------------------------------------------------------------
+    def due(self, now: float) -> bool:
+        """Something has been painted since it was last measured, and there is time to do it."""
+        return self.count != self.measured and now >= self.measured_until
+
+    def note_measured(self, started: float) -> None:
+        """It has just been measured: what takes long is not done again at once."""
+        now, self.measured = time.perf_counter(), self.count
+        self.measured_until = now + (now - started) * (1.0 / _LIVE_SHARE - 1.0)
+
+    def area(self) -> Area | None:
+        """What it has touched, as it is drawn."""
+        if not self.touched:
+            return None
+        if len(self.touched) > 1:
+            self.touched = [np.concatenate(self.touched)]
+        if self.surface.element == "point" and len(self.touched[0]) > 2 * DOTS:
+            self.touched = [self.touched[0][::2]]
+            self.stride *= 2
+        return Area(self.origin, self.touched[0], np.zeros((0, 2, 3), np.float32))

@@ -1,0 +1,108 @@
+"""What a tool is, and what it is given to work with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Protocol
+
+from vomstudio.document.measurement_cache import Measurement
+from vomstudio.document.records import Feature
+from vomstudio.document.session import Session
+from vomstudio.geometry.brush import PaintSurface
+from vomstudio.tools.interaction_types import PointerEvent, Preview
+
+
+class Tool(Protocol):
+    """A state machine for gestures in the viewport. One tool at most is open at a time: it has
+    something unfinished, which `finish` or `cancel` ends, and which its draft brings back.
+
+    name : in drafts, and of its command and panel; what : what it makes, in a sentence; paints : it
+    draws with the left button, so that the right one turns the outcrop
+    """
+
+    name: ClassVar[str]
+    what: ClassVar[str]
+    paints: ClassVar[bool]
+
+    @property
+    def open(self) -> bool: ...
+
+    @property
+    def can_undo(self) -> bool:
+        """`undo` would take a step of the unfinished thing back."""
+
+    def hint(self) -> str:
+        """What the next click does, for the status line."""
+
+    def why_not_finish(self) -> str | None:
+        """None where `finish` can be called now, else the reason."""
+
+    def why_not_cancel(self) -> str | None:
+        """None where `cancel` can be called now, else the reason."""
+
+    def pointer(self, event: PointerEvent) -> None: ...
+
+    def undo(self) -> bool:
+        """Take the last step of the unfinished thing back; False where there is none."""
+
+    def finish(self) -> str | None:
+        """Keep it; the id of what was made, or None with the reason said."""
+
+    def cancel(self) -> None: ...
+
+    def leave(self) -> None:
+        """Another tool is taken up."""
+
+    def look_again(self) -> None:
+        """The document has changed."""
+
+    def forget(self) -> None:
+        """Leave it to its draft: the project is being closed."""
+
+    def restore(self, state: Mapping[str, Any]) -> bool:
+        """Go on with a draft; False where it is not one of this tool or cannot be read."""
+
+    def set_type(self, type_id: str, set_name: str) -> None:
+        """Feature type and set of what is made next have been chosen anew."""
+
+
+class ToolContext(Protocol):
+    """The session and the models, as a tool sees them."""
+
+    @property
+    def session(self) -> Session: ...
+
+    @property
+    def next_type_id(self) -> str:
+        """The feature type for what is made next."""
+
+    @property
+    def next_set(self) -> str:
+        """The set for what is made next."""
+
+    def set_next(self, type_id: str, set_name: str) -> None:
+        """Another type and set for what is made next."""
+
+    def surface(self, model_id: str) -> PaintSurface | None:
+        """The surface of an open model; None while it is not loaded."""
+
+    def measure(self, feature: Feature) -> Measurement:
+        """The live figures of a feature that is not in the document."""
+
+    def format_plane(self, measurement: Measurement) -> str:
+        """The plane in the notation the user has chosen, with digits that follow its error."""
+
+    def show(self, preview: Preview | None) -> None:
+        """Draw the unfinished feature, or nothing."""
+
+    def say(self, message: str) -> None:
+        """Tell the user what happened to their thing and what to do."""
+
+    def hint(self, message: str) -> None:
+        """The same of a click that did nothing: not worth a message that stays."""
+
+    def tool_changed(self) -> None:
+        """The tool's state has changed: its panel and the actions look again."""
+
+    def created(self, feature_id: str) -> None:
+        """A feature has been made or changed by the tool, and wants to be the selected one."""

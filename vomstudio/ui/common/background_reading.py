@@ -1,0 +1,53 @@
+"""Short pieces of reading that would make the window stutter, done in a thread."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable
+
+from PySide6.QtCore import QObject, QRunnable, Qt, QThreadPool, Signal
+
+from vomstudio.failures import exception_hooks
+
+Work = Callable[[], object]
+Then = Callable[[object], None]
+
+
+class Background(QObject):
+    """Runs work in a thread and hands what it returns to the GUI's thread, unless its owner is gone
+    by then. Work must not raise: what can go wrong it returns. Where it does, the mistake is told
+    of and nothing is handed over."""
+
+    _done = Signal(object, object)
+
+    def __init__(self, owner: QObject) -> None:
+        super().__init__(owner)
+        self._closed = False
+        self._done.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
+
+    def run(self, work: Work, then: Then) -> None:
+        QThreadPool.globalInstance().start(_Piece(self, work, then))
+
+    def close(self) -> None:
+        """Nothing is handed over any more."""
+        self._closed = True
+
+    def _deliver(self, then: Then, made: object) -> None:
+        if not self._closed:
+            then(made)
+
+
+class _Piece(QRunnable):
+    def __init__(self, owner: Background, work: Work, then: Then) -> None:
+        super().__init__()
+        self._owner, self._work, self._then = owner, work, then
+
+    def run(self) -> None:
+        try:
+            made = self._work()
+        except Exception as error:  # noqa: BLE001 - a thread of Qt's has nobody above it
+            exception_hooks.tell(error)
+            return
+        # The window may be gone, and Qt's side of the owner with it.
+        with contextlib.suppress(RuntimeError):
+            self._owner._done.emit(self._then, made)

@@ -1,0 +1,77 @@
+"""Numbers in words: the same notation, units and digits everywhere in the window."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.document.figures import degrees, number
+from vomstudio.document.kinds import kind_named
+from vomstudio.document.kinds.lineation import SENSES
+from vomstudio.document.measurement import Measurement
+from vomstudio.geology.notation import format_line, format_plane
+from vomstudio.geometry.units import area_text, length_text
+from vomstudio.workspace.plane_summary import plane_text
+
+area, length = area_text, length_text
+"""In words, with a unit that fits."""
+
+__all__ = [
+    "area",
+    "degrees",
+    "drawn_points",
+    "gigabytes",
+    "length",
+    "natural",
+    "number",
+    "orientation_text",
+    "plane_text",
+    "slip_names",
+]
+
+
+def orientation_text(measured: Measurement, notation: str, decimals: int | None = 0) -> str:
+    """A feature's plane or line in the notation of the house, or what its kind says
+    instead."""
+    if measured.fit is not None:
+        return plane_text(measured.fit, notation, decimals=decimals)
+    if measured.plane is not None:
+        return format_plane(measured.plane, notation, decimals or 0)
+    if measured.line is not None:
+        error = measured.max_confidence95_deg
+        if decimals is None:
+            decimals = 1 if error is not None and error < 1.0 else 0
+        return format_line(measured.line, decimals)
+    kind = kind_named(measured.kind)
+    return (kind.headline(measured) if kind is not None else None) or "–"
+
+
+def slip_names() -> dict[str, str]:
+    """Senses of slip as they are offered."""
+    return dict(SENSES)
+
+
+def drawn_points(measured: Measurement) -> npt.NDArray[np.float64]:
+    """(n, 3) World points that show how far a feature reaches."""
+    fit = measured.fit
+    if fit is None or fit.extent is None or len(measured.points) > 1:
+        return measured.points
+    reach = 0.5 * fit.extent * fit.axes[:2]
+    return np.concatenate([measured.points, fit.centroid + reach, fit.centroid - reach])
+
+
+def gigabytes(size: float) -> str:
+    """Of bytes, with two digits that mean something."""
+    value = size / 1e9
+    return f"{value:.1f} GB" if value < 9.95 else f"{value:.0f} GB"
+
+
+def natural(name: str) -> tuple[tuple[int, int, str], ...]:
+    """For sorting: B2 before B10."""
+    return tuple(
+        (0, int(part), "") if part.isdecimal() else (1, 0, part.casefold())
+        for part in re.split(r"(\d+)", name)
+        if part
+    )

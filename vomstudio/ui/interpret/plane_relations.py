@@ -1,0 +1,175 @@
+"""How planes lie to each other: the angle between two of them, and the line where they meet."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import (
+    QDialog,
+    QDialogButtonBox,
+    QFormLayout,
+    QLabel,
+    QLineEdit,
+    QVBoxLayout,
+    QWidget,
+)
+
+from vomstudio.document import edits
+from vomstudio.document.kinds import has_plane, is_picked_plane
+from vomstudio.document.kinds.intersection import Intersection
+from vomstudio.document.measurement_cache import Measurement
+from vomstudio.document.records import FeatureType, Group, Typed
+from vomstudio.geology.notation import format_line
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.number_formatting import degrees, natural
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.words import tr
+
+NOT_TWO = "select two planes first"
+
+
+def line_type(studio: Studio) -> str:
+    """The feature type that an intersection gets: the lineation's, else another line's."""
+    kinds = studio.session.of(FeatureType)
+    order = sorted(kinds, key=lambda k: (k.id != "lineation", k.geometry != "line"))
+    return order[0].id
+
+
+def of_selected(studio: Studio) -> Intersection | None:
+    """Of exactly two selected planes; not in the document."""
+    ids = studio.selection.ids
+    if len(ids) != 2 or not all(has_plane(studio.records.get(i)) for i in ids):
+        return None
+    return between(studio, Group(feature_id=ids[0]), Group(feature_id=ids[1]))
+
+
+def between(studio: Studio, first: Group, second: Group) -> Intersection:
+    return Intersection(edits.new_id("intersection"), "", line_type(studio), first, second)
+
+
+def why_not_keep(studio: Studio) -> str | None:
+    relation = of_selected(studio)
+    return NOT_TWO if relation is None else studio.measure(relation).problem
+
+
+def keep(studio: Studio) -> None:
+    """Make the intersection of the two selected planes a feature."""
+    relation = of_selected(studio)
+    if relation is not None and studio.attempt(edits.add_features, [relation]):
+        studio.selection.set([relation.id])
+
+
+def words(measured: Measurement) -> list[str]:
+    """Angle, line and error, a line each."""
+    if measured.line is None:
+        return [measured.problem or "–"]
+    error = measured.max_confidence95_deg
+    decimals = 1 if error is not None and error < 1.0 else 0
+    return [
+        f"Angle between them {degrees(measured.angle_deg)}",
+        f"Meet in <b>{format_line(measured.line, decimals)}</b>, joint 95 %: "
+        + (
+            "unknown"
+            if error is None
+            else f"{degrees(error)} × {degrees(measured.min_confidence95_deg)}"
+        ),
+        *(f"• {reason}" for reason in (measured.verdict.reasons if measured.verdict else ())),
+    ]
+
+
+class IntersectionDialog(QDialog):
+    """Two groups of planes, each a feature type or one of its sets, and the line where their mean
+    planes meet."""
+
+    def __init__(self, studio: Studio, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._studio = studio
+        self.setWindowTitle(tr("Intersection of sets"))
+        self.first, self.second, self.type_box = ComboBox(), ComboBox(), ComboBox()
+        self.result_text = QLabel()
+        self.result_text.setWordWrap(True)
+        self.result_text.setMinimumWidth(380)
+        self.result_text.setTextFormat(Qt.TextFormat.RichText)
+        self.name = QLineEdit()
+        self.name.setPlaceholderText(tr("next free name"))
+        buttons = QDialogButtonBox(
+            QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
+        )
+        self.keep_button = buttons.button(QDialogButtonBox.StandardButton.Ok)
+        self.keep_button.setText(tr("Keep intersection"))
+        buttons.accepted.connect(self._keep)
+        buttons.rejected.connect(self.reject)
+        groups = groups_of(studio)
+        for box in (self.first, self.second):
+            for text, color, group in groups:
+                box.addItem(theme.swatch(color), text, group)
+            box.currentIndexChanged.connect(self._refresh)
+        for kind in sorted(studio.session.of(FeatureType), key=lambda k: k.geometry != "line"):
+            self.type_box.addItem(theme.swatch(kind.color), kind.name, kind.id)
+        self.type_box.setCurrentIndex(max(0, self.type_box.findData(line_type(studio))))
+        # Most often bedding is cut by a fault (textbook, fig. 30).
+        self.first.setCurrentIndex(self._find(groups, "bedding", 0))
+        self.second.setCurrentIndex(self._find(groups, "fault", min(1, len(groups) - 1)))
+        form = QFormLayout()
+        form.addRow(tr("Planes of"), self.first)
+        form.addRow(tr("meet planes of"), self.second)
+        form.addRow(tr("Kept as"), self.type_box)
+        form.addRow(tr("Name"), self.name)
+        layout = QVBoxLayout(self)
+        layout.addLayout(form)
+        layout.addWidget(self.result_text)
+        layout.addStretch()
+        layout.addWidget(buttons)
+        self._refresh()
+
+    @staticmethod
+    def _find(groups: list[tuple[str, str, Group]], type_id: str, instead: int) -> int:
+        for i, (_, _, group) in enumerate(groups):
+            if group.type_id == type_id and not group.set_name:
+                return i
+        return instead
+
+    def relation(self) -> Intersection | None:
+        first, second = self.first.currentData(), self.second.currentData()
+        if first is None or second is None or first == second:
+            return None
+        made = between(self._studio, first, second)
+        return Intersection(
+            made.id, self.name.text().strip(), str(self.type_box.currentData()), first, second
+        )
+
+    def _refresh(self, *_: object) -> None:
+        relation = self.relation()
+        if relation is None:
+            self.result_text.setText(tr("Choose two different groups of planes."))
+            self.keep_button.setEnabled(False)
+            return
+        measured = self._studio.measure(relation)
+        self.result_text.setText("<br>".join(words(measured)))
+        self.keep_button.setEnabled(measured.line is not None)
+
+    def _keep(self) -> None:
+        relation = self.relation()
+        if relation is not None and self._studio.attempt(edits.add_features, [relation]):
+            self._studio.selection.set([relation.id])
+            self.accept()
+
+
+def groups_of(studio: Studio) -> list[tuple[str, str, Group]]:
+    """Text, colour and group of every feature type with planes, and of each of its sets."""
+    counts: dict[tuple[str, str], int] = {}
+    for feature in studio.session.features():
+        if isinstance(feature, Typed) and is_picked_plane(feature):
+            for name in {"", feature.set_name}:
+                key = (feature.type_id, name)
+                counts[key] = counts.get(key, 0) + 1
+    found = []
+    for kind in studio.session.of(FeatureType):
+        names = sorted((n for t, n in counts if t == kind.id), key=natural)
+        for name in names:
+            count = counts[kind.id, name]
+            title = f"{kind.name}, {name}" if name else kind.name
+            planes = f"{count} plane{'s' if count != 1 else ''}"
+            group = Group(type_id=kind.id, set_name=name)
+            found.append((f"{title} ({planes})", kind.color, group))
+    return found

@@ -1,0 +1,117 @@
+"""Photos that are new to a project are taken in: what lies beside them becomes records."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from vomstudio.document.edits import new_id
+from vomstudio.document.photo_edits import PointState, add_photo_set, locate_photos, take_in
+from vomstudio.document.records import PhotoSet
+from vomstudio.errors import VomError
+from vomstudio.io.control.control_files import marks_beside
+from vomstudio.io.project.sidecar_import import Beside, stored_path, tables_of
+from vomstudio.jobs.events import Failed
+from vomstudio.jobs.photo_tasks import TAKE_IN_PHOTOS, PhotosBeside
+from vomstudio.ui.common.studio import Notice, Studio
+from vomstudio.ui.photos.photo_document import PhotoDocument
+from vomstudio.ui.photos.photo_exports import PhotoExports
+from vomstudio.ui.photos.photo_marks import not_there
+from vomstudio.ui.photos.photo_row import PhotoRow
+from vomstudio.workspace.running_jobs import RunningJob
+
+_TITLE = "Taking in points and masks"
+
+
+class PhotoIntake:
+    """given_from : the control points that the settings named, from which those of the project were
+    begun; such a file is never written."""
+
+    def __init__(self, studio: Studio, document: PhotoDocument, exports: PhotoExports) -> None:
+        self._studio, self._document, self._exports = studio, document, exports
+        self.given_from: Path | None = None
+
+    def begin(
+        self,
+        rows: Sequence[PhotoRow],
+        given: tuple[Path | None, Path | None],
+        then: Callable[[Failed | None], None],
+        *,
+        again: bool = False,
+    ) -> RunningJob | None:
+        """Take in the photos that are looked at, if that was not done, or once more, then call
+        `then`. given : control points and marks where none lie beside the photos."""
+        folder, project = self._document.folder, self._studio.project
+        if folder is not None and (moved := self._document.moved_from()) is not None:
+            path = stored_path(project.folder, folder)
+            self._studio.attempt(locate_photos, moved.id, path)
+        if folder is None or (self._document.taken_in and not again):
+            self._taken_in(rows)
+            then(None)
+            return None
+        control, marks = tables_of(project.folder, folder)
+        named = None
+        if control is None and marks is None:
+            control, marks = _with_marks(given)
+            named = control
+        order = PhotosBeside(
+            project.folder,
+            control,
+            marks,
+            {row.name: Path(row.found_mask) for row in rows if row.found_mask},
+            tuple(row.name for row in rows),
+        )
+
+        def done(beside: Beside) -> None:
+            if self._studio.project is project and self._document.folder == folder:
+                self._keep(folder, beside, rows, has_tables=(control, marks) != (None, None))
+                self.given_from = named
+                self._taken_in(rows, just_read=beside)
+                then(None)
+
+        return self._studio.jobs.submit(
+            TAKE_IN_PHOTOS, order, title=_TITLE, on_done=done, on_failed=then
+        )
+
+    def _keep(
+        self, folder: Path, beside: Beside, rows: Sequence[PhotoRow], *, has_tables: bool
+    ) -> None:
+        """As one edit."""
+        for problem in beside.problems:
+            self._studio.warn(f"{problem} (it stays as it is)")
+        strangers = {photo for _, photo, _, _ in beside.marks} - {row.name for row in rows}
+        if strangers:
+            self._studio.warn(not_there(sorted(strangers)))
+        known, marks = self._document.photo_set, beside.pixels
+        points: Sequence[PointState] = beside.points
+        if known is None:
+            path = stored_path(self._studio.project.folder, folder)
+            made = PhotoSet(new_id("photos"), folder.name, path, beside.crs)
+            self._studio.attempt(add_photo_set, made, points, marks, beside.masks)
+            return
+        if not has_tables:
+            points, marks = self._document.states()
+        self._studio.attempt(take_in, known.id, points, marks, beside.masks, beside.crs or None)
+
+    def _taken_in(self, rows: Sequence[PhotoRow], *, just_read: Beside | None = None) -> None:
+        """The records are what is shown."""
+        self._document.look_at(self._document.folder)
+        self._exports.begin(rows, given=self.given_from is not None, just_read=just_read)
+        names = self._exports.foreign
+        if self._document.taken_in and names:
+            more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+            text = (
+                f"Another program has changed files beside the photos: {', '.join(names[:3])}{more}"
+                ". What the project holds is used until you take in what lies there."
+            )
+            self._studio.notice.emit(Notice(text, "warning", "take_in_photos"))
+
+
+def _with_marks(given: tuple[Path | None, Path | None]) -> tuple[Path | None, Path | None]:
+    """Control points with the marks that lie beside them where none are named."""
+    control, marks = given
+    if control is not None and marks is None:
+        with contextlib.suppress(VomError):
+            marks = marks_beside(control)
+    return control, marks

@@ -1,0 +1,109 @@
+"""The folders of a project in which models were made of photos, and what is found there."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from vomstudio.document.photo_edits import add_reconstruction
+from vomstudio.errors import VomError, WorkerError
+from vomstudio.io.photos.cameras_file import FILE_NAME, read_cameras
+from vomstudio.io.project.reconstructions import REQUEST, RESULT, read_reconstruction
+from vomstudio.io.project.sidecar_import import RECONSTRUCTIONS
+from vomstudio.jobs import serialisation
+from vomstudio.survey.check_results import SurveyReport
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.photos.photo_row import PhotoRow
+from vomstudio.ui.photos.reconstruction_settings import MakeSettings, asked_for
+
+# A direction that is steeper has no arrow on a map.
+_LEAST_ARROW = 0.2
+
+
+def folder_for(project: Path, photos: Path, quality: str) -> Path:
+    """Where the model of these photos in this quality is made, or was begun. One of another quality
+    or of another folder of this name, which may have been measured on, stays as it is."""
+    place = project / RECONSTRUCTIONS
+    for number in itertools.count(1):
+        again = "" if number == 1 else f"-{number}"
+        out = place / f"{photos.name}{again}-{quality}"
+        asked = asked_for(out / REQUEST)
+        if asked is None or _same_photos(asked[0], photos):
+            return out
+    raise AssertionError("counting ends never")
+
+
+def is_begun(out: Path) -> bool:
+    """An earlier run has finished some stages and no more."""
+    return (out / "work").is_dir() and not (out / "report.html").exists()
+
+
+def aligned(out: Path, photos: Path) -> Path | None:
+    """A reconstruction of these photos with cameras: in `out`, else the newest one."""
+    if (out / FILE_NAME).exists():
+        return out
+    folders = [each.parent for each in out.parent.glob(f"*/{FILE_NAME}")]
+    asked = {each: asked_for(each / REQUEST) for each in folders}
+    mine = [each for each, found in asked.items()
+            if found is not None and _same_photos(found[0], photos)]  # fmt: skip
+    return max(mine, key=lambda each: (each / FILE_NAME).stat().st_mtime, default=None)
+
+
+def newest(project: Path) -> tuple[Path, MakeSettings] | None:
+    """Photos and settings of the newest reconstruction, where the photos are to be found."""
+    requests = (project / RECONSTRUCTIONS).glob(f"*/{REQUEST}")
+    for request in sorted(requests, key=lambda path: -path.stat().st_mtime)[:1]:
+        if (found := asked_for(request)) is not None:
+            folder, settings = found
+            # A project that was moved together with its photos.
+            for place in (folder, project.parent / folder.name):
+                if place.is_dir():
+                    return place, settings
+    return None
+
+
+def earlier_survey(out: Path) -> SurveyReport | None:
+    """What a finished reconstruction has told of its photos."""
+    try:
+        found = json.loads((out / RESULT).read_text(encoding="utf-8"))
+        return serialisation.decode(SurveyReport, found["survey"])
+    except (OSError, ValueError, TypeError, KeyError, WorkerError):
+        return None
+
+
+def record(studio: Studio, photo_set_id: str, folder: Path, name: str) -> None:
+    """What was made, and the registration that was found, become records."""
+    try:
+        made = read_reconstruction(folder, photo_set_id, name)
+    except VomError as error:
+        studio.fail(error)
+        return
+    studio.attempt(add_reconstruction, *made)
+
+
+def show_cameras(out: Path, rows: Sequence[PhotoRow]) -> bool | None:
+    """Give the rows places and directions as they were found; whether north is known. None where no
+    model has been made."""
+    if not (out / FILE_NAME).exists():
+        return None
+    try:
+        cameras = read_cameras(out / FILE_NAME)
+    except VomError:
+        return None
+    views = {view.name: view for view in cameras.views}
+    for row in rows:
+        row.place = row.looks = None
+        if (view := views.get(row.name)) is not None:
+            x, y, _ = view.centre
+            dx, dy, _ = view.direction
+            size = (dx * dx + dy * dy) ** 0.5
+            row.place = (float(x), float(y))
+            row.looks = (float(dx / size), float(dy / size)) if size > _LEAST_ARROW else None
+    return cameras.crs is not None
+
+
+def _same_photos(asked: Path, folder: Path) -> bool:
+    """Whether a reconstruction was made of these photos; those that are gone have been moved."""
+    return not asked.is_dir() or asked.resolve() == folder.resolve()

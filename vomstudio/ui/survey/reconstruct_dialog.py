@@ -1,0 +1,355 @@
+"""How the model of the photos is made: quality, ground control, and what this machine gives."""
+
+from __future__ import annotations
+
+import html
+import os
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QDialog,
+    QDialogButtonBox,
+    QFileDialog,
+    QFormLayout,
+    QGroupBox,
+    QHBoxLayout,
+    QHeaderView,
+    QLabel,
+    QLineEdit,
+    QRadioButton,
+    QSpinBox,
+    QTableWidget,
+    QTableWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from vomstudio.errors import VomError
+from vomstudio.io.gis.crs import parse_crs
+from vomstudio.jobs.survey_tasks import ControlFacts, MemoryFacts, PointFacts
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.number_formatting import gigabytes
+from vomstudio.ui.common.widgets import ComboBox, file_field
+from vomstudio.ui.photos.photo_survey import PhotoSurvey
+from vomstudio.ui.photos.reconstruction_settings import QUALITIES, MakeSettings
+from vomstudio.words import tr
+
+_FILES = "Ground control (*.csv *.txt *.xml);;All files (*)"
+_TYPING_MS = 400
+_ROWS = 8
+
+
+class MakeDialog(QDialog):
+    """What is chosen here counts at once; closing it keeps the settings. make : the action that
+    makes the model, whose words are on the button"""
+
+    def __init__(self, parent: QWidget, survey: PhotoSurvey, make: QAction) -> None:
+        super().__init__(parent)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowTitle(tr("Settings of the model"))
+        self.setMinimumWidth(720)
+        self._survey, self._make_model = survey, make
+        self._filling = False
+        self._known = self._survey.settings
+        """As they were last filled in or chosen here."""
+        self._soon = QTimer(self)
+        self._soon.setSingleShot(True)
+        self._soon.setInterval(_TYPING_MS)
+        self._soon.timeout.connect(self._choose)
+        layout = QVBoxLayout(self)
+        layout.addLayout(self._make_photos())
+        layout.addWidget(self._make_place())
+        layout.addWidget(self._make_machine())
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        self.start = buttons.addButton(
+            make.text().replace("&", ""), QDialogButtonBox.ButtonRole.AcceptRole
+        )
+        self.start.setIcon(make.icon())
+        self.start.clicked.connect(self._make)
+        buttons.rejected.connect(self.close)
+        layout.addWidget(buttons)
+        self._fill()
+        self._survey.changed.connect(self._survey_changed)
+        self._show_forecast()
+        # Marks may have been placed since the photos were opened.
+        self._survey.foresee()
+
+    # --- parts -------------------------------------------------------------------------------
+    def _make_photos(self) -> QFormLayout:
+        survey = self._survey
+        form = QFormLayout()
+        name = "" if survey.folder is None else survey.folder.name
+        form.addRow(tr("Photos"), QLabel(f"<b>{html.escape(name)}</b>, {len(survey.rows)}"))
+        self.quality = ComboBox()
+        self.quality.setObjectName("make_quality")
+        for title, key, tip in QUALITIES:
+            self.quality.addItem(f"{tr(title)}: {tr(tip)}", key)
+        self.quality.currentIndexChanged.connect(self._choose)
+        form.addRow(tr("Quality"), self.quality)
+        return form
+
+    def _make_place(self) -> QGroupBox:
+        box = QGroupBox(tr("Where it is, how large, and which way is up"))
+        self.by_gps = QRadioButton(
+            tr("by the cameras' GPS; without it a local frame, upright as photos were held")
+        )
+        self.by_control = QRadioButton(tr("by ground control points"))
+        self.control, control_row = file_field("control_file", tr("Choose…"), self._browse_control)
+        self.control.setPlaceholderText(tr("label, x, y, z, or XML of MicMac or Metashape, …"))
+        self.marks, marks_row = file_field("marks_file", tr("Choose…"), self._browse_marks)
+        self.marks.setPlaceholderText(
+            tr("where they are in the photos; empty: marks.csv beside the control, or in it")
+        )
+        self._control_rows = (control_row, marks_row)
+        for field in (self.control, self.marks):
+            field.textEdited.connect(self._typing)
+        self.crs = QLineEdit()
+        self.crs.setObjectName("make_crs")
+        self.crs.textEdited.connect(self._typing)
+        self.crs.setMaximumWidth(170)
+        self.crs.setPlaceholderText(tr("as stated"))
+        self._crs_words = QLabel()
+        self._crs_words.setWordWrap(True)
+        crs_row = QHBoxLayout()
+        crs_row.addWidget(self.crs)
+        crs_row.addWidget(self._crs_words, 1)
+        self.points = QTableWidget(0, 3)
+        self.points.setObjectName("control_points")
+        self.points.setHorizontalHeaderLabels([tr("Point"), tr("Use"), tr("Marked in")])
+        self.points.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.points.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
+        self.points.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.points.verticalHeader().hide()
+        header = self.points.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setStretchLastSection(True)
+        self.points.setFixedWidth(280)
+        height = self.fontMetrics().height() + 6
+        self.points.verticalHeader().setMinimumSectionSize(height)
+        self.points.verticalHeader().setDefaultSectionSize(height)
+        self.points.setFixedHeight(height * (_ROWS + 1) + 8)
+        self.verdict = QLabel()
+        self.verdict.setObjectName("control_verdict")
+        self.verdict.setWordWrap(True)
+        self.verdict.setAlignment(Qt.AlignmentFlag.AlignTop)
+        said = QHBoxLayout()
+        said.addWidget(self.points)
+        said.addWidget(self.verdict, 1)
+        self._facts = QWidget()
+        self._facts.setLayout(said)
+        said.setContentsMargins(0, 0, 0, 0)
+        form = QFormLayout(box)
+        form.setVerticalSpacing(6)
+        form.addRow(self.by_gps)
+        form.addRow(self.by_control)
+        form.addRow(tr("Points"), control_row)
+        form.addRow(tr("Marks"), marks_row)
+        form.addRow(self._facts)
+        form.addRow(tr("CRS"), crs_row)
+        self.by_control.toggled.connect(self._choose)
+        return box
+
+    def _make_machine(self) -> QGroupBox:
+        box = QGroupBox(tr("This machine"))
+        processors = os.cpu_count() or 1
+        self.threads = QSpinBox()
+        self.threads.setObjectName("make_threads")
+        self.threads.setRange(0, processors)
+        self.threads.setSpecialValueText(tr("all {processors}", processors=processors))
+        self.threads.setToolTip(tr("Processors that work at once; fewer need less memory"))
+        self.threads.valueChanged.connect(self._typing)
+        self.memory = QLabel()
+        self.memory.setObjectName("make_memory")
+        self.memory.setWordWrap(True)
+        self.seed = QSpinBox()
+        self.seed.setRange(0, 999_999)
+        self.seed.setToolTip(
+            tr("Of what is random; with one thread the same seed gives the same model")
+        )
+        self.seed.valueChanged.connect(self._typing)
+        self.scheduler = QLineEdit()
+        self.scheduler.setObjectName("make_scheduler")
+        self.scheduler.setPlaceholderText(tr("none; or tcp://computer:8786"))
+        self.scheduler.setToolTip(
+            tr("Address of the scheduler of a Dask cluster that takes part of the work")
+        )
+        self.scheduler.textEdited.connect(self._typing)
+        first = QHBoxLayout()
+        first.addWidget(self.threads)
+        first.addSpacing(8)
+        first.addWidget(self.memory, 1)
+        second = QHBoxLayout()
+        second.addWidget(self.seed)
+        second.addSpacing(16)
+        second.addWidget(QLabel(tr("Cluster")))
+        second.addWidget(self.scheduler, 1)
+        form = QFormLayout(box)
+        form.addRow(tr("Threads"), first)
+        form.addRow(tr("Seed"), second)
+        return box
+
+    # --- settings ----------------------------------------------------------------------------
+    def _fill(self) -> None:
+        """Show the settings as they are."""
+        settings = self._known = self._survey.settings
+        self._filling = True
+        self.quality.setCurrentIndex(self.quality.findData(settings.quality))
+        self.by_control.setChecked(settings.control is not None)
+        self.by_gps.setChecked(settings.control is None)
+        self.control.setText("" if settings.control is None else str(settings.control))
+        self.marks.setText("" if settings.marks is None else str(settings.marks))
+        self.crs.setText(settings.crs or "")
+        self.threads.setValue(settings.threads or 0)
+        self.seed.setValue(settings.seed)
+        self.scheduler.setText(settings.scheduler or "")
+        self._filling = False
+
+    def _settings(self) -> MakeSettings:
+        def path(field: QLineEdit) -> Path | None:
+            text = field.text().strip()
+            return Path(text).expanduser() if text else None
+
+        control = path(self.control) if self.by_control.isChecked() else None
+        before = self._survey.settings
+        marks = path(self.marks) if control is not None else None
+        try:
+            crs = parse_crs(self.crs.text())[0] if self.crs.text().strip() else None
+        except VomError:
+            crs = None
+        same = (control, marks) == (before.control, before.marks)
+        return replace(
+            before,
+            quality=str(self.quality.currentData()),
+            control=control,
+            marks=marks,
+            # What is asked for beside them makes them asked for.
+            found=before.found and same and crs is None,
+            crs=crs,
+            threads=self.threads.value() or None,
+            seed=self.seed.value(),
+            scheduler=self.scheduler.text().strip() or None,
+        )
+
+    def _typing(self, *_: object) -> None:
+        if not self._filling:
+            self._soon.start()
+
+    def _survey_changed(self) -> None:
+        if self._survey.settings != self._known and not self._soon.isActive():
+            # By the panel, or by other photos: what is shown here would undo it.
+            self._fill()
+        self._show_forecast()
+
+    def _choose(self, *_: object) -> None:
+        if self._filling:
+            return
+        self._soon.stop()
+        settings = self._known = self._settings()
+        if settings != self._survey.settings:
+            self._survey.choose(settings)
+        self._show_forecast()
+
+    # --- what it means -----------------------------------------------------------------------
+    def _show_forecast(self) -> None:
+        survey = self._survey
+        by_control = self.by_control.isChecked()
+        for row in self._control_rows:
+            row.setEnabled(by_control)
+        self._facts.setVisible(by_control)
+        facts = survey.control_facts if by_control else None
+        self._show_points(() if facts is None else facts.points)
+        self.verdict.setText(self._words(facts))
+        self._crs_words.setText(self._about_crs(facts))
+        memory = None if survey.forecast is None else survey.forecast.memory
+        if memory is not None:
+            self.memory.setText(_memory_words(memory))
+        why = survey.why_not_make() or self._bad_crs() or self._no_file()
+        self.start.setEnabled(why is None)
+        self.start.setToolTip("" if why is None else tr("Not now: {why}", why=why))
+
+    def _show_points(self, points: Sequence[PointFacts]) -> None:
+        self.points.setRowCount(len(points))
+        for row, point in enumerate(points):
+            count = point.photos
+            where = tr("{count} photos", count=count) if count != 1 else tr("1 photo")
+            cells = (point.label, tr(point.use), where)
+            for column, text in enumerate(cells):
+                item = QTableWidgetItem(text)
+                if column == 2:
+                    item.setIcon(theme.verdict_icon(point.quality))
+                self.points.setItem(row, column, item)
+
+    def _words(self, facts: ControlFacts | None) -> str:
+        if self._no_file():
+            return tr("Choose the file of the control points.")
+        if self._survey.foreseeing:
+            return tr("Looking at the control points…")
+        if facts is None:
+            return self._survey.control_note
+        first = facts.problem or facts.summary
+        said = [f"{text[:1].upper()}{text[1:]}." for text in (first, *facts.warnings)]
+        return "<br>".join([f"<b>{html.escape(said[0])}</b>", *map(html.escape, said[1:])])
+
+    def _no_file(self) -> str | None:
+        if self.by_control.isChecked() and not self.control.text().strip():
+            return tr("choose the file of the control points")
+        return None
+
+    def _bad_crs(self) -> str | None:
+        text = self.crs.text().strip()
+        if not text:
+            return None
+        try:
+            return None if parse_crs(text)[1] == 1.0 else tr("the CRS is not in metres")
+        except VomError as error:
+            return str(error)
+
+    def _about_crs(self, facts: ControlFacts | None) -> str:
+        if (bad := self._bad_crs()) is not None:
+            return bad
+        if facts is not None:
+            return f"{facts.crs or ''} {facts.crs_reason}".strip()
+        if self.crs.text().strip():
+            return ""
+        return tr("empty: the UTM zone of the cameras' GPS")
+
+    # --- choosing files ----------------------------------------------------------------------
+    def _browse_control(self) -> None:
+        if name := self._browse(tr("The control points"), self.control):
+            self.control.setText(name)
+            self._choose()
+
+    def _browse_marks(self) -> None:
+        if name := self._browse(tr("Where they are seen in the photos"), self.marks):
+            self.marks.setText(name)
+            self._choose()
+
+    def _browse(self, title: str, field: QLineEdit) -> str:
+        start = field.text() or self.control.text() or str(self._survey.folder or "")
+        return QFileDialog.getOpenFileName(self, title, start, tr(_FILES))[0]
+
+    def _make(self) -> None:
+        self._choose()
+        if self._survey.why_not_make() is None:
+            self._make_model.trigger()
+            self.close()
+
+    def done(self, result: int) -> None:
+        if self._soon.isActive():
+            self._choose()
+        super().done(result)
+
+
+def _memory_words(memory: MemoryFacts) -> str:
+    needed, free = gigabytes(memory.needed_bytes), gigabytes(memory.free_bytes)
+    words = f"Depths and their cloud take up to {needed} of the {free} that are free"
+    if memory.size_px < memory.wanted_px:
+        words += (
+            f"; to fit, they are sought at {memory.size_px} instead of {memory.wanted_px} pixels"
+        )
+    return words + "."

@@ -1,0 +1,81 @@
+"""Figures that follow from the records: what was measured, what is near, what is known."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from functools import partial
+
+from vomstudio.document.edit import Edit
+from vomstudio.document.figures import Subject
+from vomstudio.document.kinds.reading import compared
+from vomstudio.document.measurement import Measurement
+from vomstudio.document.measurement_cache import Measurements, rests_on
+from vomstudio.document.reading_comparison import NearestPick, nearest_picks
+from vomstudio.document.records import Feature, Model
+from vomstudio.geology.quality import Thresholds
+from vomstudio.workspace.projects import Projects
+
+
+class Derived:
+    """Worked out when they are asked for, and again after an edit."""
+
+    def __init__(self, projects: Projects, thresholds: Callable[[], Thresholds]) -> None:
+        self._projects, self._thresholds = projects, thresholds
+        self.measurements = Measurements(thresholds())
+        self._nearest: dict[str, NearestPick] | None = None
+
+    def forget_all(self) -> None:
+        """Another project takes its place."""
+        self.measurements = Measurements(self._thresholds())
+        self._nearest = None
+
+    def look_again(self) -> None:
+        """After an edit."""
+        self._nearest = None
+        self.measurements.forget_all_but(self._projects.records)
+
+    # --- figures -----------------------------------------------------------------------------
+    def measured(self, ids: Iterable[str]) -> dict[str, Measurement]:
+        return self.measurements.of(self._projects.records, ids)
+
+    def measure(self, feature: Feature) -> Measurement:
+        """Of a feature that is not in the document."""
+        return self.measurements.one(self._projects.records, feature)
+
+    def nearest_pick(self, reading_id: str) -> NearestPick | None:
+        """The pick to which a compass reading is compared; worked out for all readings at once."""
+        if self._nearest is None:
+            self._nearest = nearest_picks(self._projects.records, self.measurements)
+        return self._nearest.get(reading_id)
+
+    def nearest_text(self, reading_id: str) -> str:
+        """How far a reading is from the nearest pick, and from which, in words."""
+        return compared(self.nearest_pick(reading_id))
+
+    def subject(self, feature: Feature, measured: Measurement) -> Subject:
+        """A feature of the project with what its figures are read from."""
+        nearest = partial(self.nearest_pick, feature.id)
+        return Subject(feature, measured, self._projects.records, nearest)
+
+    # --- the models' frames ------------------------------------------------------------------
+    def north_known(self) -> bool:
+        """Every model of the project knows its north."""
+        models = self._projects.of(Model)
+        return bool(models) and all(m.frame.has_north for m in models)
+
+    def metres_known(self) -> bool:
+        """No model of the project is of unknown scale."""
+        return all(m.frame.has_metres for m in self._projects.of(Model))
+
+    def frame_name(self) -> str:
+        names = list(dict.fromkeys(m.frame.name() for m in self._projects.of(Model)))
+        return " / ".join(names)
+
+    # --- what an edit touches ----------------------------------------------------------------
+    def affected(self, edit: Edit) -> list[str]:
+        """The features that look different after an edit: its own, those of its models and feature
+        types, and what rests on them. Deleted ones are among them."""
+        ids = set(edit.ids)
+        own = [i for i in edit.ids if isinstance(edit.before[i] or edit.after[i], Feature)]
+        others = [f for f in self._projects.session.features() if f.id not in ids]
+        return own + [f.id for f in others if rests_on(self._projects.records, f, ids)]

@@ -1,0 +1,87 @@
+"""The GIS layers beside a project, brought up to date while nobody edits, in another process."""
+
+from __future__ import annotations
+
+import contextlib
+from pathlib import Path
+
+from vomstudio.errors import VomError
+from vomstudio.jobs.events import Failed
+from vomstudio.jobs.job import Lane
+from vomstudio.jobs.product_tasks import WRITE_LAYERS, LayersOf
+from vomstudio.signals import Signal
+from vomstudio.workspace.notices import Notices
+from vomstudio.workspace.owner_thread import Later
+from vomstudio.workspace.projects import Projects
+from vomstudio.workspace.running_jobs import Jobs
+
+LAYERS = "project.gpkg"
+_IDLE_S = 2.0
+_AGAIN_S = 30.0
+_PATIENCE_S = 10.0
+
+
+def written_layers(folder: Path, has_features: bool) -> list[str]:
+    """Bring the layers of a project up to date at once; sentences on why they could not be."""
+    if not has_features:
+        remove_layers(folder)
+        return []
+    from vomstudio.io.project.export import export_project
+
+    try:
+        export_project(folder, "gpkg", folder / LAYERS, force=True)
+    except VomError as error:
+        return [f"the GIS layers are not up to date: {error}"]
+    return []
+
+
+def remove_layers(folder: Path) -> None:
+    """Layers that show what is not there any more would be worse than none."""
+    with contextlib.suppress(OSError):
+        (folder / LAYERS).unlink(missing_ok=True)
+
+
+class GisLayers:
+    """written : the file, or nothing where it could not be brought up to date"""
+
+    def __init__(self, projects: Projects, jobs: Jobs, notices: Notices, later: Later) -> None:
+        self.written: Signal[str] = Signal()
+        self._projects, self._jobs, self._notices = projects, jobs, notices
+        self._timer = later(_IDLE_S, self.write)
+
+    def write_soon(self) -> None:
+        """After an edit, once it is quiet; an untitled project has no layers."""
+        if not self._projects.project.untitled:
+            self._timer.start()
+
+    def write_what_waits(self) -> None:
+        """An edit of the last moment, a discarded one included; `finish` waits for it."""
+        if self._timer.active:
+            self.write()
+
+    def finish(self) -> None:
+        self._jobs.finish(Lane.FILES, _PATIENCE_S)
+
+    def write(self) -> None:
+        self._timer.stop()
+        if self._projects.project.untitled:
+            return
+        folder = self._projects.project.folder
+        path = folder / LAYERS
+        if not self._projects.session.features():
+            remove_layers(folder)
+            return
+
+        def failed(event: Failed) -> None:
+            self.written.emit("")
+            self._notices.warn(f"The GIS layers are not up to date: {event.message}")
+            self._timer.start(_AGAIN_S)
+
+        self._jobs.submit(
+            WRITE_LAYERS,
+            LayersOf(folder),
+            title="Writing GIS layers",
+            on_done=lambda _: self.written.emit(str(path)),
+            on_failed=failed,
+            quiet=True,
+        )

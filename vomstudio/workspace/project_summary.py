@@ -1,0 +1,135 @@
+"""What is in a project, in figures; it may be open in a window meanwhile."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from vomstudio.document.kinds import kind_of
+from vomstudio.document.measurement_cache import Measurements
+from vomstudio.document.records import Feature, FeatureType, Model, Typed
+from vomstudio.errors import InputError
+from vomstudio.io.project.export import thresholds_of
+from vomstudio.io.project.journal import read_replay, read_schema_and_replay
+from vomstudio.tables.orientation_table import Row
+from vomstudio.tables.project_table import project_table
+from vomstudio.words import tr
+
+
+@dataclass(frozen=True)
+class ModelFacts:
+    """features : how many were measured on it"""
+
+    id: str
+    name: str
+    path: str
+    kind: str
+    frame: str
+    crs: str | None
+    features: int
+
+
+@dataclass(frozen=True)
+class History:
+    """Steps that can be undone and done again, and the label of the next one each way."""
+
+    undo: int
+    redo: int
+    undo_label: str | None
+    redo_label: str | None
+
+
+@dataclass(frozen=True)
+class ProjectSummary:
+    """features : of all kinds; kinds, types, sets : how many of each; sound : every row of the
+    journal is what was written, else `problems` says what is not; unsaved : there are changes since
+    the last save; draft : there is an unfinished feature"""
+
+    project: str
+    schema: int
+    sound: bool
+    problems: tuple[str, ...]
+    models: tuple[ModelFacts, ...]
+    features: int
+    kinds: dict[str, int]
+    types: dict[str, int]
+    sets: dict[str, int]
+    history: History
+    unsaved: bool
+    draft: bool
+
+    def as_dict(self) -> dict[str, Any]:
+        return asdict(self)
+
+
+def summarise(folder: Path) -> ProjectSummary:
+    """Raises InputError where it is no project, or a newer one."""
+    schema, played = read_schema_and_replay(folder)
+    records = played.records
+    features = [r for r in records.values() if isinstance(r, Feature)]
+    typed = [f for f in features if isinstance(f, Typed)]
+    names = {r.id: r.name for r in records.values() if isinstance(r, FeatureType)}
+    on = Counter(getattr(f, "model_id", None) for f in features)
+    return ProjectSummary(
+        project=str(folder),
+        schema=schema,
+        sound=not played.problems,
+        problems=tuple(played.problems),
+        models=tuple(
+            ModelFacts(m.id, m.name, m.path, m.kind, m.frame.name(), m.frame.crs, on[m.id])
+            for m in records.values()
+            if isinstance(m, Model)
+        ),
+        features=len(features),
+        kinds=dict(Counter(kind_of(f).name for f in features)),
+        types=dict(Counter(names.get(f.type_id, f.type_id) for f in typed)),
+        sets=dict(Counter(f.set_name for f in typed if f.set_name)),
+        history=History(
+            max(len(played.done) - 1, 0),
+            len(played.undone),
+            played.done[-1][1].label if len(played.done) > 1 else None,
+            played.undone[-1][1].label if played.undone else None,
+        ),
+        unsaved=played.top != played.saved_top,
+        draft=played.draft is not None,
+    )
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """rows : columns of the orientation table; skipped : id, name and reason of each feature that
+    has no orientation"""
+
+    rows: tuple[Row, ...]
+    skipped: tuple[dict[str, str], ...]
+
+
+def fitted(folder: Path, wanted: Sequence[str] = ()) -> Fitted:
+    """The features of these ids or names, or all, as the window's table shows them. Raises
+    InputError where there is none of them."""
+    played = read_replay(folder)
+    records = played.records
+    chosen = _chosen(records.values(), wanted, folder) if wanted else None
+    measurements = Measurements(thresholds_of(played.settings))
+    table = project_table(records, measurements)
+    return Fitted(
+        tuple(row for row in table.rows if chosen is None or row["id"] in chosen),
+        tuple(item for item in table.skipped if chosen is None or item["id"] in chosen),
+    )
+
+
+def _chosen(records: Any, wanted: Sequence[str], folder: Path) -> set[str]:
+    features = [r for r in records if isinstance(r, Typed)]
+    chosen: set[str] = set()
+    for word in wanted:
+        found = {f.id for f in features if word in (f.id, getattr(f, "name", None))}
+        if not found:
+            raise InputError(
+                tr("there is no feature {word}; see vomstudio project list.", word=word),
+                file=folder,
+            )
+        chosen |= found
+    return chosen
