@@ -1,5 +1,5 @@
-"""What pyproject.toml cannot say: resources/ travels in the wheel as vomstudio/resources, with docs/
-in it, so that Help can show them."""
+"""What pyproject.toml cannot say: resources/ travels in the wheel as vomstudio/resources, and docs/
+with it, so that Help can show the pages."""
 
 import shutil
 from pathlib import Path
