@@ -26,3 +26,11 @@ def resource(*parts: str) -> Path:
         tr("this file of the program is missing; install VOM Studio again"),
         file=_FOLDERS[0].joinpath(*parts),
     )
+
+
+def documentation() -> Path:
+    """The folder of the documentation's pages. Raises InputError where it is missing."""
+    in_the_checkout = _PACKAGE.parent / "docs"
+    if (in_the_checkout / "index.md").is_file() and not (_PACKAGE / "resources").is_dir():
+        return in_the_checkout
+    return resource("docs")

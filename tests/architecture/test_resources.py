@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from vomstudio.errors import InputError
-from vomstudio.paths import resource
+from vomstudio.paths import documentation, resource
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -81,7 +81,7 @@ def test_the_outcrop_has_its_textures_and_its_picks_on_its_surface() -> None:
 def test_a_wheel_carries_the_resources_and_finds_them(tmp_path: Path) -> None:
     source = tmp_path / "source"
     source.mkdir()
-    for name in ("vomstudio", "resources"):
+    for name in ("vomstudio", "resources", "docs"):
         shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__"))
     for name in ("pyproject.toml", "setup.py", "MANIFEST.in", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, source)
@@ -95,18 +95,20 @@ def test_a_wheel_carries_the_resources_and_finds_them(tmp_path: Path) -> None:
     installed = tmp_path / "installed"
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(installed)
-    found = subprocess.run(
-        [
-            sys.executable,
-            "-c",
-            "from vomstudio.paths import resource; print(resource('outcrop', 'outcrop.obj'))",
-        ],
+    asked = "from vomstudio.paths import documentation, resource; "
+    asked += "print(resource('outcrop', 'outcrop.obj')); print(documentation())"
+    found, pages = subprocess.run(
+        [sys.executable, "-c", asked],
         cwd=installed,
         check=True,
         capture_output=True,
         text=True,
-    ).stdout.strip()
+    ).stdout.splitlines()
     assert Path(found) == installed / "vomstudio" / "resources" / "outcrop" / "outcrop.obj"
     assert sorted(p.name for p in Path(found).parent.iterdir()) == sorted(
         p.name for p in resource("outcrop").iterdir()
+    )
+    assert Path(pages) == installed / "vomstudio" / "resources" / "docs"
+    assert sorted(p.name for p in Path(pages).iterdir()) == sorted(
+        p.name for p in documentation().iterdir()
     )

@@ -92,35 +92,40 @@ def run_act(act: str, out: Path, program: Path) -> int:
         for name in ("photos", "schema1.vom"):
             shutil.copytree(SPECIMENS / name, STAGE / name)
         shutil.copy(SPECIMENS / "boulder.ply", STAGE)
-        user = STAGE / "user"
-        home = {
-            name: str(user / name.lower())
-            for name in ("XDG_STATE_HOME", "XDG_CONFIG_HOME", "XDG_CACHE_HOME", "XDG_DATA_HOME")
-        }
-        kept = {k: v for k, v in os.environ.items() if k not in ("WAYLAND_DISPLAY", "DISPLAY")}
-        environment = {
-            **kept,
-            **home,
-            "VOMSTUDIO_SETTINGS": str(user / "settings.toml"),
-            "PYTHONPATH": str(program),
-            "PYTHONHASHSEED": "0",
-            "QT_API": "pyside6",
-            "QT_QPA_PLATFORM": "xcb",
-            "QT_QPA_PLATFORMTHEME": "",
-            "QT_STYLE_OVERRIDE": "Fusion",
-            "QT_FONT_DPI": "96",
-            "QT_SCALE_FACTOR": "1",
-            "LIBGL_ALWAYS_SOFTWARE": "1",
-            "LC_ALL": "C.UTF-8",
-            "TZ": "UTC",
-        }
-        size = "x".join(map(str, SCREEN))
-        screen = f"-screen 0 {size}x24 +extension GLX"
         inside = [str(Path(__file__).resolve()), str(out), "--inside", "--act", act]
-        words = ["xvfb-run", "-a", "-s", screen, sys.executable, "-P", *inside]
-        return subprocess.run(words, env=environment, cwd=STAGE).returncode
+        return on_a_screen(inside, STAGE, program)
     finally:
         shutil.rmtree(STAGE, ignore_errors=True)
+
+
+def on_a_screen(script: list[str], stage: Path, program: Path) -> int:
+    """The exit code of a Python script with its words, run in the folder `stage` on a screen of its
+    own, with the settings of a new user, who sees the same everywhere."""
+    user = stage / "user"
+    home = {
+        name: str(user / name.lower())
+        for name in ("XDG_STATE_HOME", "XDG_CONFIG_HOME", "XDG_CACHE_HOME", "XDG_DATA_HOME")
+    }
+    kept = {k: v for k, v in os.environ.items() if k not in ("WAYLAND_DISPLAY", "DISPLAY")}
+    environment = {
+        **kept,
+        **home,
+        "VOMSTUDIO_SETTINGS": str(user / "settings.toml"),
+        "PYTHONPATH": str(program),
+        "PYTHONHASHSEED": "0",
+        "QT_API": "pyside6",
+        "QT_QPA_PLATFORM": "xcb",
+        "QT_QPA_PLATFORMTHEME": "",
+        "QT_STYLE_OVERRIDE": "Fusion",
+        "QT_FONT_DPI": "96",
+        "QT_SCALE_FACTOR": "1",
+        "LIBGL_ALWAYS_SOFTWARE": "1",
+        "LC_ALL": "C.UTF-8",
+        "TZ": "UTC",
+    }
+    screen = f"-screen 0 {'x'.join(map(str, SCREEN))}x24 +extension GLX"
+    words = ["xvfb-run", "-a", "-s", screen, sys.executable, "-P", *script]
+    return subprocess.run(words, env=environment, cwd=stage).returncode
 
 
 def compare(first: Path, second: Path) -> int:
@@ -182,12 +187,15 @@ class Journey:
         QApplication.exec = loop  # type: ignore[method-assign, assignment]
         from vomstudio.app import main as start
 
-        words = {"sample": [], "project": [str(STAGE / "schema1.vom")],
-                 "photos": [str(STAGE / "photos")]}[self.act]  # fmt: skip
-        start(words)
+        start(self.words())
         # Not by closing, which would ask what to do with the work.
         sys.stdout.flush()
         os._exit(0)
+
+    def words(self) -> list[str]:
+        """After the program's name."""
+        return {"sample": [], "project": [str(STAGE / "schema1.vom")],
+                "photos": [str(STAGE / "photos")]}[self.act]  # fmt: skip
 
     def _begin(self) -> None:
         from PySide6.QtCore import Qt

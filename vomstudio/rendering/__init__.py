@@ -1,1 +1,1 @@
-"""The only package that sees VTK; `viewport` alone sees both Qt and VTK."""
+"""The only package that sees VTK; its room `qt` alone sees both Qt and VTK."""

@@ -1,10 +1,12 @@
-"""The list of shortcuts, and what this program is."""
+"""The documentation, the list of shortcuts, and what this program is."""
 
 from __future__ import annotations
 
 from PySide6.QtWidgets import QMessageBox, QWidget
 
+from vomstudio.paths import documentation
 from vomstudio.ui.common.actions import Actions, Command
+from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.shell.failure_notices import Host, save_report
 from vomstudio.version import __version__
 
@@ -21,9 +23,17 @@ _ABOUT = (
 )
 
 
-def commands(actions: Actions, host: Host, parent: QWidget) -> list[Command]:
+def commands(actions: Actions, host: Host, dialogs: OpenDialogs, parent: QWidget) -> list[Command]:
     """parent : of the dialogs"""
+
+    def read() -> None:
+        from vomstudio.ui.shell.help_window import HelpWindow
+
+        dialogs.show(HelpWindow, lambda: HelpWindow(parent, documentation()))
+
     return [
+        Command("documentation", "&Documentation", read, "book-open-outline", (),
+                "First steps, what the numbers mean, commands and file formats"),
         Command("shortcuts", "&Shortcuts", lambda: _shortcuts(parent, actions),
                 "keyboard-outline", "F1"),
         Command("save_report", "Save a &report…", lambda: save_report(host, parent),

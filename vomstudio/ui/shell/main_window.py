@@ -168,7 +168,7 @@ class MainWindow(QMainWindow):
             *feature_commands.commands(studio, self._open_types),
             *display_commands.commands(studio, view, self.cameras, self.docks),
             *compact_commands.commands(studio, self),
-            *help_commands.commands(self.actions_table, self, self),
+            *help_commands.commands(self.actions_table, self, self._dialogs, self),
         ]
 
     def _make_centre(self) -> None:

@@ -34,7 +34,7 @@ MENUS = (
                     "delete_vertex", "|", "+of_tools", "feature_types")),
     ("&Analyse", ("along_beta", "along_line", "face_plane", "|", "keep_intersection",
                   "intersection_of_sets", "|", "orthophoto", "|", "show_stereonet")),
-    ("&Help", ("shortcuts", "save_report", "|", "about")),
+    ("&Help", ("documentation", "shortcuts", "save_report", "|", "about")),
 )  # fmt: skip
 
 _TOOLBAR = ("open", "save", "|", "navigate", "+tools", "|",

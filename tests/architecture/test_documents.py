@@ -1,0 +1,195 @@
+"""The documents name what there is: modules, functions, commands, options, files, pictures."""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.architecture.test_examples import NEW
+from tests.pictures_maker import maker
+from vomstudio.cli import COMMANDS
+from vomstudio.cli.entry import _parser
+from vomstudio.tables.orientation_table import COLUMNS
+from vomstudio.ui.shell.help_pages import anchor
+
+ROOT = Path(__file__).resolve().parents[2]
+DOCS = ROOT / "docs"
+PAGES = sorted(DOCS.glob("*.md"))
+DOCUMENTS = [*PAGES, ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
+MODULE_PATH = re.compile(
+    r"(?<![\w/.])((?:vomstudio|tests|packaging|resources|docs|\.ci)/[\w./-]*\w/?)"
+)
+DOTTED = re.compile(r"`(vomstudio(?:\.\w+)+)")
+LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
+CODE = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
+OPTION = re.compile(r"(?<![\w-])--?[a-z][\w-]*")
+LARGEST_PICTURE_BYTES = 150_000
+FIGURE_COLUMNS = re.compile(
+    r"columns of the orientation table,\nin this order:\n\n(.*?)\.\n", re.DOTALL
+)
+
+each_document = pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+
+
+# --- modules and files ----------------------------------------------------------------------------
+@each_document
+def test_every_path_that_a_document_names_is_there(document: Path) -> None:
+    text = document.read_text("utf-8")
+    examples = {name for name, _ in NEW.findall(text)}
+    missing = [
+        name
+        for name in sorted(set(MODULE_PATH.findall(text)))
+        if name not in examples and not (ROOT / name).exists()
+    ]
+    assert missing == []
+
+
+@each_document
+def test_every_module_that_a_document_names_is_there(document: Path) -> None:
+    missing = [name for name in DOTTED.findall(document.read_text("utf-8")) if not _is_there(name)]
+    assert missing == []
+
+
+def _is_there(dotted: str) -> bool:
+    """A package, a module, something that a module defines, or a group of entry points."""
+    if f'"{dotted}"' in (ROOT / "pyproject.toml").read_text("utf-8"):
+        return True
+    path = ROOT / dotted.replace(".", "/")
+    if path.is_dir() or path.with_suffix(".py").is_file():
+        return True
+    owner, _, name = dotted.rpartition(".")
+    module = (ROOT / owner.replace(".", "/")).with_suffix(".py")
+    return module.is_file() and name in _defined(module)
+
+
+def _defined(module: Path) -> set[str]:
+    """Functions, classes, and members of classes of a module; names that its top gives a value."""
+    found: set[str] = set()
+    for node in ast.parse(module.read_text("utf-8")).body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            found.add(node.name)
+        if isinstance(node, ast.ClassDef):
+            found |= {f"{node.name}.{d.name}" for d in node.body if isinstance(d, ast.FunctionDef)}
+        if isinstance(node, ast.Assign):
+            found |= {target.id for target in node.targets if isinstance(target, ast.Name)}
+    return found
+
+
+def test_every_step_of_the_walks_names_a_function_of_its_module() -> None:
+    page = (DOCS / "architecture.md").read_text("utf-8")
+    steps = re.findall(r"^\| `(vomstudio/[\w/]+\.py)` \| `([\w.]+)` \|", page, re.MULTILINE)
+    assert len(steps) > 40
+    assert [step for step in steps if step[1] not in _defined(ROOT / step[0])] == []
+
+
+# --- links and pictures ---------------------------------------------------------------------------
+@each_document
+def test_every_link_leads_somewhere(document: Path) -> None:
+    text = CODE.sub("", document.read_text("utf-8"))
+    broken = []
+    for target in LINK.findall(text):
+        if re.match(r"https?://", target):
+            continue
+        name, _, heading = target.partition("#")
+        path = document if not name else document.parent / name
+        if not path.is_file() or (heading and heading not in _anchors(path)):
+            broken.append(target)
+    assert broken == []
+
+
+def _anchors(page: Path) -> set[str]:
+    headings = re.findall(r"^#+ (.+)$", CODE.sub("", page.read_text("utf-8")), re.MULTILINE)
+    return {anchor(heading.replace("`", "")) for heading in headings}
+
+
+def test_links_between_pages_stay_in_their_folder() -> None:
+    """Help has no other file, nor has the site."""
+    outside = [
+        (page.name, target)
+        for page in PAGES
+        for target in LINK.findall(CODE.sub("", page.read_text("utf-8")))
+        if target.startswith("..")
+    ]
+    assert outside == []
+
+
+def test_pictures_are_small_and_all_of_them_are_shown() -> None:
+    shown = {
+        (document.parent / target).resolve()
+        for document in DOCUMENTS
+        for target in re.findall(r"!\[[^\]]*\]\(([^)\s]+)\)", document.read_text("utf-8"))
+    }
+    kept = {path.resolve() for path in (DOCS / "pictures").iterdir()}
+    assert shown == kept
+    assert [p.name for p in kept if p.stat().st_size > LARGEST_PICTURE_BYTES] == []
+
+
+def test_every_picture_says_in_words_what_it_shows() -> None:
+    silent = [
+        document.name
+        for document in DOCUMENTS
+        for words in re.findall(r"!\[([^\]]*)\]", document.read_text("utf-8"))
+        if len(words.split()) < 3
+    ]
+    assert silent == []
+
+
+def test_the_picture_of_the_layers_is_that_of_the_contracts() -> None:
+    kept = (DOCS / "pictures" / "layers.svg").read_text("utf-8")
+    assert kept == maker("layers").drawn(), "run packaging/make_pictures --only layers"
+
+
+# --- the command line -----------------------------------------------------------------------------
+def _sections() -> dict[str, str]:
+    """The text of each command's section, by its words: "fit", "project undo"."""
+    page = (DOCS / "cli.md").read_text("utf-8")
+    parts = re.split(r"^##+ (.+)$", page, flags=re.MULTILINE)[1:]
+    return {
+        title.removeprefix("vomstudio ").replace(" PROJECT ", " "): text
+        for title, text in zip(parts[::2], parts[1::2], strict=True)
+        if title.startswith("vomstudio ")
+    }
+
+
+def _commands() -> Iterator[tuple[str, argparse.ArgumentParser]]:
+    for name, parser in _inner(_parser()):
+        yield name, parser
+        yield from ((f"{name} {action}", inner) for action, inner in _inner(parser))
+
+
+def _inner(parser: argparse.ArgumentParser) -> list[tuple[str, argparse.ArgumentParser]]:
+    found = [a for a in parser._actions if isinstance(a, argparse._SubParsersAction)]
+    return [item for action in found for item in action.choices.items()]
+
+
+SHARED = {"--json", "--progress", "--help", "-h"}
+
+
+def test_the_page_of_the_command_line_names_every_command_and_no_other() -> None:
+    assert [name for name in _sections() if " " not in name] == list(COMMANDS)
+    assert set(_sections()) == {name for name, _ in _commands()}
+
+
+@pytest.mark.parametrize("command", [name for name, _ in _commands()])
+def test_the_page_names_every_option_of_a_command_and_no_other(command: str) -> None:
+    parser = dict(_commands())[command]
+    options = {word for action in parser._actions for word in action.option_strings}
+    code = " ".join(re.findall(r"`([^`]+)`", _sections()[command]))
+    assert set(OPTION.findall(code)) == options - SHARED
+
+
+def test_the_page_names_the_options_that_all_commands_share() -> None:
+    page = (DOCS / "cli.md").read_text("utf-8")
+    shared = page[page.index("## Rules") : page.index("## vomstudio demo")]
+    assert {"--json", "--progress", "--help"} <= set(OPTION.findall(shared))
+
+
+def test_the_page_lists_the_columns_of_the_orientation_table_in_their_order() -> None:
+    listed = FIGURE_COLUMNS.search((DOCS / "cli.md").read_text("utf-8"))
+    assert listed is not None
+    assert tuple(re.findall(r"`(\w+)`", listed.group(1))) == COLUMNS

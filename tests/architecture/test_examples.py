@@ -1,0 +1,175 @@
+"""What docs/architecture.md shows works as it stands there, in a copy of the program."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = ROOT / "docs" / "architecture.md"
+NEW = re.compile(r"^`([\w/]+\.py)`:\n\n```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
+CHANGED = re.compile(
+    r"^In `([\w/]+\.py)`:\n\n((?:```diff\n.*?^```\n\n?)+)", re.MULTILINE | re.DOTALL
+)
+HUNK = re.compile(r"^```diff\n(.*?)^```", re.MULTILINE | re.DOTALL)
+
+USED = """
+import json, sys
+from pathlib import Path
+
+import numpy as np
+
+from vomstudio.document import edits
+from vomstudio.document.kinds import kind_named
+from vomstudio.document.kinds.remark import Remark
+from vomstudio.document.records import Frame, Model
+from vomstudio.io.control.control_files import crs_of, read_control, read_marks
+from vomstudio.io.models.opening import read_model
+from vomstudio.io.project.export import export_records
+from vomstudio.io.project.folder import Project
+from vomstudio.tools.registry import TOOLS
+from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
+
+here = Path(sys.argv[1])
+said = {}
+
+(here / "a.off").write_text("OFF 3 1 0\\n0 0 0\\n2 0 0\\n0 3 0\\n3 0 1 2\\n")
+loaded = read_model(here / "a.off")
+said["vertices"], said["faces"] = loaded.data.vertices.tolist(), loaded.data.faces.tolist()
+
+(here / "control.json").write_text(json.dumps({
+    "crs": "EPSG:32633",
+    "points": [{"label": "T1", "x": 1.0, "y": 2.0, "z": 3.5}],
+    "marks": [{"label": "T1", "photo": "a.jpg", "x": 10.5, "y": 20.0}],
+}))
+(point,), (mark,) = read_control(here / "control.json"), read_marks(here / "control.json")
+said["control"] = [point.label, *point.position, mark.photo, mark.x, mark.y]
+said["crs"] = crs_of(here / "control.json")
+
+project = Project.create(here / "p.vom")
+session = project.session
+session.apply(edits.add_model(session.records, Model(
+    "m1", "a", "a.off", "mesh", loaded.content_hash, Frame("crs", "EPSG:32633"))))
+entry = next(entry for entry in TOOLS if entry.name == "remark")
+
+
+class Context:
+    next_type_id, next_set = "bedding", ""
+    session = session
+
+    def measure(self, feature):
+        from vomstudio.document.measurement_cache import measure_all
+        return measure_all(session.records, [feature])[0]
+
+    def __getattr__(self, name):
+        return lambda *_: None
+
+
+tool = entry.tool(Context())
+hit = Hit("m1", "face", 0, (0.5, 1.0, 0.0), (0.5, 0.25, 0.25))
+tool.pointer(PointerEvent(Pointer.CLICK, 0, 0, Button.LEFT, hit=hit))
+(remark,) = session.of(Remark)
+session.apply(edits.set_attributes(session.records, [remark.id], notes="slickensides here"))
+session.save()
+project.close()
+again = Project.open(here / "p.vom")
+(remark,) = again.session.of(Remark)
+said["remark"] = [remark.name, remark.notes, list(remark.vertices[0])]
+said["kind"] = kind_named("remark").title
+export_records(again.session.records, "gpkg", here / "layers.gpkg")
+again.close()
+import pyogrio
+said["layers"] = [name for name, _ in pyogrio.list_layers(here / "layers.gpkg")]
+print(json.dumps(said))
+"""
+
+
+@pytest.fixture(scope="module")
+def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the program with all examples of the page in it."""
+    folder = tmp_path_factory.mktemp("program")
+    shutil.copytree(ROOT / "vomstudio", folder / "vomstudio",
+                    ignore=shutil.ignore_patterns("__pycache__"))  # fmt: skip
+    page = PAGE.read_text("utf-8")
+    for name, code in NEW.findall(page):
+        assert not (folder / name).exists(), f"{name} is there already"
+        (folder / name).write_text(code, "utf-8")
+    for name, hunks in CHANGED.findall(page):
+        text = (folder / name).read_text("utf-8")
+        for hunk in HUNK.findall(hunks):
+            lines = hunk.splitlines(keepends=True)
+            before = "".join(line[1:] for line in lines if line[0] != "+")
+            after = "".join(line[1:] for line in lines if line[0] != "-")
+            assert text.count(before) == 1, f"{name} has other lines than the page shows:\n{hunk}"
+            text = text.replace(before, after)
+        (folder / name).write_text(text, "utf-8")
+    return folder
+
+
+def in_the_copy(program: Path, *words: str) -> str:
+    environment = {**os.environ, "PYTHONPATH": str(program)}
+    done = subprocess.run(
+        [sys.executable, "-P", *words], cwd=program, env=environment, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_the_page_has_an_example_of_each_thing_that_can_be_added() -> None:
+    page = PAGE.read_text("utf-8")
+    folders = {Path(name).parent.as_posix() for name, _ in NEW.findall(page)}
+    assert folders == {
+        "vomstudio/io/models/formats",
+        "vomstudio/io/control/formats",
+        "vomstudio/document/kinds",
+        "vomstudio/tools",
+        "vomstudio/ui/interpret/tool_panels",
+        "vomstudio/cli",
+    }
+    assert len(CHANGED.findall(page)) == 3
+
+
+def test_reader_control_format_kind_and_tool_work(program: Path, tmp_path: Path) -> None:
+    said = json.loads(in_the_copy(program, "-c", USED, str(tmp_path)))
+    assert said["vertices"] == [[0, 0, 0], [2, 0, 0], [0, 3, 0]]
+    assert said["faces"] == [[0, 1, 2]]
+    assert said["control"] == ["T1", 1.0, 2.0, 3.5, "a.jpg", 10.5, 20.0]
+    assert said["crs"] == "EPSG:32633"
+    assert said["remark"] == ["R01", "slickensides here", [0.5, 1.0, 0.0]]
+    assert said["kind"] == "Remark"
+    assert "remarks" in said["layers"]
+
+
+def test_the_command_prints_poles(program: Path, tmp_path: Path) -> None:
+    table = tmp_path / "planes.csv"
+    table.write_text("dip_direction,dip\n100,30\n")
+    said = json.loads(in_the_copy(program, "-m", "vomstudio", "poles", str(table), "--json"))
+    # The pole of 100/30 is the line 280/60.
+    assert said["n"] == 1
+    assert said["poles"][0]["trend_deg"] == pytest.approx(280.0)
+    assert said["poles"][0]["plunge_deg"] == pytest.approx(60.0)
+
+
+def test_the_panel_and_the_command_of_the_window_are_in_the_window(program: Path) -> None:
+    """A window of the copy, with the dock of the tool and the entry of the menu."""
+    shown = in_the_copy(
+        program,
+        "-c",
+        "from PySide6.QtWidgets import QApplication\n"
+        "application = QApplication([])\n"
+        "from vomstudio.io.settings import read_settings\n"
+        "from vomstudio.ui.shell.main_window import MainWindow\n"
+        "window = MainWindow(read_settings()[0])\n"
+        "window._fill()\n"
+        "print('remark' in window.docks, window.docks['remark'].widget().count.text())\n"
+        "print('select_none' in window.actions_table.all)\n"
+        "import os, sys; sys.stdout.flush(); os._exit(0)\n",
+    )
+    assert shown.split("\n")[:2] == ["True 0 so far", "True"]

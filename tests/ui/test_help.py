@@ -1,0 +1,125 @@
+"""Help > Documentation: the pages are read in the program, from the files that came with it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt, QUrl
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QWidget
+
+from vomstudio.paths import documentation
+from vomstudio.ui.common.actions import Actions
+from vomstudio.ui.common.open_dialogs import OpenDialogs
+from vomstudio.ui.shell import help_commands
+from vomstudio.ui.shell.help_pages import anchor, pages_in, sections_in
+from vomstudio.ui.shell.help_window import HelpWindow
+
+
+@pytest.fixture
+def parent(qtbot):
+    widget = QWidget()
+    qtbot.addWidget(widget)
+    return widget
+
+
+@pytest.fixture
+def help_window(parent):
+    window = HelpWindow(parent, documentation())
+    window.show()
+    QTest.qWaitForWindowExposed(window)
+    yield window
+    window.close()
+    QApplication.processEvents()
+
+
+@pytest.fixture
+def two_pages(tmp_path: Path) -> Path:
+    first = "# Start\n\n## To read\n\nSee [the other](other.md#a-long-way-down).\n"
+    (tmp_path / "index.md").write_text(first)
+    body = "\n\n".join(f"Line {i}." for i in range(200))
+    (tmp_path / "other.md").write_text(f"# Other\n\n{body}\n\n## A long way down\n\nquartzite\n")
+    (tmp_path / "more.md").write_text("no heading here\n")
+    return tmp_path
+
+
+def test_the_pages_stand_in_the_order_of_the_first_page_s_links(two_pages: Path):
+    assert [page.title for page in pages_in(two_pages)] == ["Start", "Other", "more"]
+    assert list(sections_in(two_pages)) == ["", "To read", "More"]
+
+
+def test_anchors_are_those_of_the_links_that_people_write():
+    assert anchor("How good is a plane?") == "how-good-is-a-plane"
+    assert anchor("Points, marked - in photos") == "points-marked-in-photos"
+
+
+def test_every_page_of_the_documentation_is_shown_with_its_pictures(help_window):
+    titles = [page.title for page in pages_in(documentation())]
+    shown = [help_window.list.item(row).text() for row in range(help_window.list.count())]
+    assert shown == titles
+    for row, title in enumerate(titles):
+        help_window.list.setCurrentRow(row)
+        assert help_window.view.document().firstBlock().text() == title
+        for path in pictures_of(help_window.view):
+            image = help_window.view.loadResource(2, QUrl(path))
+            assert not image.isNull(), path
+            assert image.width() <= help_window.view.viewport().width()
+
+
+def pictures_of(view) -> list[str]:
+    found = []
+    block = view.document().begin()
+    while block.isValid():
+        pieces = block.begin()
+        while not pieces.atEnd():
+            form = pieces.fragment().charFormat()
+            if form.isImageFormat():
+                found.append(form.toImageFormat().name())
+            pieces += 1
+        block = block.next()
+    return found
+
+
+def test_a_link_leads_to_its_heading_and_back_again(parent, two_pages: Path):
+    window = HelpWindow(parent, two_pages)
+    window.show()
+    QTest.qWaitForWindowExposed(window)
+    window.view.follow(QUrl("other.md#a-long-way-down"))
+    assert window.list.currentRow() == 1
+    assert window.view.verticalScrollBar().value() > 0
+    assert window.view.textCursor().block().text() == "A long way down"
+    window.view.go_back()
+    assert window.list.currentRow() == 0
+    window.view.go_on()
+    assert window.list.currentRow() == 1
+    window.close()
+
+
+def test_words_are_found_on_other_pages_and_round_to_the_first(parent, two_pages: Path):
+    window = HelpWindow(parent, two_pages)
+    window.show()
+    window.words.setFocus()
+    QTest.keyClicks(window.words, "quartzite")
+    QTest.keyClick(window.words, Qt.Key.Key_Return)
+    assert window.list.currentRow() == 1
+    assert window.view.textCursor().selectedText() == "quartzite"
+    window.words.setText("see")
+    QTest.keyClick(window.words, Qt.Key.Key_Return)
+    assert window.list.currentRow() == 0
+    assert window.view.textCursor().selectedText() == "See"
+    window.close()
+
+
+def test_the_command_opens_one_window_however_often_it_is_run(parent):
+    dialogs = OpenDialogs()
+    commands = help_commands.commands(Actions(parent), None, dialogs, parent)
+    command = next(command for command in commands if command.name == "documentation")
+    command.run()
+    opened = dialogs.shown(HelpWindow)
+    assert opened is not None
+    assert opened.view.page == documentation().resolve() / "index.md"
+    command.run()
+    assert dialogs.shown(HelpWindow) is opened
+    opened.close()
+    QApplication.processEvents()
