@@ -197,6 +197,7 @@ class _Reading:
                         self.polygons,
                         self.left_over[i],
                         self.reports[i],
+                        *k.line_space(),
                     )
                     room = int(self.reports[i, k.R_LEFT_OVER])
                     if room <= len(self.left_over[i]):
