@@ -14,14 +14,15 @@ def main(argv: Sequence[str] | None = None) -> int:
 
         return work()
     from vomstudio.cli import COMMANDS
-    from vomstudio.failures import crashes, hooks, log
-    from vomstudio.failures.desk import DESK
 
     if words and (words[0] in COMMANDS or words[0].startswith("-")):
         from vomstudio.cli import main as command_line
+        from vomstudio.failures import log
 
         log.start("command")
         return command_line(words)
+    from vomstudio.failures import crashes, hooks
+    from vomstudio.failures.desk import DESK
     from vomstudio.ui.shell.start import run_window
 
     hooks.install(crashes.WINDOW)
