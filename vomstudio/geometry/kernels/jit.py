@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from types import CellType, CodeType, FunctionType
+from types import CellType, CodeType, FunctionType, ModuleType
 from typing import Any
 
 import numpy as np
@@ -110,6 +110,14 @@ def kernel(signature: str, *, fastmath: bool = False) -> Callable[[Callable[...,
     fastmath : sums may be reordered and NaN are not expected; for kernels of pictures
     """
     return lambda function: Kernel(function, signature, fastmath)
+
+
+def make_ready(*modules: ModuleType) -> None:
+    """Load, or compile, the kernels of these modules now, so that nobody waits for them later."""
+    for module in modules:
+        for value in vars(module).values():
+            if isinstance(value, Kernel):
+                value.ready()
 
 
 def part(function: Callable[..., Any]) -> Part:

@@ -245,13 +245,13 @@ def _meaning(function: Callable[..., Any]) -> Iterator[str]:
         yield repr([_ordered(c) for c in code.co_consts if not isinstance(c, CodeType)])
         yield repr((code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars))
         yield repr((code.co_argcount, code.co_flags))
-    yield repr(function.__defaults__)
     used = {n for code in codes for n in code.co_names if n in function.__globals__}
     for name in sorted(used):
         yield name
         yield from _value(function.__globals__[name])
-    for cell in function.__closure__ or ():
-        yield from _value(cell.cell_contents)
+    values = [cell.cell_contents for cell in function.__closure__ or ()]
+    for value in [*values, *(function.__defaults__ or ())]:
+        yield from _value(value)
 
 
 def _ordered(constant: Any) -> Any:
@@ -271,7 +271,11 @@ def _value(value: Any) -> Iterator[str]:
         yield value.__name__
     elif isinstance(value, type | BuiltinFunctionType | np.ufunc):
         yield f"{value.__module__}.{value.__qualname__}" if isinstance(value, type) else repr(value)
-    elif isinstance(value, bool | int | float | str | tuple | np.generic):
+    elif value is None or isinstance(value, bool | int | float | str | np.generic):
         yield repr(value)
+    elif isinstance(value, tuple):
+        yield str(len(value))
+        for item in value:
+            yield from _value(item)
     else:
         raise _CannotBeKept
