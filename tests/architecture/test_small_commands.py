@@ -20,7 +20,9 @@ PLY = (
     "property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n"
     "0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n"
 )
-FACET = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex {} 0\nvertex {} 0\nendloop\nendfacet\n"
+FACET = (
+    "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex {} 0\nvertex {} 0\nendloop\nendfacet\n"
+)
 FILES = {
     "two.obj": OBJ,
     "two.ply": PLY,

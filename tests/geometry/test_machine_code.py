@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from vomstudio.geometry.kernels import machine_code
-from vomstudio.geometry.kernels.jit import Kernel, Part, kernel, part
+from vomstudio.geometry.kernels.jit import Kernel, kernel, part
+from vomstudio.geometry.kernels.sources import Part, Source
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="numba's own cache does it there")
 
@@ -104,7 +105,7 @@ def test_a_part_counts_with_all_that_it_calls() -> None:
     def name_of(factor: float) -> str:
         inner = part(lambda x: x * factor)
         outer = part(lambda x: inner(x) + 1.0)
-        return machine_code._file_name(Kernel(lambda x: outer(x), "f8(f8)", False))
+        return machine_code._file_name(Source(lambda x: outer(x), "f8(f8)", False))
 
     assert name_of(2.0) == name_of(2.0) != name_of(3.0)
 
@@ -114,7 +115,7 @@ def test_options_of_kernels_and_parts_count() -> None:
         return x / 2
 
     def name_of(signature: str, fast: bool, piece: Part) -> str:
-        return machine_code._file_name(Kernel(lambda x: piece(x), signature, fast))
+        return machine_code._file_name(Source(lambda x: piece(x), signature, fast))
 
     names = set()
     for signature, fast, options in [
@@ -134,7 +135,7 @@ def test_no_reader_needs_numba(module: str) -> None:
     holder = importlib.import_module(f"vomstudio.io.models.formats.{module}")
     kernels = [v for v in vars(holder).values() if isinstance(v, Kernel)]
     assert kernels
-    assert all(machine_code.entry(one) is not None for one in kernels)
+    assert all(machine_code.entry(one.source, one.by_numba) is not None for one in kernels)
 
 
 def test_large_arrays_and_threads(folder: Path) -> None:

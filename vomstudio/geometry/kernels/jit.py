@@ -7,33 +7,14 @@ process by llvmlite alone (`machine_code`), or where that cannot be by numba's o
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
-from types import CellType, CodeType, FunctionType, ModuleType
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-_COMPILING = threading.RLock()
-
-
-class Part:
-    """A piece of kernels, which numba meets first where a kernel is compiled that calls it."""
-
-    def __init__(self, function: Callable[..., Any], **options: Any) -> None:
-        self.function = function
-        self.options = {"nogil": True, **options}
-        self._compiled: Any = None
-
-    def compiled(self) -> Any:
-        """As numba has it."""
-        import numba
-
-        with _COMPILING:
-            if self._compiled is None:
-                self._compiled = numba.njit(**self.options)(linked(self.function))
-            return self._compiled
+from vomstudio.geometry.kernels.sources import COMPILING, Part, Source, linked
 
 
 class Kernel:
@@ -43,7 +24,7 @@ class Kernel:
     """
 
     def __init__(self, function: Callable[..., Any], signature: str, fastmath: bool) -> None:
-        self.function, self.signature, self.fastmath = function, signature, fastmath
+        self.source = Source(function, signature, fastmath)
         self.__name__, self.__doc__ = function.__name__, function.__doc__
         self._run: Callable[..., Any] | None = None
 
@@ -54,9 +35,9 @@ class Kernel:
         """Load it, or compile and keep it, which takes seconds; at once afterwards."""
         from vomstudio.geometry.kernels import machine_code
 
-        with _COMPILING:
+        with COMPILING:
             if self._run is None:
-                self._run = machine_code.entry(self) or self.by_numba()
+                self._run = machine_code.entry(self.source, self.by_numba) or self.by_numba()
             return self._run
 
     def by_numba(self) -> Callable[..., Any]:
@@ -67,41 +48,16 @@ class Kernel:
         """
         import numba
 
-        options = {"nogil": True, "fastmath": self.fastmath}
-        with _COMPILING:
-            function = linked(self.function)
+        options: dict[str, Any] = {"nogil": True, "fastmath": self.source.fastmath}
+        with COMPILING:
+            function = linked(self.source.function)
             try:
-                done: Callable[..., Any] = numba.njit(self.signature, cache=True, **options)(
+                done: Callable[..., Any] = numba.njit(self.source.signature, cache=True, **options)(
                     function
                 )
             except RuntimeError:
-                done = numba.njit(self.signature, **options)(function)
+                done = numba.njit(self.source.signature, **options)(function)
         return done
-
-
-def all_code(function: FunctionType) -> list[CodeType]:
-    """Of the function and of what is written inside of it."""
-    codes = [function.__code__]
-    for code in codes:
-        codes += [c for c in code.co_consts if isinstance(c, CodeType)]
-    return codes
-
-
-def linked(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The function with its parts as numba knows them."""
-    assert isinstance(function, FunctionType)
-
-    def resolved(value: Any) -> Any:
-        return value.compiled() if isinstance(value, Part) else value
-
-    used = {n for code in all_code(function) for n in code.co_names}
-    names = {n: resolved(v) if n in used else v for n, v in function.__globals__.items()}
-    cells = tuple(CellType(resolved(cell.cell_contents)) for cell in function.__closure__ or ())
-    new = FunctionType(
-        function.__code__, names, function.__name__, function.__defaults__, cells or None
-    )
-    new.__module__, new.__qualname__ = function.__module__, function.__qualname__
-    return new
 
 
 def kernel(signature: str, *, fastmath: bool = False) -> Callable[[Callable[..., Any]], Kernel]:

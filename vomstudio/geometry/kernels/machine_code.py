@@ -1,16 +1,16 @@
 """Machine code of kernels, kept between runs and loaded without numba.
 
 Why not numba's own cache: reading it needs `import numba`, which takes longer than most commands.
-What numba compiles is kept as the object file that LLVM made of it, and llvmlite alone links it into
-a later process. It is the same code in both, so the results are the same to the bit.
+What numba compiles is kept as the object file that LLVM made of it, and llvmlite alone links it
+into a later process. It is the same code in both, so the results are the same to the bit.
 
 A file is known by everything that its code was made of: the kernel's and its parts' instructions
 and constants, the signature, numba, llvmlite and the processor. So an edit of a part, an update or
 another machine never meets old code, and a file cut short is seen by its checksum. What the code
 wants from outside must be found in this process before it is linked, since LLVM ends the process
 where a symbol is missing. A kernel of which this cannot be said (it allocates memory, which needs
-numba's runtime, or takes what `Signature` does not know) has an empty file and is left to numba, and
-so is every kernel on other systems than Linux, where nobody has tried this.
+numba's runtime, or takes what `Signature` does not know) has an empty file and is left to numba,
+and so is every kernel on other systems than Linux, where nobody has tried this.
 """
 
 from __future__ import annotations
@@ -26,14 +26,12 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from vomstudio.geometry.kernels.signatures import Signature
-
-if TYPE_CHECKING:
-    from vomstudio.geometry.kernels.jit import Kernel
+from vomstudio.geometry.kernels.sources import Part, Source, all_code, linked
 
 _FORMAT = b"vomstudio kernel 1\n"
 _DIGEST_BYTES = 16
@@ -46,24 +44,26 @@ class _CannotBeKept(Exception):
     """The code is numba's to run."""
 
 
-def entry(kernel: Kernel) -> Callable[..., Any] | None:
+def entry(source: Source, by_numba: Callable[[], Callable[..., Any]]) -> Callable[..., Any] | None:
     """The kernel as its machine code, compiled where it is not yet kept; None where it is left to
-    numba."""
+    numba. by_numba : makes the kernel that says what an error inside of the code was."""
     if sys.platform != "linux" or os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
         return None
     try:
-        signature = Signature(kernel.signature)
-        name = _file_name(kernel)
+        signature = Signature(source.signature)
+        name = _file_name(source)
         found = _kept(name)
         if found is None:
-            found = _compiled(kernel, signature)
+            found = _compiled(source, signature)
             _keep(name, found)
-        return _linked(kernel, signature, found)
+        return _linked(signature, found, by_numba)
     except (_CannotBeKept, ValueError):
         return None
 
 
-def _linked(kernel: Kernel, signature: Signature, code: bytes) -> Callable[..., Any]:
+def _linked(
+    signature: Signature, code: bytes, by_numba: Callable[[], Callable[..., Any]]
+) -> Callable[..., Any]:
     if not code:
         raise _CannotBeKept
     (length,) = _HEAD.unpack_from(code)
@@ -73,7 +73,7 @@ def _linked(kernel: Kernel, signature: Signature, code: bytes) -> Callable[..., 
     def run(*args: Any) -> Any:
         well, result = signature.call(function, args)
         # An exception inside of the code: numba can say which.
-        return result if well else kernel.by_numba()(*args)
+        return result if well else by_numba()(*args)
 
     return run
 
@@ -123,20 +123,20 @@ def _wanted_symbols(code: bytes) -> list[str]:
     return names
 
 
-def _compiled(kernel: Kernel, signature: Signature) -> bytes:
+def _compiled(source: Source, signature: Signature) -> bytes:
     """Name of the entry and object code; empty where the code cannot stand without numba."""
     import llvmlite.binding as llvm
     import numba
 
-    from vomstudio.geometry.kernels.jit import linked
-
-    options = {"nogil": True, "fastmath": kernel.fastmath, "_nrt": False}
+    options: dict[str, Any] = {"nogil": True, "fastmath": source.fastmath, "_nrt": False}
     options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
     try:
-        made = numba.njit(kernel.signature, **options)(linked(kernel.function))
+        made = numba.njit(source.signature, **options)(linked(source.function))
         (result,) = made.overloads.values()
         symbol = result.fndesc.llvm_func_name
-        arguments = llvm.parse_assembly(result.library.get_llvm_str()).get_function(symbol).arguments
+        arguments = (
+            llvm.parse_assembly(result.library.get_llvm_str()).get_function(symbol).arguments
+        )
         _, form, (code, *_) = result.library.serialize_using_object_code()
     # Also where a version of numba does not know these words: it then compiles in its usual way,
     # and says itself what is wrong with a kernel.
@@ -200,13 +200,13 @@ def _drop_old(folder: Path, kernel: str) -> None:
         file.unlink(missing_ok=True)
 
 
-def _file_name(kernel: Kernel) -> str:
+def _file_name(source: Source) -> str:
     digest = hashlib.blake2b(digest_size=_DIGEST_BYTES)
-    for word in (*_surroundings(), kernel.signature, str(kernel.fastmath)):
+    for word in (*_surroundings(), source.signature, str(source.fastmath)):
         digest.update(f"{word}\n".encode())
-    for word in _meaning(kernel.function):
+    for word in _meaning(source.function):
         digest.update(f"{len(word)} {word}\n".encode())
-    where = f"{kernel.function.__module__}.{kernel.__name__}"
+    where = f"{source.function.__module__}.{source.function.__name__}"
     return f"{re.sub(r'[^A-Za-z0-9_.]', '_', where)}-{digest.hexdigest()}.code"
 
 
@@ -236,8 +236,6 @@ def _meaning(function: Callable[..., Any]) -> Iterator[str]:
     """All that the function's machine code is made of: instructions, constants, and the values of
     the names it uses, through its parts."""
     assert isinstance(function, FunctionType)
-    from vomstudio.geometry.kernels.jit import all_code
-
     codes = all_code(function)
     for code in codes:
         yield code.co_code.hex()
@@ -260,8 +258,6 @@ def _ordered(constant: Any) -> Any:
 
 
 def _value(value: Any) -> Iterator[str]:
-    from vomstudio.geometry.kernels.jit import Part
-
     if isinstance(value, Part):
         yield repr(sorted(value.options.items()))
         yield from _meaning(value.function)

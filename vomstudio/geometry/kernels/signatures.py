@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 _LONG_NAMES = {
     "float64": "f8", "float32": "f4", "int64": "i8", "int32": "i4", "int16": "i2",
@@ -23,7 +22,7 @@ _SCALARS: dict[str, tuple[Any, str]] = {
     "b1": (ctypes.c_bool, "i8"),
 }
 """Types of single numbers: for ctypes, and in the words of LLVM."""
-_GIVEN = {"i8": ctypes.c_int64, "f8": ctypes.c_double}
+_GIVEN: dict[str, Any] = {"i8": ctypes.c_int64, "f8": ctypes.c_double}
 
 
 @dataclass(frozen=True)
@@ -96,7 +95,7 @@ class Signature:
         kind = kinds.pop() if kinds else None
         self._results = len(names)
         # There is always a place to write to, even where nothing comes back.
-        self._room = _GIVEN.get(kind or "i8", ctypes.c_int64) * max(1, len(names))
+        self._room: Any = _GIVEN.get(kind or "i8", ctypes.c_int64) * max(1, len(names))
         self._parameters = [_parameter(word) for word in re.findall(r"\w+(?:\[[^\]]*\])?", taken)]
 
     def c_function(self) -> Any:
@@ -130,5 +129,3 @@ def _parameter(word: str) -> _Parameter:
         raise ValueError(f"A kernel cannot take '{word}'.")
     axes = form.rstrip("]").split(",") if form else []
     return _Parameter(kind, np.dtype(kind), len(axes), form.endswith("::1]"))
-
-
