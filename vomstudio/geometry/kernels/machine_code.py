@@ -132,7 +132,7 @@ def _compiled(source: Source, signature: Signature) -> bytes:
     options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
     try:
         made = numba.njit(source.signature, **options)(linked(source.function))
-        (result,) = made.overloads.values()
+        result: Any = next(iter(made.overloads.values()))
         symbol = result.fndesc.llvm_func_name
         arguments = (
             llvm.parse_assembly(result.library.get_llvm_str()).get_function(symbol).arguments
