@@ -6,6 +6,7 @@ import importlib
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -108,6 +109,19 @@ def test_a_part_counts_with_all_that_it_calls() -> None:
         return machine_code._file_name(Source(lambda x: outer(x), "f8(f8)", False))
 
     assert name_of(2.0) == name_of(2.0) != name_of(3.0)
+
+
+def test_kernels_of_one_name_stay_apart(folder: Path) -> None:
+    """As LLVM names them they may be the same, having been compiled in processes of their own."""
+    texts = [MODULE.replace("FACTOR = 2.0", f"FACTOR = {factor}") for factor in (2.0, 6.0)]
+    for text in texts:
+        used(folder, text)
+    made = []
+    for text in texts:
+        names: dict[str, Any] = {"__name__": "kernel_file"}
+        exec(compile(text, "kernel_file.py", "exec"), names)
+        made.append(names["work"])
+    assert [work(1.5) for work in made] == [4.0, 10.0]
 
 
 def test_options_of_kernels_and_parts_count() -> None:

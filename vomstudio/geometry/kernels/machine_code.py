@@ -38,6 +38,8 @@ _DIGEST_BYTES = 16
 _KEPT_OF_ONE_KERNEL = 8
 _FROM_NUMBA = ("NRT_", "numba_", "Py", "_Py")
 _HEAD = struct.Struct("<H")
+_ENGINES: list[Any] = []
+"""The code goes where its engine goes."""
 
 
 class _CannotBeKept(Exception):
@@ -78,28 +80,23 @@ def _linked(
     return run
 
 
-@cache
-def _engine() -> Any:
-    import llvmlite.binding as llvm
-
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    machine = llvm.Target.from_default_triple().create_target_machine()
-    return llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
-
-
 def _address(symbol: str, code: bytes) -> int:
     """Where the entry lies, after the code was put into this process."""
     import llvmlite.binding as llvm
 
     if any(llvm.address_of_symbol(name) is None for name in _wanted_symbols(code)):
         raise _CannotBeKept
-    engine = _engine()
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    machine = llvm.Target.from_default_triple().create_target_machine()
+    # One for each kernel, since two may have parts of the same name.
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()
     address = int(engine.get_function_address(symbol))
     if address == 0:
         raise _CannotBeKept
+    _ENGINES.append(engine)
     return address
 
 
