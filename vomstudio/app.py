@@ -17,14 +17,15 @@ def main(argv: Sequence[str] | None = None) -> int:
 
         return work()
     from vomstudio.cli import COMMANDS
-    from vomstudio.failures import crashes, exception_hooks, log
-    from vomstudio.failures.error_collector import DESK
 
     if words and (words[0] in COMMANDS or words[0].startswith("-")):
         from vomstudio.cli import main as command_line
+        from vomstudio.failures import log
 
         log.start("command")
         return command_line(words)
+    from vomstudio.failures import crashes, exception_hooks
+    from vomstudio.failures.error_collector import DESK
     from vomstudio.ui.shell.window_start import run_window
 
     exception_hooks.install(crashes.WINDOW)

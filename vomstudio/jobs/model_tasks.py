@@ -35,19 +35,20 @@ def _compile_kernels(asked: Nothing, progress: Progress) -> Nothing:
     import pkgutil
 
     import vomstudio
+    from vomstudio.geometry.kernels.jit import make_ready
 
     if hasattr(os, "nice"):
         os.nice(10)
     for module in pkgutil.walk_packages(vomstudio.__path__, "vomstudio."):
         if module.name.endswith("_kernels"):
             progress.step(0)
-            importlib.import_module(module.name)
+            make_ready(importlib.import_module(module.name))
     return Nothing()
 
 
 COMPILE_KERNELS = Job("compile_kernels", Lane.PHOTOS, Nothing, Nothing, _compile_kernels)
-"""Import every module of compiled kernels: those that were never used on this machine are compiled
-now, for seconds each, and not when somebody waits for them."""
+"""Make all kernels ready: those that were never used on this machine are compiled now, for seconds
+each, and not when somebody waits for them."""
 
 
 @dataclass(frozen=True)

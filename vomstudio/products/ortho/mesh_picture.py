@@ -127,7 +127,7 @@ class MeshSource:
                     sample(
                         pyramid.texels, pyramid.offsets, pyramid.sizes, *pyramid.size,
                         rows[mapped], face, weights, self._view, self._faces, self._uv,
-                        self._grid.gsd * footprint, rgb,
+                        self._grid.gsd * footprint, rgb, np.empty(3),
                     )  # fmt: skip
                     rows = rows[~mapped]
             if not len(rows):
