@@ -328,6 +328,7 @@ def test_the_angles_of_every_maker_mean_the_same(space: str, body: str, angles) 
         b"<x:xmpmeta></rdf></x:xmpmeta>",
         b'<!DOCTYPE a [<!ENTITY b "c">]><x:xmpmeta>&b;</x:xmpmeta>',
         b"\xff\xfe<x:xmpmeta>\x00</x:xmpmeta>",
+        _FORM.format("", "<rdf:li>" * 5000 + "</rdf:li>" * 5000).encode(),
         None,
     ],
 )
