@@ -23,7 +23,6 @@ UNDER_THE_WINDOW = (
     "io",
     "registration",
     "survey",
-    "extraction",
     "photogrammetry",
     "products",
     "jobs",
