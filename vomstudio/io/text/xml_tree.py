@@ -79,7 +79,7 @@ def words(path: Path, parent: Element, tag: str) -> str:
     child = parent.find(tag)
     if child is None:
         raise wrong(path, parent, f"has no {tag}")
-    text = (child.text or "").strip()
+    text = str(child.text or "").strip()
     if not text:
         raise wrong(path, child, "is empty")
     return text
@@ -87,7 +87,7 @@ def words(path: Path, parent: Element, tag: str) -> str:
 
 def attribute(path: Path, element: Element, name: str) -> str:
     """Raises InputError where there is none or it is empty."""
-    value = element.get(name, "").strip()
+    value = str(element.get(name, "")).strip()
     if not value:
         raise wrong(path, element, f"has no {name}")
     return value
