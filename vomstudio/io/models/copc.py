@@ -4,6 +4,9 @@ COPC 1.0 (https://copc.io). A node of the octree is a cube that holds a thin, ev
 points within it; its eight children fill in what is between. So the nodes of the first levels are a
 picture of the whole, and nodes near the viewer, down to any level, the picture in full.
 The same file read whole, as a LAZ file, goes through `vomstudio.io.models.formats.las`.
+
+Its table is read here and not by laspy's CopcReader, which believes it: a file of 5,000 points in
+which one node promises 2**31 makes laspy ask for 88 GiB. lazrs unpacks the points.
 """
 
 from __future__ import annotations
