@@ -77,7 +77,7 @@ def test_undo_and_redo_say_what_they_would_take_back(window, studio):
 def test_a_click_of_an_open_trace_is_undone_before_older_edits(window, studio):
     beds(studio)
     studio.activate("trace")
-    studio.tool_of(TraceTool).continue_trace("t1")
+    studio.tool_of(TraceTool).continue_feature("t1")
     before = studio.records["t1"]
     studio.tool_of(TraceTool).delete_vertex(0)
     window.actions_table.run("undo")

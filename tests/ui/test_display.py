@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from tests.ui.conftest import add_cliff
+from tests.workspace.loop import Loop
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.rendering.view.clipping import ClipBox
@@ -16,7 +17,6 @@ from vomstudio.ui.scene import display_commands
 from vomstudio.workspace import display
 from vomstudio.workspace.display import Display, why_not_mode
 from vomstudio.workspace.model_loading import OpenModel
-from vomstudio.workspace.owner_thread import Loop
 
 BOX = ClipBox((0.0, 1.0, 2.0), (10.0, 11.0, 12.0))
 

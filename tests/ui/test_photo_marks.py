@@ -101,9 +101,9 @@ def test_marks_survive_the_loss_of_their_tables_and_of_the_window(opened, folder
     (folder / "marks.csv").unlink()
     project = opened.studio.project.folder
     # As after a kill: the journal alone.
-    from vomstudio.io.project.journal import read_records
+    from vomstudio.io.project.journal import read_replay
 
-    assert any(getattr(r, "label", "") == "A" for r in read_records(project).values())
+    assert any(getattr(r, "label", "") == "A" for r in read_replay(project).records.values())
 
 
 def test_a_drag_is_one_step_and_kept_at_its_end(opened, folder) -> None:

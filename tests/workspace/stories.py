@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.workspace.loop import Loop
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Model
 from vomstudio.geometry.mesh import Mesh
@@ -23,7 +24,6 @@ from vomstudio.jobs.model_tasks import LOAD_MODEL, WARM, ModelFile
 from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
 from vomstudio.tools.trace import TraceTool
 from vomstudio.workspace.notices import Notice
-from vomstudio.workspace.owner_thread import Loop
 from vomstudio.workspace.workspace import Workspace
 
 WITHOUT = ("PySide6", "vtk", "vtkmodules", "pyvista")

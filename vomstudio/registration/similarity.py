@@ -40,10 +40,6 @@ class Similarity:
         back = self.rotation.T
         return Similarity(1 / self.scale, back, -(back @ self.translation) / self.scale)
 
-    def shifted(self, by: npt.ArrayLike) -> Similarity:
-        """The same, then moved by (3,)."""
-        return Similarity(self.scale, self.rotation, self.translation + np.asarray(by, np.float64))
-
 
 def fit_similarity(
     source: npt.ArrayLike, target: npt.ArrayLike, weights: npt.ArrayLike | None = None

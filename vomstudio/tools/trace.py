@@ -51,10 +51,6 @@ class TraceTool(PolylineTool[Trace]):
         missing = 3 - len(self.vertices)
         return None if missing <= 0 else f"a plane needs 3 points; pick {missing} more"
 
-    def continue_trace(self, trace_id: str) -> None:
-        """Take up a trace of the document again."""
-        self.continue_feature(trace_id)
-
     def _new(self, model: Model, vertices: tuple[Point, ...]) -> Trace:
         return Trace(
             id=edits.new_id("trace"),

@@ -12,8 +12,7 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -46,25 +45,6 @@ class FusionOptions:
     normal_deg: float = 30.0
     least_confidence: float = 0.0
     cache_bytes: int = 1_000_000_000
-
-
-class StoredMaps(Sequence[DepthMap]):
-    """Depth maps in files, read when they are asked for."""
-
-    def __init__(self, paths: Sequence[Path]) -> None:
-        self._paths = list(paths)
-
-    def __len__(self) -> int:
-        return len(self._paths)
-
-    @overload
-    def __getitem__(self, item: int) -> DepthMap: ...
-    @overload
-    def __getitem__(self, item: slice) -> StoredMaps: ...
-    def __getitem__(self, item: int | slice) -> DepthMap | StoredMaps:
-        if isinstance(item, slice):
-            return StoredMaps(self._paths[item])
-        return DepthMap.load(self._paths[item])
 
 
 def neighbours_by_name(scene: SparseScene, pairs: Pairs) -> dict[str, tuple[str, ...]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -91,16 +91,6 @@ def fitting_points() -> int:
     """How many points may make a surface in the memory that is free."""
     most = memory.SHARE * memory.available_bytes() / _BYTES_PER_POINT
     return int(min(max(most, _FEWEST_THINNED), SurfaceOptions.max_points))
-
-
-def make_surface(
-    cloud: PointCloud,
-    options: SurfaceOptions | None = None,
-    progress: Progress | None = None,
-    centres: npt.ArrayLike | None = None,
-) -> Mesh:
-    """`build_surface`, the mesh alone."""
-    return build_surface(cloud, options, progress, centres).mesh
 
 
 def build_surface(
@@ -431,11 +421,3 @@ def _verify(vertices: Array, faces: Faces) -> None:
         raise GeometryError(tr("nothing is left of the surface; is the cloud dense enough?"))
     if not np.isfinite(vertices).all() or not is_manifold(faces):
         raise GeometryError(tr("the surface came out broken; try another octree depth."))
-
-
-def preset(name: str) -> SurfaceOptions:
-    """Of the reconstruction's presets: preview, low, medium, high."""
-    wanted = {"preview": 50_000, "low": 100_000, "medium": 200_000, "high": 1_000_000}
-    if name not in wanted:
-        raise UsageError(tr("must be one of {wanted}.", wanted=", ".join(wanted)), field="preset")
-    return replace(SurfaceOptions(), faces=wanted[name])

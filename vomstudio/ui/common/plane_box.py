@@ -35,11 +35,6 @@ class PlaneBox(ComboBox):
         studio.settings_changed.connect(lambda: self.show_plane(self._shown))
         self.show_plane("")
 
-    @property
-    def follows(self) -> bool:
-        """It goes with the selection."""
-        return self._follows
-
     def show_plane(self, plane_id: str) -> None:
         """What is chosen now, whoever chose it."""
         self._shown = plane_id

