@@ -237,7 +237,7 @@ def test_words_can_be_read_and_signs_be_told_apart(
         for name, value in figures(plan):
             assert sizes[name] == sizes[value]
         title = sizes.pop("Photo survey: field sheet")
-        assert 8.0 <= min(sizes.values()), "it is read in the field"
+        assert min(sizes.values()) >= 8.0, "it is read in the field"
         largest = max(sizes.values())
         assert largest <= 12.0 < title <= 20.0
     front, above = figure.axes
