@@ -66,7 +66,11 @@ def meet(a: Box, b: Box) -> bool:
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
 
 
-LONG = "the view is along the fold's axis, which was measured on 61 planes of both limbs; " * 3
+LONG = (
+    "the view is along the axis of the fold, which was measured on sixty planes of both limbs, and "
+    "looks down it, since most of what is hit faces the viewer; seen from behind it would be a "
+    "mirror image of what stands before whoever comes to the outcrop from the road below"
+)
 
 
 @pytest.mark.parametrize(
