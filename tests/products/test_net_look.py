@@ -1,0 +1,87 @@
+"""Symbols and letters of a net can be read, and are told apart by nothing but what is meant."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+from matplotlib.markers import MarkerStyle
+from shapely.geometry import Polygon
+
+from tests.products.test_net_parts import BEDS, DEEP, contrast
+from vomstudio.products.net.contents import MARKERS, make_sets
+from vomstudio.products.net.figure import PRINT_SIZE_MM
+from vomstudio.products.net.style import PRINT, SYMBOL_SIZES, NetStyle
+
+
+@pytest.mark.parametrize("marker", sorted({*MARKERS, *SYMBOL_SIZES}))
+def test_symbols_of_one_size_cover_like_areas(marker: str) -> None:
+    """Within a factor of 1.5 of a circle's, by their outlines as matplotlib has them."""
+
+    def area(name: str, size: float) -> float:
+        style = MarkerStyle(name)
+        outline = style.get_path().transformed(style.get_transform())
+        polygons = [Polygon(part) for part in outline.to_polygons() if len(part) > 3]
+        return float(sum(polygon.area for polygon in polygons)) * size**2
+
+    circle = area("o", 1.0)
+    assert circle == pytest.approx(np.pi / 4.0, rel=0.02)
+    assert 1 / 1.5 < area(marker, SYMBOL_SIZES.get(marker, 1.0)) / circle < 1.5
+
+
+def test_a_printed_net_has_the_sizes_of_a_figure_in_a_journal() -> None:
+    """As wide as a page's text, letters of 6 to 10 points, lines of a quarter of a millimetre."""
+    width, height = PRINT_SIZE_MM
+    assert 140.0 < width < 190.0
+    assert 0.5 < height / width < 1.0
+    assert 6.0 < PRINT.font_pt < 10.0
+    assert 1.0 < PRINT.marker_pt * 25.4 / 72.0 < 2.5
+    assert 0.18 < PRINT.line_pt * 25.4 / 72.0 < 0.5
+    assert PRINT.contour_map == "light"
+
+
+def test_a_net_on_the_screen_has_letters_and_symbols_of_a_window() -> None:
+    dock = NetStyle.dock()
+    px = 100.0 / 72.0
+    assert dock == NetStyle.dock(False, 100.0)
+    assert 9.0 < dock.font_pt * px < 14.0
+    assert 4.0 < dock.marker_pt * px < 9.0
+    assert 0.9 < dock.line_pt * px < 1.8
+    assert dock.paper == NetStyle().paper
+
+
+@pytest.mark.parametrize("color", DEEP)
+def test_a_deep_colour_is_lifted_only_as_far_as_it_must(color: str) -> None:
+    """So that it is still known for what it is: three to one is enough, a little more a step."""
+    dark = NetStyle.dark()
+    if color.casefold() in {name.casefold() for name in dark.swaps}:
+        return
+    lifted = dark.color(color)
+    assert 3.0 <= contrast(lifted, dark.net) < 4.2
+    # On the way to the ink, and nowhere else.
+    share = (np.array(to_rgb(lifted)) - to_rgb(color)) / (
+        np.array(to_rgb(dark.ink)) - to_rgb(color)
+    )
+    assert np.ptp(share) < 0.03
+
+
+@pytest.mark.parametrize("net", ["#2a2b2e", "#606060", "#7f7f7f", "#b0b0b0", "#ffffff"])
+def test_colours_are_lifted_on_dark_nets_alone(net: str) -> None:
+    """Darker than a fifth of white: there the ink is light."""
+    style = replace(NetStyle(), net=net, ink="#e8e8e8")
+    lifted = style.color("#203040") != "#203040"
+    assert lifted == (net in ("#2a2b2e", "#606060"))
+
+
+@pytest.mark.parametrize("color", ["#0072B2", "#D55E00", "#009E73", "#CC79A7"])
+def test_a_pale_symbol_is_half_way_to_the_ground_and_a_deep_one_half_way_to_the_ink(
+    color: str,
+) -> None:
+    style = NetStyle()
+    (s,) = make_sets({"a": BEDS})
+    for variant, end in ((2, style.net), (3, style.ink)):
+        face = style.symbol(replace(s, color=color, variant=variant))[0]
+        middle = (np.array(to_rgb(color)) + to_rgb(end)) / 2
+        assert np.abs(np.array(to_rgb(face)) - middle).max() < 1.0 / 255.0
