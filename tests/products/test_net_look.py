@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
 from matplotlib.markers import MarkerStyle
+from PIL import Image
 from shapely.geometry import Polygon
 
 from tests.products.test_net_parts import BEDS, DEEP, contrast
-from vomstudio.products.net.contents import MARKERS, make_sets
-from vomstudio.products.net.figure import PRINT_SIZE_MM
+from vomstudio.products.net.contents import MARKERS, NetContents, make_sets
+from vomstudio.products.net.figure import PRINT_SIZE_MM, draw_stereonet, write_stereonet
 from vomstudio.products.net.style import PRINT, SYMBOL_SIZES, NetStyle
 
 
@@ -85,3 +89,30 @@ def test_a_pale_symbol_is_half_way_to_the_ground_and_a_deep_one_half_way_to_the_
         face = style.symbol(replace(s, color=color, variant=variant))[0]
         middle = (np.array(to_rgb(color)) + to_rgb(end)) / 2
         assert np.abs(np.array(to_rgb(face)) - middle).max() < 1.0 / 255.0
+
+
+def test_a_net_is_written_with_the_dots_per_inch_that_journals_ask_for(tmp_path: Path) -> None:
+    """300, unless it is said otherwise."""
+    write_stereonet(tmp_path / "net.png", NetContents(), format="png")
+    with Image.open(tmp_path / "net.png") as picture:
+        wanted = np.array(PRINT_SIZE_MM) / 25.4 * 300.0
+        assert picture.size == pytest.approx(wanted, abs=1.0)
+
+
+@pytest.mark.parametrize(("reach", "within"), [(2.0, 2.0), (3.0, 2.0), (6.0, 3.0), (20.0, 10.0)])
+def test_a_great_circle_is_reached_from_half_as_far_as_a_pole_and_two_pixels_at_least(
+    reach: float, within: float
+) -> None:
+    """A vertical plane: its great circle is a straight line across the net."""
+    sets = make_sets({"a": ("plane", [90.0], [90.0])}, {"a": ["x"]})
+    figure = Figure(figsize=(4, 4), dpi=100)
+    FigureCanvasAgg(figure)
+    artists = draw_stereonet(figure, NetContents(sets, poles=False), NetStyle.dock())
+    x, y = artists.centre_px
+    for away in (-within, within):
+        for up in (0.0, 30.0, -0.9 * artists.radius_px):
+            assert artists.feature_at(x + 0.98 * away, y + up, reach) == "x"
+            assert artists.feature_at(x + 1.02 * away, y + up, reach) is None
+    top = y + artists.radius_px
+    assert artists.feature_at(x, top + 0.95 * within, reach) == "x"
+    assert artists.feature_at(x, top + 1.05 * within, reach) is None
