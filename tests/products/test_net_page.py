@@ -12,7 +12,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.contour import ContourSet
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle
+from matplotlib.patches import Circle, Rectangle
 
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.orientation import Line, Plane, normals_to_planes
@@ -439,3 +439,39 @@ def test_what_is_pointed_at_lies_over_what_it_is_pointed_out_of() -> None:
     assert len(beside) >= 4
     for sign in beside:
         assert ring.get_zorder() < sign.get_zorder() < axes.texts[0].get_zorder()
+
+
+def test_lines_that_say_most_are_the_heaviest_and_contours_the_finest() -> None:
+    """In widths of the style's line: contours and the frames of their bar about a half, the rim,
+    its ticks and a fold about one, and the open symbols of means about two."""
+    sets = make_sets({"a": planes(9), "l": ("line", [10.0, 50, 90], [30.0, -20, -60])})
+    net = NetContents(sets, fold=folded(), means=means_of(sets), contour="kamb", circles=True)
+    axes = draw(net, 700, 450).axes
+    unit = STYLE.line_pt
+    (rim,) = [p for p in axes.patches if isinstance(p, Circle) and p.get_edgecolor()[3] > 0]
+    bar = [p for p in axes.patches if isinstance(p, Rectangle)]
+    (contours,) = [c for c in axes.collections if isinstance(c, ContourSet) and not c.filled]
+    lines = [c for c in axes.collections if isinstance(c, LineCollection)]
+    on_net = [x for x in axes.lines if np.hypot(*np.asarray(x.get_xydata())[0]) <= 1.0 + 1e-9]
+    curves = [x for x in on_net if x.get_marker() == "None"]
+    (star,) = [x for x in on_net if x.get_marker() == "*"]
+    means = [x for x in on_net if x.get_markersize() == pytest.approx(2.0 * STYLE.marker_pt)]
+    hollow = [
+        x for x in on_net
+        if x.get_markerfacecolor() == STYLE.net and x not in means and x.get_marker() != "None"
+    ]  # fmt: skip
+    assert bar
+    assert len(curves) >= 2
+    assert len(lines) == 2
+    assert means
+    assert len(hollow) == 1
+    fine = [*(p.get_linewidth() for p in bar), *np.atleast_1d(contours.get_linewidths())]
+    middle = [rim.get_linewidth(), *(x.get_linewidth() for x in curves)]
+    middle += [float(v) for c in lines for v in c.get_linewidths()]
+    middle += [star.get_markeredgewidth(), *(x.get_markeredgewidth() for x in hollow)]
+    for widths, low, high in (
+        (fine, 0.4, 0.7), (middle, 0.9, 1.5), ([x.get_markeredgewidth() for x in means], 1.8, 3.0)
+    ):  # fmt: skip
+        for width in widths:
+            assert low * unit < width < high * unit
+    assert 2.0 < star.get_markersize() / STYLE.marker_pt < 3.0

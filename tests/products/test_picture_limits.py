@@ -10,7 +10,7 @@ from PIL import Image
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
-from vomstudio.products.ortho.cloud_picture import CloudSource
+from vomstudio.products.ortho.cloud_picture import CloudSource, share_facing_away
 from vomstudio.products.ortho.mesh_picture import texel_sizes
 from vomstudio.products.ortho.orthophoto import _Reduced
 from vomstudio.products.ortho.textures import load_pyramid, picture_size
@@ -119,3 +119,18 @@ def test_a_texture_may_be_larger_than_pillow_expects(
     pyramid = load_pyramid(tmp_path / "t.png", 0)
     assert pyramid is not None
     assert pyramid.size == (40, 30)
+
+
+@pytest.mark.parametrize("side", [2, 3, 6])
+def test_of_a_few_places_each_is_asked_once_where_it_faces(side: int) -> None:
+    """Crowds of 25 points on one place each, far apart; every other crowd turns its back."""
+    rng = np.random.default_rng(side)
+    at = 10.0 * np.array([(i, j) for j in range(side) for i in range(side)], float) + 0.37
+    places = np.repeat(at, 25, axis=0) + 1e-6 * rng.uniform(size=(25 * side**2, 2))
+    view = np.column_stack([places, rng.uniform(size=len(places))])
+    away = np.repeat(np.arange(side**2) % 2 == 0, 25)
+    normals = np.column_stack([np.zeros((len(view), 2)), np.where(away, 0.3, -0.3)])
+    up = np.array([0.0, -1.0, 0.0])
+    share, guessed = share_facing_away(PointCloud(view), view, normals, up)
+    assert share == pytest.approx(np.ceil(side**2 / 2) / side**2)
+    assert not guessed

@@ -516,3 +516,24 @@ def test_what_the_photos_model_is_worth_is_said_in_millimetres() -> None:
     ]
     words = in_words([*lengths, *angles])
     assert "for 2 of 3 planes on it, the worst is 3.2 degrees off" in words
+
+
+@pytest.mark.usefixtures("fewer")
+def test_the_outcrop_is_off_the_model_by_the_distance_of_its_next_point() -> None:
+    """Of a square grid half of all places have a point within the side times sqrt(1 / (2 pi)).
+    Cameras that are off by 1, 2, ... 9 mm are off by 5 mm in the median."""
+    side = 0.1
+    x, y = (k.ravel() for k in np.meshgrid(np.arange(0, 8.05, side), np.arange(0, 8.05, side)))
+    cloud = np.column_stack([x, y, np.zeros(len(x))]) + ORIGIN
+    none = SamplePicks((), (), (), (), np.zeros((0, 3)), np.zeros(1, np.int64))
+    truth = SampleTruth({}, Line(0, 0), Line(0, 0), 1.0)
+    true = over()
+    moved = [
+        replace(view, translation=view.translation - 0.001 * (k + 1) * view.rotation[:, 0])
+        for k, view in enumerate(true.views)
+    ]
+    found = replace(true, views=tuple(moved[::-1]))
+    errors = {c.name: c.error for c in check_photos(found, true, cloud, level(), none, truth, 0.02)}
+    wanted = side * math.sqrt(0.5 / math.pi)
+    assert errors["outcrop off the model, median"] == pytest.approx(wanted, rel=0.02)
+    assert errors["camera centres, median"] == pytest.approx(0.005)
