@@ -116,3 +116,26 @@ def test_a_great_circle_is_reached_from_half_as_far_as_a_pole_and_two_pixels_at_
     top = y + artists.radius_px
     assert artists.feature_at(x, top + 0.95 * within, reach) == "x"
     assert artists.feature_at(x, top + 1.05 * within, reach) is None
+
+
+@pytest.mark.parametrize("projection", ["area", "angle"])
+def test_nothing_of_the_contours_lies_outside_the_net(projection: str) -> None:
+    """Steep planes of all directions: their poles are dense along the rim."""
+    turn = np.arange(0.0, 360.0, 6.0)
+    sets = make_sets({"a": ("plane", turn, np.full(60, 88.0))})
+    figure = Figure(figsize=(6, 4), dpi=100)
+    canvas = FigureCanvasAgg(figure)
+    net = NetContents(sets, contour="kamb", projection=projection, poles=False)
+    artists = draw_stereonet(figure, net, NetStyle.dock())
+    canvas.draw()
+    picture = np.asarray(canvas.buffer_rgba())[::-1]
+    y, x = np.mgrid[: picture.shape[0], : picture.shape[1]] + 0.5
+    cx, cy = artists.centre_px
+    away = np.hypot(x - cx, y - cy) / artists.radius_px
+    outside = (away > 1.1) & (np.abs(x - cx) < 1.02 * artists.radius_px)
+    for x0, y0, x1, y1 in artists.text_boxes:
+        outside &= (x < x0 - 3) | (x > x1 + 3) | (y < y0 - 3) | (y > y1 + 3)
+    assert outside.sum() > 1000
+    assert (picture[outside] == 255).all()
+    near = (away > 0.9) & (away < 0.98)
+    assert (picture[near][:, :3] < 250).any(axis=1).mean() > 0.8
