@@ -466,6 +466,8 @@ def test_lines_that_say_most_are_the_heaviest_and_contours_the_finest() -> None:
     assert means
     assert len(hollow) == 1
     fine = [*(p.get_linewidth() for p in bar), *np.atleast_1d(contours.get_linewidths())]
+    (sign,) = [x for x in axes.lines if x.get_marker() == "*" and x is not star]
+    fine.append(sign.get_markeredgewidth())
     middle = [rim.get_linewidth(), *(x.get_linewidth() for x in curves)]
     middle += [float(v) for c in lines for v in c.get_linewidths()]
     middle += [star.get_markeredgewidth(), *(x.get_markeredgewidth() for x in hollow)]
