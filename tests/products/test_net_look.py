@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import to_rgb
+from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.markers import MarkerStyle
 from PIL import Image
@@ -17,7 +17,7 @@ from shapely.geometry import Polygon
 from tests.products.test_net_parts import BEDS, DEEP, contrast
 from vomstudio.products.net.contents import MARKERS, NetContents, make_sets
 from vomstudio.products.net.figure import PRINT_SIZE_MM, draw_stereonet, write_stereonet
-from vomstudio.products.net.style import PRINT, SYMBOL_SIZES, NetStyle
+from vomstudio.products.net.style import PRINT, SYMBOL_SIZES, NetStyle, _contrast
 
 
 @pytest.mark.parametrize("marker", sorted({*MARKERS, *SYMBOL_SIZES}))
@@ -139,3 +139,13 @@ def test_nothing_of_the_contours_lies_outside_the_net(projection: str) -> None:
     assert (picture[outside] == 255).all()
     near = (away > 0.9) & (away < 0.98)
     assert (picture[near][:, :3] < 250).any(axis=1).mean() > 0.8
+
+
+def test_contrast_is_that_of_the_web_content_guidelines() -> None:
+    """Of any two colours, deep blue ones too."""
+    rng = np.random.default_rng(0)
+    for a, b in zip(rng.uniform(size=(60, 3)), rng.uniform(size=(60, 3)), strict=True):
+        one, other = to_hex(a), to_hex(b * [0.02, 0.02, 1.0])
+        assert _contrast(one, other) == pytest.approx(contrast(one, other))
+    assert _contrast("#0000ff", "#ffffff") == pytest.approx(8.592, abs=1e-3)
+    assert _contrast("#000000", "#ffffff") == pytest.approx(21.0)
