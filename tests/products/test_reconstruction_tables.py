@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.quiver import Quiver
@@ -218,3 +219,54 @@ def test_the_drawing_shows_cameras_and_points_from_above_and_from_the_south(
             (arrows,) = [c for c in axes.collections if isinstance(c, Quiver)]
             assert np.asarray(arrows.XY) == pytest.approx(at[:, [i, j]])
             assert np.column_stack([arrows.U, arrows.V]) == pytest.approx(looks[:, [i, j]])
+
+
+def test_the_drawing_is_as_wide_as_the_page_and_can_be_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Shrunk to the page's column its words would be too small; a narrow one leaves white beside
+    it. Arrows and dots are seen, and hide little of what is under them."""
+    figures: list[Figure] = []
+    monkeypatch.setattr(
+        FigureCanvasSVG, "print_svg", lambda canvas, _: figures.append(canvas.figure)
+    )
+    rng = np.random.default_rng(0)
+    drawing = {name: rng.normal(size=(30, 3)).tolist() for name in ("points", "at", "looks")}
+    write_report(tmp_path / "r.html", found(drawing=drawing))
+    (figure,) = figures
+    FigureCanvasAgg(figure)
+    html = (tmp_path / "r.html").read_text("utf-8")
+    ((letter, column),) = re.findall(r"body { font: (\d+)px.*?max-width: (\d+)em", html)
+    css_px = 96.0
+    width = figure.get_size_inches()[0] * css_px
+    assert 0.9 < width / (float(letter) * float(column)) <= 1.0
+    figure.draw_without_rendering()
+    for axes in figure.axes:
+        box = axes.get_window_extent()
+        assert 1.0 < box.width / box.height < 1.5
+        words = [axes.title, axes.xaxis.label, axes.yaxis.label, *axes.get_xticklabels()]
+        for text in words:
+            assert 0.8 * float(letter) < text.get_fontsize() / 72.0 * css_px < 1.2 * float(letter)
+        mm = 25.4 * box.width / figure.dpi
+        (arrows,) = [c for c in axes.collections if isinstance(c, Quiver)]
+        assert 0.3 < float(arrows.width) * mm < 0.6
+        assert arrows.scale is not None
+        assert 4.0 < mm / arrows.scale < 8.0
+        dots = axes.lines[-1].get_markersize() * 25.4 / 72.0
+        assert 0.8 < dots < 1.6
+    boxes = [axes.get_tightbbox() for axes in figure.axes]
+    assert boxes[0] is not None
+    assert boxes[1] is not None
+    assert not boxes[0].overlaps(boxes[1])
+
+
+def test_a_page_does_not_grow_with_the_number_of_tie_points(tmp_path: Path) -> None:
+    """They are thousands; in the drawing they are a picture, and not a mark each."""
+    rng = np.random.default_rng(0)
+    at = {"at": [[1.0, 2.0, 3.0]], "looks": [[0, 1, 0]]}
+    sizes = []
+    for n in (500, 20_000):
+        drawing = {"points": rng.normal(size=(n, 3)).tolist(), **at}
+        write_report(tmp_path / "r.html", found(drawing=drawing))
+        sizes.append((tmp_path / "r.html").stat().st_size)
+    assert sizes[1] < sizes[0] + 100_000

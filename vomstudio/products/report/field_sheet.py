@@ -60,20 +60,21 @@ def draw_field_sheet(plan: SurveyPlan, *, pictures_only: bool = False) -> Figure
     """A4, upright; or only its two drawings."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(8.27, 6.0 if pictures_only else 11.69))
-    bottom, top = (0.06, 0.96) if pictures_only else (0.28, 0.74)
-    middle = (bottom + top) / 2
-    front = figure.add_axes((0.09, middle + 0.035, 0.86, top - middle - 0.05))
-    above = figure.add_axes((0.09, bottom + 0.02, 0.86, middle - bottom - 0.06))
-    _draw(front, plan, above=False)
-    _draw(above, plan, above=True)
+    height = 6.0 if pictures_only else 11.69
+    figure = Figure(figsize=(8.27, height))
+    bottom, top = (0.08, 0.94) if pictures_only else (0.325, 0.785)
+    # Half an inch between them, for the numbers of the upper one.
+    tall = (top - bottom - 0.5 / height) / 2
+    for low, above in ((top - tall, False), (bottom, True)):
+        # Printers leave some 5 mm of the paper white.
+        _draw(figure.add_axes((0.11, low, 0.85, tall)), plan, above=above)
     if not pictures_only:
-        _text(figure, "Photo survey: field sheet", 0.965, 15, weight="bold")
+        _text(figure, "Photo survey: field sheet", 0.965, 15.0, weight="bold")
         for i, (name, value) in enumerate(figures(plan)):
             x, y = 0.07 + 0.46 * (i % 2), 0.935 - 0.0195 * (i // 2)
-            figure.text(x, y, name, fontsize=9, color="#606060", va="top")
-            figure.text(x + 0.15, y, value, fontsize=9, color=INK, va="top")
-        y = 0.255
+            figure.text(x, y, name, fontsize=9.0, color="#606060", va="top")
+            figure.text(x + 0.15, y, value, fontsize=9.0, color=INK, va="top")
+        y = 0.28
         for line in _reminders(plan):
             for k, part in enumerate(_wrapped(line, 112)):
                 figure.text(0.07 if k == 0 else 0.09, y, part, fontsize=8.5, color=INK, va="top")
@@ -89,7 +90,7 @@ def _draw(axes: Axes, plan: SurveyPlan, *, above: bool) -> None:
     depth = 0.02 * plan.distance_m if above else plan.height_m
     low = -depth if above else 0.0
     axes.add_patch(
-        Rectangle((0.0, low), plan.width_m, depth, facecolor=FACE, edgecolor=INK, linewidth=1)
+        Rectangle((0.0, low), plan.width_m, depth, facecolor=FACE, edgecolor=INK, linewidth=1.0)
     )
     for kind, color, mark in (
         ("perpendicular", PERPENDICULAR, "o"),
@@ -101,7 +102,7 @@ def _draw(axes: Axes, plan: SurveyPlan, *, above: bool) -> None:
         x = [s.along_m for s in some]
         y = [(s.away_m if above else s.up_m) for s in some]
         label = f"{kind}: {len(some)}"
-        axes.plot(x, y, mark, color=color, markersize=4, label=label, linestyle="none")
+        axes.plot(x, y, mark, color=color, markersize=4.0, label=label, linestyle="none")
         if len(some) <= 400:
             scale = 0.12
             dx = [scale * (s.target_along_m - s.along_m) for s in some]
@@ -110,17 +111,18 @@ def _draw(axes: Axes, plan: SurveyPlan, *, above: bool) -> None:
                 x, y, dx, dy, angles="xy", scale_units="xy", scale=1, color=color, width=0.0018
             )
     if not above:
+        square: dict[str, Any] = {
+            "marker": "s", "color": CONTROL, "markersize": 5.0, "linestyle": "none"
+        }  # fmt: skip
         for point in plan.control_points:
             filled = "full" if point.use == "control" else "none"
-            axes.plot(
-                [point.along_m], [point.up_m], "s", color=CONTROL, fillstyle=filled, markersize=5
-            )
+            axes.plot([point.along_m], [point.up_m], fillstyle=filled, **square)
             axes.annotate(
                 point.label,
                 (point.along_m, point.up_m),
-                xytext=(4, 4),
-                textcoords="offset points",
-                fontsize=7,
+                xytext=(0.5, 0.5),
+                textcoords="offset fontsize",
+                fontsize=7.0,
                 color=CONTROL,
             )
         first = plan.of_kind("perpendicular")[0]
@@ -136,12 +138,10 @@ def _draw(axes: Axes, plan: SurveyPlan, *, above: bool) -> None:
                 linewidth=0.8,
             )
         )
-        axes.plot([], [], "s", color=CONTROL, label="control point", linestyle="none")
-        axes.plot(
-            [], [], "s", color=CONTROL, fillstyle="none", label="check point", linestyle="none"
-        )
+        axes.plot([], [], label="control point", **square)
+        axes.plot([], [], fillstyle="none", label="check point", **square)
         axes.legend(
-            fontsize=7, loc="upper center", bbox_to_anchor=(0.5, 1.22), ncols=4, frameon=False
+            fontsize=7.0, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False
         )
     axes.set_aspect("equal", adjustable="datalim")
     flat = plan.manner == "terrain"
@@ -151,10 +151,10 @@ def _draw(axes: Axes, plan: SurveyPlan, *, above: bool) -> None:
     view = ("from the side" if flat else "from above") if above else (
         "from above" if flat else "as you face it"
     )  # fmt: skip
-    axes.set_ylabel(f"{upward}, m\n({view})", fontsize=8)
+    axes.set_ylabel(f"{upward}, m\n({view})", fontsize=8.0)
     if above:
-        axes.set_xlabel("along the outcrop from its left end, m", fontsize=8)
-    axes.tick_params(labelsize=7)
+        axes.set_xlabel("along the outcrop from its left end, m", fontsize=8.0)
+    axes.tick_params(labelsize=7.0)
     axes.margins(0.04)
 
 
