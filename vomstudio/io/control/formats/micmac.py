@@ -40,7 +40,11 @@ def points_of(path: Path) -> list[ControlPoint]:
     labels = Once(path)
     for each in found:
         label = words(path, each, "NamePt")
-        said = f"'{label}' is in line {{line}} too; give each point its own name"
+        said = tr(
+            "The label '{label}' is also in line {line}. Give each point its own name.",
+            label=label,
+            line="{line}",
+        )
         labels.add(label, each, said, "NamePt")
         x, y, z = numbers(path, each.find("Pt"), words(path, each, "Pt"), 3)
         points.append(ControlPoint(label, (x, y, z), _sigma(path, each)))
