@@ -18,7 +18,7 @@ import numpy.typing as npt
 from vomstudio.errors import UsageError
 from vomstudio.survey.photo_limits import ground_sampling_distance, gsd_for_plane, smallest_plane
 from vomstudio.survey.plan_camera import PlanCamera
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
 Manner = Literal["handheld", "drone", "terrain"]
@@ -189,13 +189,15 @@ def plan_survey(
     manner: Manner = "handheld",
     f_number: float = 8.0,
 ) -> SurveyPlan:
-    """width_m, height_m : of the outcrop (or of the ground, for manner "terrain").
+    """Stations, control points and figures of a survey.
+
+    width_m, height_m : of the outcrop (or of the ground, for manner "terrain").
 
     One of `distance_m`, `gsd_m` (the wanted size of a pixel) and `plane_m` (across the smallest
     plane to be measured) must be given. With several, the distance counts, and a warning tells
     where it is too far for the others, of which the finer counts. Raises UsageError.
     """
-    _require_sound(
+    _check_input(
         overlap,
         {
             "--width": width_m,
@@ -213,20 +215,28 @@ def plan_survey(
         if gsd_m is None:
             raise UsageError(
                 tr(
-                    "say how far the camera will be, or how large a pixel may be: --distance M "
-                    "or --gsd M; or the smallest plane to be measured: --plane M."
+                    "Give the distance of the camera (--distance M), the size of a pixel on the "
+                    "rock (--gsd M) or the extent of the smallest plane to be measured (--plane M)."
                 )
             )
         distance_m = distance_for(camera, gsd_m)
     if distance_m * 1000.0 <= 2.0 * camera.focal_mm:
-        raise UsageError(tr("this is closer than a lens can focus."), field="--distance")
+        raise UsageError(
+            tr("This distance is too short for the lens to focus."), field="--distance"
+        )
     gsd = ground_sampling_distance(
         camera.sensor_width_mm, camera.focal_mm, distance_m, camera.width_px
     )
     if gsd_m is not None and gsd > gsd_m * (1.0 + 1e-9):
         warnings.append(
-            f"at {distance_m:g} m a pixel covers {1000 * gsd:.3g} mm; for {1000 * gsd_m:.3g} mm go "
-            f"to {distance_for(camera, gsd_m):.3g} m"
+            tr(
+                "At {distance:g} m a pixel covers {gsd:.3g} mm. For {wanted:.3g} mm go to "
+                "{closer:.3g} m.",
+                distance=distance_m,
+                gsd=1000 * gsd,
+                wanted=1000 * gsd_m,
+                closer=distance_for(camera, gsd_m),
+            )
         )
     footprint = gsd * camera.width_px, gsd * camera.height_px
     spacing = (1.0 - overlap) * footprint[0], (1.0 - overlap) * footprint[1]
@@ -234,15 +244,17 @@ def plan_survey(
     if expected > _MOST_PHOTOS:
         raise UsageError(
             tr(
-                "this would take some {expected:,.0f} photos; go farther away, or plan a "
-                "part of it.",
-                expected=expected,
+                "This survey would take about {count:,.0f} photos. Increase the distance, or plan "
+                "a part of the outcrop.",
+                count=expected,
             )
         )
     stations, least, middle = _stations(
         camera, distance_m, width_m, height_m, footprint, spacing, manner
     )
-    sharp = depth_of_field(camera.focal_mm, f_number, distance_m, _BLUR_PIXELS * camera.pitch_mm)
+    sharp = depth_of_field(
+        camera.focal_mm, f_number, distance_m, _BLUR_PIXELS * camera.pixel_pitch_mm
+    )
     warnings += _warnings(manner, stations, distance_m, width_m, height_m, footprint, least)
     return SurveyPlan(
         camera,
@@ -264,14 +276,14 @@ def plan_survey(
     )
 
 
-def _require_sound(overlap: float, lengths: Mapping[str, float | None]) -> None:
+def _check_input(overlap: float, lengths: Mapping[str, float | None]) -> None:
     """Raises UsageError with the name of what is wrong."""
     for name, value in lengths.items():
         if value is not None and not 0 < value < 1e6:
-            raise UsageError(tr("must be a positive number."), field=name)
+            raise UsageError(tr("This must be a positive number."), field=name)
     if not LEAST_OVERLAP <= overlap <= MOST_OVERLAP:
         raise UsageError(
-            tr("neighbouring photos should overlap by 60 to 80 %: give 0.6 to 0.8."),
+            tr("Neighbouring photos should overlap by 60 to 80 %. Give 0.6 to 0.8."),
             field="--overlap",
         )
 
@@ -292,18 +304,18 @@ def _stations(
     if manner != "handheld":
         ways.append((1, spacing[1]))
     for beyond, margin in ways:
-        rows = _even(height, footprint[1], spacing[1], margin)
+        rows = _row_heights(height, footprint[1], spacing[1], margin)
         along = [i * width / columns for i in range(-beyond, columns + 1 + beyond)]
         aimed = [(u, v, 0.0, 0.0) for v in rows for u in along]
         aimed += _obliques(rows, width, footprint, manner)
-        stations = tuple(_aimed(n, *target, distance) for n, target in enumerate(aimed, 1))
+        stations = tuple(_station_at(n, *target, distance) for n, target in enumerate(aimed, 1))
         views = _views(camera, stations, width, height)
         if views.min() >= WANTED_VIEWS:
             break
     return stations, int(views.min()), float(np.median(views))
 
 
-def _even(extent: float, seen: float, spacing: float, margin: float) -> list[float]:
+def _row_heights(extent: float, seen: float, spacing: float, margin: float) -> list[float]:
     """Heights of rows whose pictures cover the extent and a margin on either side; one row where a
     single picture does."""
     free = extent + 2.0 * margin - seen
@@ -330,7 +342,7 @@ def _obliques(
     return found
 
 
-def _aimed(
+def _station_at(
     number: int, u: float, v: float, turn_deg: float, tilt_deg: float, distance: float
 ) -> Station:
     """A camera at `distance` from its target, looking at it with this turn and tilt."""
@@ -399,18 +411,37 @@ def _warnings(
     highest = max(station.up_m for station in stations)
     if manner == "handheld" and highest > _REACH_M:
         one_row = distance * height / footprint[1]
-        found.append(
-            f"the upper rows are up to {highest:.1f} m above the foot: use a drone or a pole, or "
-            f"stand {one_row:.0f} m away, where one row shows all of it"
-            if one_row > distance * (1.0 + 1e-9)
-            else f"the row is {highest:.1f} m above the foot: use a drone or a pole; photos that "
-            "look up from the ground do not show what lies on ledges"
-        )
+        if one_row > distance * (1.0 + 1e-9):
+            found.append(
+                tr(
+                    "The upper rows are up to {height:.1f} m above the foot of the outcrop. Use a "
+                    "drone or a pole, or stand {distance:.0f} m away, where one row covers all of "
+                    "it.",
+                    height=highest,
+                    distance=one_row,
+                )
+            )
+        else:
+            found.append(
+                tr(
+                    "The row is {height:.1f} m above the foot of the outcrop. Use a drone or a "
+                    "pole: photos taken upwards from the ground do not show the tops of ledges.",
+                    height=highest,
+                )
+            )
     if min(width, height) < 0.2 * max(width, height):
         found.append(
-            "the outcrop is a narrow strip: control points on it lie nearly in one line; put some "
-            "before or beside it, and take photos of those too"
+            tr(
+                "The outcrop is a narrow strip, so that control points on it are nearly in one "
+                "line. Put some in front of it or beside it, and photograph those too."
+            )
         )
     if least < WANTED_VIEWS:
-        found.append(f"some places near the border are seen by only {least} photos; add some there")
+        found.append(
+            tr_n(
+                "Some places near the border are seen by only {count} photo. Add some there.",
+                "Some places near the border are seen by only {count} photos. Add some there.",
+                least,
+            )
+        )
     return found
