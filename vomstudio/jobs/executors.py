@@ -12,7 +12,7 @@ from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from typing import Any, TypeVar
 
 from vomstudio.errors import UsageError, WorkerError
-from vomstudio.photogrammetry.base.memory import at_once
+from vomstudio.photogrammetry.base.memory import workers_at_once
 from vomstudio.progress import Executor, Inline, Progress
 from vomstudio.words import tr
 
@@ -43,7 +43,7 @@ class Threads:
     ) -> Iterator[tuple[int, Result]]:
         done = 0
         progress.step(0)
-        count = at_once(needed, self._count)
+        count = workers_at_once(needed, self._count)
         pool = ThreadPoolExecutor(count)
         try:
             numbered = enumerate(items)

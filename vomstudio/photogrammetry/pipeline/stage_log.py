@@ -1,4 +1,4 @@
-"""What happened when, for the log and the report."""
+"""Log of the stages of a reconstruction, and notes for its report."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from vomstudio.progress import Progress
 
 
-class Diary:
+class StageLog:
     """Writes `log.txt`, line by line, and passes progress on. `notes` are what the user is told at
     the end."""
 
