@@ -37,7 +37,7 @@ def stopped(run: Run, how: str) -> None:
     if how == "worker":
         said = refused(run.kill_worker(), 1)
         assert "killed by the system" in said
-        assert "what is finished is kept" in said
+        assert "Finished results are kept" in said
     elif how == "program":
         run.kill()
     else:

@@ -1,4 +1,4 @@
-"""What a worker tells its supervisor: one JSON object per line."""
+"""Events that a worker sends to its supervisor: one JSON object per line."""
 
 from __future__ import annotations
 

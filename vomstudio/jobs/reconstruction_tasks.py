@@ -1,4 +1,4 @@
-"""A model of photos, made in a worker."""
+"""The job that makes a model of photos."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.place.component_joining import JoinReport, join_components, merged
 from vomstudio.photogrammetry.place.control import place_by_control
 from vomstudio.photogrammetry.place.ground_adjustment import bundle_adjust
-from vomstudio.photogrammetry.place.mark_observations import sightings
+from vomstudio.photogrammetry.place.mark_observations import marks_by_point
 from vomstudio.registration.similarity import Similarity, fit_similarity
 
 MARKERS = {
@@ -122,7 +122,7 @@ def test_rays_of_the_markers_meet_better_than_after_the_similarity_alone(wall: W
     rough = merged(wall.parts[0], wall.parts[1], fit)
 
     def miss(scene: SparseScene) -> float:
-        found, _ = sightings(scene, few)
+        found, _ = marks_by_point(scene, few)
         misses = [
             scene.views[row].project(sighting.place(scene))[0] - pixel
             for sighting in found.values()
@@ -135,7 +135,7 @@ def test_rays_of_the_markers_meet_better_than_after_the_similarity_alone(wall: W
 
 
 def placed(scene: SparseScene, marks: list[Mark]) -> dict[str, np.ndarray]:
-    return {label: s.place(scene) for label, s in sightings(scene, marks)[0].items()}
+    return {label: s.place(scene) for label, s in marks_by_point(scene, marks)[0].items()}
 
 
 def test_a_wrong_mark_is_left_out_and_named() -> None:
