@@ -361,7 +361,8 @@ def test_a_model_off_by_so_much_is_said_to_be() -> None:
     words = in_words(checks)
     assert "is 12 mm off the outcrop, and its cameras are 7 mm off" in words
     held = int(bool(plane.within))
-    assert f"for {held} of 1 planes on it, the worst is {plane.error:.1f} degrees off" in words
+    assert f"for {held} of 1 planes on the model" in words
+    assert f"the largest error is {plane.error:.1f} degrees" in words
     # Only cameras with a name in common are compared.
     moved = over(0.007)
     renamed = replace(moved, views=(replace(moved.views[0], name="other.jpg"), *moved.views[1:]))
@@ -405,5 +406,5 @@ def test_a_sample_is_checked_plane_by_plane_and_then_for_its_fold_its_fault_and_
     slip = slip_check(found.fits, [(2, 1)], [3, 4], found.beta.beta, 3.0)
     assert found.checks[-1].measured == pytest.approx(slip.measured)
     bad = picks([*groups[:5], np.zeros((4, 3))], rows)
-    with pytest.raises(GeometryError, match="pick j: all points are at the same place"):
+    with pytest.raises(GeometryError, match="The pick j has no plane"):
         check_sample(bad, SampleTruth(planes, Line(0, 0), meets, 3.0))
