@@ -98,10 +98,10 @@ def of_pairs(seen: SurveyMeasurements, best: Sequence[float], limits: Limits) ->
                 "warning",
                 thin,
                 tr(
-                    "These photos overlap their best neighbour by {overlap:.0%} or less: {photos}. "
-                    "60 % or more is required.",
+                    "These photos overlap their best neighbour by {overlap:.0f} % or less: "
+                    "{photos}. 60 % or more is required.",
                     photos=named(thin),
-                    overlap=most,
+                    overlap=100 * most,
                 ),
                 most,
             )

@@ -307,7 +307,7 @@ def _add_verdict(report: FrameReport, fps: float) -> None:
             )
         )
     if blurred > 0.5:
-        reasons.append(tr("{share:.0%} of the video is blurred.", share=blurred))
+        reasons.append(tr("{share:.0f} % of the video is blurred.", share=100 * blurred))
     if taken and len(report.gaps) > 0.3 * taken:
         reasons.append(
             tr(
@@ -333,7 +333,7 @@ def _add_verdict(report: FrameReport, fps: float) -> None:
         )
     if 0 < blurred <= 0.5 and blurred > 0.2:
         report.warnings.append(
-            tr("{share:.0%} of the video is blurred. Move more slowly.", share=blurred)
+            tr("{share:.0f} % of the video is blurred. Move more slowly.", share=100 * blurred)
         )
     if still > 0.3 * max(moments, 1):
         report.warnings.append(tr("The camera stood still for much of the video. Keep moving."))

@@ -291,10 +291,10 @@ def _of_points(scene: SparseScene, views: Array, overlap: Array, limits: Limits)
                     "warning",
                     thin,
                     tr(
-                        "These photos overlap their best neighbour by {overlap:.0%} or less: "
+                        "These photos overlap their best neighbour by {overlap:.0f} % or less: "
                         "{photos}. 60 % or more is required.",
                         photos=named(thin),
-                        overlap=float(best[best < limits.overlap].max()),
+                        overlap=100 * float(best[best < limits.overlap].max()),
                     ),
                     float(best.min()),
                 )

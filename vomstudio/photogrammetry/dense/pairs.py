@@ -119,7 +119,9 @@ def choose_pairs(scene: SparseScene, *, count: int = SOURCES, method: str | None
             continue
         candidates = _candidates(scene, row, shared[row], seen, centres)
         if not candidates:
-            left_out.append(f"{view.name}: no other photo shares enough of what it shows")
+            left_out.append(
+                tr("{photo} has no depth map: no other photo overlaps it enough.", photo=view.name)
+            )
             continue
         near, far = _range(depths)
         chosen = _spread(candidates, count)

@@ -283,18 +283,18 @@ def _report(
     if unseen > 0.05:
         warnings.append(
             tr(
-                "{share:.0%} of the surface is in no photo and has interpolated colours.",
-                share=unseen,
+                "{share:.0f} % of the surface is in no photo and has interpolated colours.",
+                share=100 * unseen,
             )
         )
     for name, share in zip(names, out, strict=True):
         if share > 0.3:
             warnings.append(
                 tr(
-                    "{photo} was left out over {share:.0%} of what it sees, since the other photos "
-                    "show something else there.",
+                    "{photo} was left out over {share:.0f} % of what it sees, since the other "
+                    "photos show something else there.",
                     photo=name,
-                    share=share,
+                    share=100 * share,
                 )
             )
     return TextureReport(
