@@ -41,6 +41,7 @@ class Threads:
         progress: Progress,
         needed: int = 0,
     ) -> Iterator[tuple[int, Result]]:
+        """See `Executor`."""
         done = 0
         progress.step(0)
         count = workers_at_once(needed, self._count)
@@ -67,7 +68,7 @@ class Threads:
             pool.shutdown(wait=False, cancel_futures=True)
 
     def close(self) -> None:
-        pass
+        """Nothing is held."""
 
 
 class Cluster:
@@ -119,6 +120,8 @@ class Cluster:
         progress: Progress,
         needed: int = 0,
     ) -> Iterator[tuple[int, Result]]:
+        """See `Executor`. Raises WorkerError where the cluster loses its workers or the same
+        part again and again."""
         import distributed
 
         lost = (distributed.KilledWorker, distributed.CancelledError)
@@ -199,6 +202,7 @@ class Cluster:
             return 0
 
     def close(self) -> None:
+        """Leave the scheduler."""
         self._client.close()
 
 

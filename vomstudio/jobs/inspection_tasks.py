@@ -15,6 +15,8 @@ from vomstudio.progress import Progress
 
 @dataclass(frozen=True)
 class AlignmentIn:
+    """out : the reconstruction's folder"""
+
     out: Path
 
 

@@ -146,6 +146,8 @@ class ModelCopy:
 
 @dataclass(frozen=True)
 class CopiedModel:
+    """path : of the copy"""
+
     path: Path
 
 
@@ -174,6 +176,8 @@ class ModelExport:
 
 @dataclass(frozen=True)
 class ExportedModel:
+    """warnings : sentences on what the format cannot hold"""
+
     warnings: tuple[str, ...]
 
 

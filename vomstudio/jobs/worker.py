@@ -42,6 +42,7 @@ class _Reporter:
 
 
 def main() -> int:
+    """Serve jobs until stdin ends; the exit status."""
     # Ctrl+C in the terminal reaches every process: the window decides what it ends.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _end_with_supervisor()

@@ -37,6 +37,7 @@ class Similarity:
 
     @property
     def inverse(self) -> Similarity:
+        """From the target back to the source."""
         back = self.rotation.T
         return Similarity(1 / self.scale, back, -(back @ self.translation) / self.scale)
 

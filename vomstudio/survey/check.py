@@ -1,4 +1,4 @@
-"""What a set of photos is worth, before anything is aligned (textbook 2.4 and 3.2).
+"""Survey check of a set of photos before the alignment (textbook 2.4 and 3.2).
 
 Every rule names its number and its source. Limits lean to the side of silence: a finding that is
 wrong costs the trust in those that are right.
@@ -44,15 +44,14 @@ def measure_folder(folder: PhotoFolder, progress: Progress | None = None) -> Sur
     progress = progress or Silent()
     photos = tuple(folder.photos)
     progress.stage(tr("Measuring photo quality"), len(photos))
-    looks, features = [], []
+    quality, features = [], []
     for done, photo in enumerate(photos):
         progress.step(done)
-        look = measure_quality(photo)
-        looks.append(look)
-        features.append(None if look.error else features_of(photo))
+        quality.append(measure_quality(photo))
+        features.append(None if quality[-1].error else features_of(photo))
     progress.step(len(photos))
     pairs = compare_photos(features, metres_from_gps(photos), progress)
-    return SurveyMeasurements(photos, tuple(looks), tuple(features), pairs)
+    return SurveyMeasurements(photos, tuple(quality), tuple(features), pairs)
 
 
 def check_photos(
@@ -215,6 +214,11 @@ def _of_the_folder(folder: PhotoFolder, seen: SurveyMeasurements, limits: Limits
                 len(unknown),
             )
         )
+    return found + _of_cameras(folder)
+
+
+def _of_cameras(folder: PhotoFolder) -> list[Finding]:
+    """More than one camera or setting, and photos that a program turned."""
     settings = folder.cameras()
     if len(settings) > 1:
         sizes = ", ".join(_camera_group(group) for group in list(settings.values())[:4])
@@ -234,8 +238,8 @@ def _of_the_folder(folder: PhotoFolder, seen: SurveyMeasurements, limits: Limits
                 "Some photos were turned by a program. Use the photos as the camera stored them, "
                 "so that they share one calibration."
             )
-        found.append(Finding("several-cameras", "info", (), text, len(settings)))
-    return found
+        return [Finding("several-cameras", "info", (), text, len(settings))]
+    return []
 
 
 def _camera_group(group: Sequence[Photo]) -> str:

@@ -58,6 +58,7 @@ class Features:
 
     @property
     def matrix(self) -> Array | None:
+        """(3, 3) calibration matrix in these units; None without a focal length."""
         if self.focal is None:
             return None
         return np.array(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -192,6 +193,12 @@ def _of_light(seen: SurveyMeasurements, limits: Limits) -> list[Finding]:
                     worst,
                 )
             )
+    return found + _of_time(photos, limits)
+
+
+def _of_time(photos: Sequence[Photo], limits: Limits) -> list[Finding]:
+    """Light that changed, by metered exposures and by the time of day."""
+    found = []
     exposures = [p.exposure_value for p in photos if p.exposure_value is not None]
     if len(exposures) >= 3:
         spread = float(np.quantile(exposures, 0.95) - np.quantile(exposures, 0.05))

@@ -76,6 +76,8 @@ class Station:
 
 @dataclass(frozen=True)
 class ControlPoint:
+    """A point to be laid out and surveyed, in the frame of the outcrop."""
+
     label: str
     use: Literal["control", "check"]
     along_m: float
@@ -115,6 +117,7 @@ class SurveyPlan:
 
     @property
     def smallest_plane_m(self) -> float:
+        """Extent of the smallest plane that can be measured."""
         return smallest_plane(self.gsd_m)
 
     @property
@@ -123,6 +126,7 @@ class SurveyPlan:
         return _TARGET_PIXELS * self.gsd_m
 
     def of_kind(self, kind: str) -> list[Station]:
+        """Stations that are "perpendicular" or "oblique"."""
         return [station for station in self.stations if station.kind == kind]
 
     def as_dict(self) -> dict[str, Any]:
@@ -209,35 +213,8 @@ def plan_survey(
         },
     )
     warnings: list[str] = []
-    if plane_m is not None:
-        gsd_m = min(gsd_m or math.inf, gsd_for_plane(plane_m))
-    if distance_m is None:
-        if gsd_m is None:
-            raise UsageError(
-                tr(
-                    "Give the distance of the camera (--distance M), the size of a pixel on the "
-                    "rock (--gsd M) or the extent of the smallest plane to be measured (--plane M)."
-                )
-            )
-        distance_m = distance_for(camera, gsd_m)
-    if distance_m * 1000.0 <= 2.0 * camera.focal_mm:
-        raise UsageError(
-            tr("This distance is too short for the lens to focus."), field="--distance"
-        )
-    gsd = ground_sampling_distance(
-        camera.sensor_width_mm, camera.focal_mm, distance_m, camera.width_px
-    )
-    if gsd_m is not None and gsd > gsd_m * (1.0 + 1e-9):
-        warnings.append(
-            tr(
-                "At {distance:g} m a pixel covers {gsd:.3g} mm. For {wanted:.3g} mm go to "
-                "{closer:.3g} m.",
-                distance=distance_m,
-                gsd=1000 * gsd,
-                wanted=1000 * gsd_m,
-                closer=distance_for(camera, gsd_m),
-            )
-        )
+    distance_m, gsd, too_far = _distance(camera, distance_m, gsd_m, plane_m)
+    warnings += too_far
     footprint = gsd * camera.width_px, gsd * camera.height_px
     spacing = (1.0 - overlap) * footprint[0], (1.0 - overlap) * footprint[1]
     expected = (width_m / spacing[0] + 2.0) * (height_m / spacing[1] + 1.0) * 2.0
@@ -274,6 +251,44 @@ def plan_survey(
         middle,
         tuple(warnings),
     )
+
+
+def _distance(
+    camera: PlanCamera, distance_m: float | None, gsd_m: float | None, plane_m: float | None
+) -> tuple[float, float, list[str]]:
+    """(distance, pixel size on the rock, a warning where that is too large), metres. Raises
+    UsageError where none is given, or the lens cannot focus there."""
+    warnings = []
+    if plane_m is not None:
+        gsd_m = min(gsd_m or math.inf, gsd_for_plane(plane_m))
+    if distance_m is None:
+        if gsd_m is None:
+            raise UsageError(
+                tr(
+                    "Give the distance of the camera (--distance M), the size of a pixel on the "
+                    "rock (--gsd M) or the extent of the smallest plane to be measured (--plane M)."
+                )
+            )
+        distance_m = distance_for(camera, gsd_m)
+    if distance_m * 1000.0 <= 2.0 * camera.focal_mm:
+        raise UsageError(
+            tr("This distance is too short for the lens to focus."), field="--distance"
+        )
+    gsd = ground_sampling_distance(
+        camera.sensor_width_mm, camera.focal_mm, distance_m, camera.width_px
+    )
+    if gsd_m is not None and gsd > gsd_m * (1.0 + 1e-9):
+        warnings.append(
+            tr(
+                "At {distance:g} m a pixel covers {gsd:.3g} mm. For {wanted:.3g} mm go to "
+                "{closer:.3g} m.",
+                distance=distance_m,
+                gsd=1000 * gsd,
+                wanted=1000 * gsd_m,
+                closer=distance_for(camera, gsd_m),
+            )
+        )
+    return distance_m, gsd, warnings
 
 
 def _check_input(overlap: float, lengths: Mapping[str, float | None]) -> None:

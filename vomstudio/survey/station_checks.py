@@ -43,7 +43,6 @@ def of_pairs(seen: SurveyMeasurements, best: Sequence[float], limits: Limits) ->
         return []
     found = []
     parts = pairs.components(count)
-    lonely = tuple(photos[g[0]].name for g in parts if len(g) == 1)
     larger = [g for g in parts if len(g) > 1]
     if not larger:
         return [
@@ -58,37 +57,7 @@ def of_pairs(seen: SurveyMeasurements, best: Sequence[float], limits: Limits) ->
                 0,
             )
         ]
-    if lonely:
-        found.append(
-            Finding(
-                "unmatched",
-                "warning",
-                lonely,
-                tr(
-                    "These photos match no other photo: {photos}. They overlap too little, are "
-                    "blurred, or show something else.",
-                    photos=named(lonely),
-                ),
-                len(lonely),
-            )
-        )
-    if len(larger) > 1:
-        sizes = ", ".join(str(len(g)) for g in larger)
-        small = tuple(photos[i].name for g in larger[1:] for i in g)
-        found.append(
-            Finding(
-                "parts",
-                "warning",
-                small,
-                tr(
-                    "The photos form {count} disconnected components ({sizes} photos), which would "
-                    "become separate models.",
-                    count=len(larger),
-                    sizes=sizes,
-                ),
-                len(larger),
-            )
-        )
+    found += _of_components(photos, parts)
     thin = tuple(photos[i].name for g in larger for i in g if best[i] < limits.overlap)
     if thin:
         most = max(best[i] for g in larger for i in g if best[i] < limits.overlap)
@@ -123,6 +92,45 @@ def of_pairs(seen: SurveyMeasurements, best: Sequence[float], limits: Limits) ->
             )
         )
     found += _of_positions_seen(seen, limits)
+    return found
+
+
+def _of_components(photos: Sequence[Photo], parts: Sequence[Sequence[int]]) -> list[Finding]:
+    """Photos without matches, and components that match no other; parts : rows, largest first."""
+    found = []
+    lonely = tuple(photos[g[0]].name for g in parts if len(g) == 1)
+    larger = [g for g in parts if len(g) > 1]
+    if lonely:
+        found.append(
+            Finding(
+                "unmatched",
+                "warning",
+                lonely,
+                tr(
+                    "These photos match no other photo: {photos}. They overlap too little, are "
+                    "blurred, or show something else.",
+                    photos=named(lonely),
+                ),
+                len(lonely),
+            )
+        )
+    if len(larger) > 1:
+        sizes = ", ".join(str(len(g)) for g in larger)
+        small = tuple(photos[i].name for g in larger[1:] for i in g)
+        found.append(
+            Finding(
+                "parts",
+                "warning",
+                small,
+                tr(
+                    "The photos form {count} disconnected components ({sizes} photos), which would "
+                    "become separate models.",
+                    count=len(larger),
+                    sizes=sizes,
+                ),
+                len(larger),
+            )
+        )
     return found
 
 
@@ -327,8 +335,7 @@ def of_positions(photos: Sequence[Photo], limits: Limits) -> list[Finding]:
         ]
     found = []
     at = positions[known]
-    size = float(np.linalg.norm(at[:, :2] - at[:, :2].mean(axis=0), axis=1).max())
-    if len(placed) > 1 and size < 0.05:
+    if len(placed) > 1 and _radius(at) < 0.05:
         return [
             Finding(
                 "gps-equal",
@@ -357,56 +364,59 @@ def of_positions(photos: Sequence[Photo], limits: Limits) -> list[Finding]:
             )
         )
     if len(placed) >= 3:
-        sigma, stated = accuracy_of(placed)
-        error, _ = rotation_error95_deg(at, sigma)
-        accuracy = (
-            tr("{length}, as stated in the files", length=length(sigma))
-            if stated
-            else tr("{length}, assumed", length=length(sigma))
-        )
-        if straightness(at) < limits.straight and error > limits.rotation_deg:
-            found.append(
-                Finding(
-                    "collinear",
-                    "warning",
-                    (),
-                    tr(
-                        "The camera positions lie in one line. A model registered by them alone "
-                        "can rotate about this line."
-                    ),
-                    straightness(at),
-                )
-            )
-        elif error > limits.rotation_deg:
-            found.append(
-                Finding(
-                    "gps-noise",
-                    "warning",
-                    (),
-                    tr(
-                        "The camera positions extend over {extent} with an accuracy of {accuracy}. "
-                        "A model registered by them alone, and every dip on it, can be rotated by "
-                        "up to {error:.0f} degrees (95 %). Control points are needed.",
-                        extent=length(2 * size),
-                        accuracy=accuracy,
-                        error=error,
-                    ),
-                    error,
-                )
-            )
-        else:
-            found.append(
-                Finding(
-                    "gps-registration",
-                    "info",
-                    (),
-                    tr(
-                        "A model registered by the camera positions (accuracy: {accuracy}) can be "
-                        "rotated by up to {error:.1f} degrees (95 %).",
-                        accuracy=accuracy,
-                        error=error,
-                    ),
-                    error,
-                )
-            )
+        found.append(_of_gps_accuracy(placed, at, limits))
     return found
+
+
+def _of_gps_accuracy(placed: Sequence[Photo], at: Array, limits: Limits) -> Finding:
+    """How well the positions `at` (n, 3) of these photos determine the rotation of a model."""
+    sigma, stated = accuracy_of(placed)
+    error, _ = rotation_error95_deg(at, sigma)
+    accuracy = (
+        tr("{length}, as stated in the files", length=length(sigma))
+        if stated
+        else tr("{length}, assumed", length=length(sigma))
+    )
+    if straightness(at) < limits.straight and error > limits.rotation_deg:
+        return Finding(
+            "collinear",
+            "warning",
+            (),
+            tr(
+                "The camera positions lie in one line. A model registered by them alone can rotate "
+                "about this line."
+            ),
+            straightness(at),
+        )
+    if error > limits.rotation_deg:
+        return Finding(
+            "gps-noise",
+            "warning",
+            (),
+            tr(
+                "The camera positions extend over {extent} with an accuracy of {accuracy}. A model "
+                "registered by them alone, and every dip on it, can be rotated by up to "
+                "{error:.0f} degrees (95 %). Control points are needed.",
+                extent=length(2 * _radius(at)),
+                accuracy=accuracy,
+                error=error,
+            ),
+            error,
+        )
+    return Finding(
+        "gps-registration",
+        "info",
+        (),
+        tr(
+            "A model registered by the camera positions (accuracy: {accuracy}) can be rotated by "
+            "up to {error:.1f} degrees (95 %).",
+            accuracy=accuracy,
+            error=error,
+        ),
+        error,
+    )
+
+
+def _radius(at: Array) -> float:
+    """Largest horizontal distance of positions (n, 3) from their mean."""
+    return float(np.linalg.norm(at[:, :2] - at[:, :2].mean(axis=0), axis=1).max())

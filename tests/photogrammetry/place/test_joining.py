@@ -87,7 +87,7 @@ def test_markers_bring_the_parts_to_where_they_are(
     # Five markers of half a pixel, 8 mm a pixel, under cameras 12 m away.
     assert np.median(wall.errors(scene)) < 0.01
     assert wall.errors(scene).max() < 0.03
-    assert not report.apart
+    assert not report.not_joined
     (junction,) = report.joined
     assert junction.photos == (5, 4)
     assert junction.by == "markers"
@@ -167,13 +167,13 @@ def test_what_is_missing_is_said(wall: Wall) -> None:
     parts, report = join_components(wall.parts, two + once, threads=1)
     assert len(parts) == 2
     assert not report.joined
-    (said,) = report.apart
+    (said,) = report.not_joined
     assert "The component of 4 photos" in said
     assert "2 markers are found in it and in the largest component (P1, P2)" in said
     assert "3 markers that are not in one line" in said
     assert "or from one position: P3" in said
     _, report = join_components(wall.parts, [], threads=1)
-    assert "No marker is found" in report.apart[0]
+    assert "No marker is found" in report.not_joined[0]
 
 
 def test_markers_on_a_line_are_refused(wall: Wall) -> None:
@@ -184,7 +184,7 @@ def test_markers_on_a_line_are_refused(wall: Wall) -> None:
     ]
     parts, report = join_components(wall.parts, line, threads=1)
     assert len(parts) == 2
-    assert "lie on one line" in report.apart[0]
+    assert "lie on one line" in report.not_joined[0]
 
 
 def test_markers_that_belong_to_other_stones_join_nothing(wall: Wall) -> None:
@@ -195,7 +195,7 @@ def test_markers_that_belong_to_other_stones_join_nothing(wall: Wall) -> None:
     ]
     parts, report = join_components(wall.parts, wrong, threads=1)
     assert len(parts) == 2
-    assert "contradict" in report.apart[0]
+    assert "contradict" in report.not_joined[0]
 
 
 def test_control_points_of_their_own_bring_parts_together(wall: Wall) -> None:

@@ -77,6 +77,7 @@ class Alignment:
         return len(self.parts[0].views)
 
     def save(self, folder: Path) -> None:
+        """Write `alignment.json` and the scenes into an existing folder."""
         for number, part in enumerate(self.parts):
             (folder / f"part{number}").mkdir(exist_ok=True)
             part.save(folder / f"part{number}")
@@ -177,7 +178,8 @@ def align(
             )
         )
     progress.stage(tr("Bundle adjustment"), len(found))
-    parts, cameras = [], []
+    parts: list[SparseScene] = []
+    cameras: list[Calibration] = []
     for number, reconstruction in enumerate(found):
         progress.step(number)
         reconstruction, own = calibrate(
@@ -191,15 +193,7 @@ def align(
         shutil.rmtree(model, ignore_errors=True)
         model.mkdir(parents=True)
         reconstruction.write_binary(model)
-    notes = [choice.rule, *mapped.notes, *(_camera_note(c) for c in cameras)]
-    if len(parts) > 1:
-        notes.append(
-            tr(
-                "The photos form {count} disconnected components ({sizes} photos).",
-                count=len(parts),
-                sizes=", ".join(str(len(p.views)) for p in parts),
-            )
-        )
+    notes = [choice.rule, *mapped.notes, *_result_notes(parts, cameras)]
     lengths = np.linalg.norm(mapping.residuals(parts[0]), axis=1)
     alignment = Alignment(
         tuple(parts),
@@ -276,6 +270,17 @@ def _best_matches(count: int, counts: dict[tuple[int, int], int]) -> list[int]:
     for (i, j), matches in counts.items():
         best[i], best[j] = max(best[i], matches), max(best[j], matches)
     return best
+
+
+def _result_notes(parts: Sequence[SparseScene], cameras: Sequence[Calibration]) -> Iterator[str]:
+    """Sentences on the calibration, and on the components where there are several."""
+    yield from map(_camera_note, cameras)
+    if len(parts) > 1:
+        yield tr(
+            "The photos form {count} disconnected components ({sizes} photos).",
+            count=len(parts),
+            sizes=", ".join(str(len(p.views)) for p in parts),
+        )
 
 
 def _camera_note(camera: Calibration) -> str:

@@ -83,6 +83,7 @@ class Features:
 
     @classmethod
     def none(cls, width: int, height: int, problem: str) -> Features:
+        """No features, with a sentence why."""
         return cls(
             np.zeros((0, 6), np.float32),
             np.zeros((0, 128), np.uint8),

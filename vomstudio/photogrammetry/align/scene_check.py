@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.photogrammetry.align.lens_check import of_lenses
 from vomstudio.survey.camera_positions import straightness
 from vomstudio.survey.check_limits import Limits
 from vomstudio.survey.check_results import (
@@ -33,9 +34,6 @@ Array = npt.NDArray[np.float64]
 
 _WEAK_POINTS = 50
 _HIGH_ERROR_PX = 2.0
-# Of a focal length, relative: by as much depths can be stretched.
-_VAGUE = 0.05
-_OTHER = 0.04
 
 
 def check_scene(
@@ -49,9 +47,11 @@ def check_scene(
 ) -> SurveyReport:
     """Findings, figures and verdict for an aligned scene.
 
-    unregistered : names of photos that could not be placed; other_parts : further parts that do
-    not hang together with this one; blur : sigma by name, from the check before; cameras : what
-    the alignment found of them."""
+    unregistered : names of photos without a pose
+    other_parts : further disconnected components
+    blur : sigma by name, from the check before
+    cameras : their calibration by the alignment
+    """
     limits = limits or Limits()
     unit = "m" if scene.scaled or scene.crs is not None else tr("model units")
     if not scene.views:
@@ -77,7 +77,7 @@ def check_scene(
         *_of_directions(scene, limits),
         *_of_places(scene, gsd, limits),
         *_of_line(scene, limits),
-        *_of_lenses(cameras),
+        *of_lenses(cameras),
     ]
     findings = list(by_severity(findings))
     known = gsd[np.isfinite(gsd)]
@@ -418,69 +418,6 @@ def _of_places(scene: SparseScene, gsd: Array, limits: Limits) -> list[Finding]:
             float(len(turned)),
         )
     ]
-
-
-def _of_lenses(cameras: Sequence[Calibration]) -> list[Finding]:
-    """What stretches all depths: a focal length that is not known, or that EXIF tells wrongly."""
-    vague: dict[str, float] = {}
-    wrong: dict[str, float] = {}
-    for camera in cameras:
-        focal, sigma = camera.values[0], camera.sigma[0]
-        if camera.exif_px is None:
-            error = math.inf if camera.focal == "held" else sigma / focal
-            # A NaN is no knowledge either.
-            if not error <= _VAGUE:
-                vague |= dict.fromkeys(camera.photos, error)
-        elif abs(camera.exif_px / focal - 1) > max(_OTHER, 3 * sigma / focal):
-            wrong |= dict.fromkeys(camera.photos, camera.exif_px / focal - 1)
-    found = []
-    if vague:
-        error = max(vague.values())
-        if math.isfinite(error):
-            known = tr("Its error is {error:.0f} %.", error=100 * error)
-        else:
-            known = tr("It is assumed.")
-        found.append(
-            Finding(
-                "focal-vague",
-                "warning",
-                tuple(vague),
-                tr(
-                    "The focal length of these photos is not in EXIF and is poorly constrained: "
-                    "{photos}. {accuracy} Depths are stretched by as much. Lengths along the face "
-                    "are sound once the model is scaled; dips are not.",
-                    photos=named(tuple(vague)),
-                    accuracy=known,
-                ),
-                error if math.isfinite(error) else None,
-            )
-        )
-    if wrong:
-        worst = max(wrong.values(), key=abs)
-        found.append(
-            Finding(
-                "focal-wrong",
-                "info",
-                tuple(wrong),
-                tr(
-                    "The focal length in EXIF is {percent:.0f} % too long for these photos: "
-                    "{photos}. They were zoomed digitally, cropped or resized. The estimated focal "
-                    "length is used.",
-                    photos=named(tuple(wrong)),
-                    percent=100 * worst,
-                )
-                if worst > 0
-                else tr(
-                    "The focal length in EXIF is {percent:.0f} % too short for these photos: "
-                    "{photos}. They were zoomed digitally, cropped or resized. The estimated focal "
-                    "length is used.",
-                    photos=named(tuple(wrong)),
-                    percent=-100 * worst,
-                ),
-                worst,
-            )
-        )
-    return found
 
 
 def _of_line(scene: SparseScene, limits: Limits) -> list[Finding]:

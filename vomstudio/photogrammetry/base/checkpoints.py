@@ -51,10 +51,12 @@ class Stage:
 
     @property
     def done(self) -> bool:
+        """Whether the stage is finished."""
         return self._final.is_dir()
 
     @property
     def folder(self) -> Path:
+        """Where its files are: under the final name once it is done."""
         return self._final if self.done else self._part
 
     @property
@@ -64,6 +66,7 @@ class Stage:
 
     @property
     def seconds(self) -> float:
+        """Time spent on the stage in all runs."""
         return self._before if self.done else self._before + time.monotonic() - self._begun
 
     @property

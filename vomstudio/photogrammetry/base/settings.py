@@ -61,6 +61,7 @@ class Settings:
 
     @property
     def steps(self) -> Quality:
+        """Sizes and numbers of the chosen quality."""
         return QUALITIES[self.quality]
 
     def as_dict(self) -> dict[str, Any]:

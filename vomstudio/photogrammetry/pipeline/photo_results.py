@@ -45,9 +45,11 @@ class PhotoResults(Sequence[Result], Generic[Result]):
         return PhotoResults(self._folder, [self.names[n] for n in numbers], self._save, self._load)
 
     def path(self, number: int) -> Path:
+        """The file of a photo, by its row."""
         return self._folder / f"{file_name(self.names[number])}.npz"
 
     def has(self, number: int) -> bool:
+        """Whether the result of a photo, by its row, is there."""
         return self.path(number).exists()
 
     def put(self, number: int, result: Result) -> None:
@@ -85,6 +87,7 @@ def load_result(load: Callable[[Path], Result], path: Path) -> Result:
 
 
 def save_undistorted(path: Path, straight: Undistorted) -> None:
+    """Write an undistorted photo with its mask and view as npz."""
     arrays = {"photo": np.frombuffer(straight.photo, np.uint8), "view": _words(straight.view)}
     if straight.mask is not None:
         arrays["mask"] = np.frombuffer(straight.mask, np.uint8)
@@ -92,6 +95,7 @@ def save_undistorted(path: Path, straight: Undistorted) -> None:
 
 
 def load_undistorted(path: Path) -> Undistorted:
+    """As `save_undistorted` wrote it."""
     from vomstudio.photogrammetry.dense.undistortion import Undistorted
 
     with np.load(path) as arrays:
@@ -105,6 +109,7 @@ def _words(view: Any) -> np.ndarray[Any, Any]:
 
 
 def save_cloud(path: Path, cloud: PointCloud) -> None:
+    """Write a cloud as npz."""
     arrays: dict[str, Any] = {"points": cloud.points}
     if cloud.colors is not None:
         arrays["colors"] = cloud.colors
@@ -115,6 +120,7 @@ def save_cloud(path: Path, cloud: PointCloud) -> None:
 
 
 def load_cloud(path: Path) -> PointCloud:
+    """As `save_cloud` wrote it."""
     with np.load(path) as arrays:
         return PointCloud(
             arrays["points"], arrays.get("colors"), arrays.get("normals"), _fields(arrays)

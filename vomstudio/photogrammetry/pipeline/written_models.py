@@ -67,6 +67,7 @@ def write_models(
 
 
 def write_json(path: Path, value: dict[str, Any]) -> None:
+    """Write a result; arrays become lists."""
     path.write_text(json.dumps(value, indent=1, default=_number), encoding="utf-8")
 
 

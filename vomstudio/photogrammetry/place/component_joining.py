@@ -81,10 +81,10 @@ class Junction:
 
 @dataclass(frozen=True)
 class JoinReport:
-    """joined : in their order; apart : for each component that was not joined a sentence why"""
+    """joined : in their order; not_joined : a sentence for each component that was not joined"""
 
     joined: tuple[Junction, ...]
-    apart: tuple[str, ...]
+    not_joined: tuple[str, ...]
 
 
 def join_components(
@@ -124,7 +124,7 @@ def join_components(
         joined.append(junction)
         left = [whole, *(p for k, p in enumerate(left) if k not in (i, j))]
         left.sort(key=lambda part: -len(part.views))
-    apart = [
+    not_joined = [
         tr_n(
             "The component of {count} photo ({photos}) was not joined. {reason}",
             "The component of {count} photos ({photos}) was not joined. {reason}",
@@ -134,7 +134,7 @@ def join_components(
         )
         for part in left[1:]
     ]
-    return tuple(left), JoinReport(tuple(joined), tuple(apart))
+    return tuple(left), JoinReport(tuple(joined), tuple(not_joined))
 
 
 def _pair(one: SparseScene, other: SparseScene) -> tuple[str, str]:

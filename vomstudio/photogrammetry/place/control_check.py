@@ -32,6 +32,7 @@ class PointCheck:
 
     @property
     def usable(self) -> bool:
+        """Whether it is marked in enough photos to be located."""
         return self.photos >= LEAST_PHOTOS
 
     @property

@@ -87,22 +87,7 @@ def place_by_gps(
     Raises GeometryError where the positions cannot place it, with the reason; UsageError or
     InputError for a CRS that cannot be used.
     """
-    by_name = {photo.name: photo for photo in photos}
-    rows, placed = [], []
-    for row, view in enumerate(scene.views):
-        photo = by_name.get(view.name)
-        if photo is not None and has_position(photo):
-            rows.append(row)
-            placed.append(photo)
-    if len(placed) < 3:
-        raise GeometryError(
-            tr(
-                "Only {count} of the {total} photos with a pose have a GPS position (latitude, "
-                "longitude and altitude). At least 3 are needed.",
-                count=len(placed),
-                total=len(scene.views),
-            )
-        )
+    rows, placed = _photos_with_position(scene, photos)
     crs = crs_of(placed, crs)
     world = world_positions(placed, crs)
     spread = world - world.mean(axis=0)
@@ -155,6 +140,30 @@ def place_by_gps(
     )
     report = replace(report, warnings=tuple(_warnings(report, scene, placed)))
     return better, report
+
+
+def _photos_with_position(
+    scene: SparseScene, photos: Sequence[PhotoLike]
+) -> tuple[list[int], list[PhotoLike]]:
+    """Rows of the views that have a GPS position, and their photos. Raises GeometryError for fewer
+    than three."""
+    by_name = {photo.name: photo for photo in photos}
+    rows, placed = [], []
+    for row, view in enumerate(scene.views):
+        photo = by_name.get(view.name)
+        if photo is not None and has_position(photo):
+            rows.append(row)
+            placed.append(photo)
+    if len(placed) < 3:
+        raise GeometryError(
+            tr(
+                "Only {count} of the {total} photos with a pose have a GPS position (latitude, "
+                "longitude and altitude). At least 3 are needed.",
+                count=len(placed),
+                total=len(scene.views),
+            )
+        )
+    return rows, placed
 
 
 @dataclass(frozen=True, eq=False)

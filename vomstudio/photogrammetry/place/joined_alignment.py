@@ -63,7 +63,7 @@ def _said(report: JoinReport) -> Iterator[str]:
     for junction in report.joined:
         yield _joined(junction)
         yield from junction.warnings
-    yield from report.apart
+    yield from report.not_joined
 
 
 def _joined(junction: Junction) -> str:

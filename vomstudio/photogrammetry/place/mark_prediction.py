@@ -50,9 +50,11 @@ class Marking:
         return tuple(dict.fromkeys([*named, *others]))
 
     def point(self, label: str) -> ControlPoint | None:
+        """The point with coordinates of this label, if there is one."""
         return next((p for p in self.control if p.label == label), None)
 
     def role(self, label: str) -> str:
+        """CONTROL, CHECK or TIE."""
         point = self.point(label)
         return TIE if point is None else CHECK if point.check else CONTROL
 
@@ -65,6 +67,7 @@ class Marking:
         return {m.label: (m.x, m.y) for m in self.marks if m.photo == photo}
 
     def free_label(self, prefix: str = "tie") -> str:
+        """The first of prefix1, prefix2 ... that is not in use."""
         number = 1
         while f"{prefix}{number}" in self.labels:
             number += 1
@@ -83,11 +86,13 @@ class Marking:
         return replace(self, marks=tuple(marks), begun=_without(self.begun, label))
 
     def unmarked(self, label: str, photo: str) -> Marking:
+        """Without the mark of a point in a photo; the point stays."""
         kept = tuple(m for m in self.marks if (m.label, m.photo) != (label, photo))
         begun = self.begun if label in self.begun else (*self.begun, label)
         return replace(self, marks=kept, begun=begun)
 
     def begun_with(self, label: str) -> Marking:
+        """With a new label that has neither coordinates nor marks yet."""
         return self if label in self.labels else replace(self, begun=(*self.begun, label))
 
     def placed(self, point: ControlPoint) -> Marking:
@@ -104,6 +109,7 @@ class Marking:
         return replace(self, control=kept, begun=begun)
 
     def removed(self, label: str) -> Marking:
+        """Without a point and its marks."""
         return Marking(
             tuple(p for p in self.control if p.label != label),
             tuple(m for m in self.marks if m.label != label),
@@ -205,6 +211,7 @@ class PlacedPhotos:
         return cls(tuple(found))
 
     def part_of(self, photo: str) -> int | None:
+        """Number of the component that a photo is in; None without a pose."""
         for number, views in enumerate(self._views):
             if photo in views:
                 return number
@@ -389,12 +396,19 @@ def missing(marking: Marking, placed: PlacedPhotos | None = None) -> list[str]:
                 points=_some(unseen),
             )
         )
-    for number, part in enumerate(() if placed is None else placed.parts[1:], start=2):
-        assert allowed is not None
+    if placed is not None and allowed is not None:
+        said += _missing_joins(marking, placed, allowed)
+    return said
+
+
+def _missing_joins(marking: Marking, placed: PlacedPhotos, model: set[str]) -> list[str]:
+    """Sentences on what joining the other components still needs; model : photos of the first."""
+    said = []
+    for number, part in enumerate(placed.parts[1:], start=2):
         other = {view.name for view in part.views}
         counts = {
             label: (
-                len(_counted(marking, label, allowed)),
+                len(_counted(marking, label, model)),
                 len(_counted(marking, label, other)),
             )
             for label in marking.labels

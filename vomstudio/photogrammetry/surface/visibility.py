@@ -200,6 +200,7 @@ def pyramid(picture: Any, levels: int) -> list[Any]:
 
 
 def on_level(pixels: Array, level: int) -> Array:
+    """Pixels (n, 2) of a picture on a level of its `pyramid`."""
     return np.ascontiguousarray((pixels - 0.5) / 2**level + 0.5)
 
 
