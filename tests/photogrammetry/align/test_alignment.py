@@ -125,7 +125,7 @@ def test_photos_that_look_one_way_leave_the_focal_the_focal_length_as_exif_has_i
     assert camera.focal == "held"
     assert camera.values[0] == 1450.0
     assert camera.sigma[0] == 0
-    assert "spread by 0.0°" in camera.reason
+    assert "spread by only 0.0°" in camera.reason
 
 
 def test_an_unknown_focal_length_is_estimated_and_said_to_be(tmp_path: Path) -> None:
