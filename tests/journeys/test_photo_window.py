@@ -229,8 +229,8 @@ def test_parts_are_joined_by_points_and_a_polygon_is_closed_by_a_double_click(lo
     click(photo.canvas, on(photo, 500, 400))
     assert photo.marks.marking.labels == ("tie1",)
     said = photo.points.missing.text()
-    assert "Part 2 (2 photos) is not joined" in said
-    assert "tie1 has no marks in the model and 1 in part 2" in said
+    assert "Component 2 (2 photos) is not joined" in said
+    assert "tie1 (0 in the model, 1 in component 2)" in said
     rows = [photo.list.item(i).text() for i in range(4)]
     assert sum("part 2" in text for text in rows) == 2
     # One mark leaves a line in the other photo of its part.
@@ -333,7 +333,7 @@ def test_control_points_are_imported_and_what_is_missing_is_said(looked_at, phot
     photo.actions_table.run("import_points")
     known = read_control(photos / "control.csv")
     assert known == read_control(resource("sample", "control.csv"))
-    assert "3 control points, each marked in 2 photos" in photo.points.missing.text()
+    assert "3 control points are needed, each marked in 2 photos" in photo.points.missing.text()
     assert window.survey.tables() == (None, None), "they cannot place a model yet"
     chosen[0] = str(resource("sample", "marks.csv"))
     photo.actions_table.run("import_marks")

@@ -12,10 +12,10 @@ from PySide6.QtCore import QObject, Signal
 from vomstudio.errors import InputError
 from vomstudio.io.control.control_files import crs_of, read_control, read_marks
 from vomstudio.photogrammetry.place.mark_prediction import (
-    NOTHING,
+    NO_PREDICTION,
     Marking,
+    MarkPrediction,
     PlacedPhotos,
-    Sight,
     missing,
 )
 from vomstudio.ui.photos.photo_document import PhotoDocument
@@ -35,7 +35,7 @@ class PhotoMarks(QObject):
         self._document, self.photos = document, photos
         self.marking = document.marking()
         self._cameras: PlacedPhotos | None = None
-        self._sights: dict[str, tuple[object, Sight]] = {}
+        self._sights: dict[str, tuple[object, MarkPrediction]] = {}
         self._missing: list[str] | None = None
         document.points_changed.connect(self._read)
 
@@ -66,16 +66,16 @@ class PhotoMarks(QObject):
         found = self._document.photo_set
         return found.crs or None if found is not None else None
 
-    def sight(self, label: str) -> Sight:
+    def sight(self, label: str) -> MarkPrediction:
         if self._cameras is None:
-            return NOTHING
+            return NO_PREDICTION
         marking = self.marking
         own = tuple(marking.of(label).items())
         # What is not marked twice is found by the other points.
         rest = marking if marking.point(label) is not None else None
         kept = self._sights.get(label)
         if kept is None or kept[0] != (own, rest):
-            kept = (own, rest), self._cameras.sight(marking, label)
+            kept = (own, rest), self._cameras.predict(marking, label)
             self._sights[label] = kept
         return kept[1]
 
@@ -83,7 +83,7 @@ class PhotoMarks(QObject):
         """(k, 2) where in a photo a point must lie that is marked in one other photo."""
         if self._cameras is None or not label:
             return np.zeros((0, 2))
-        return self._cameras.course(self.marking, label, photo)
+        return self._cameras.epipolar_line(self.marking, label, photo)
 
     def missing(self) -> list[str]:
         if self._missing is None:

@@ -282,7 +282,7 @@ class PhotoSurvey(QObject):
             return [("error", facts.problem)]
         frame = facts.crs or tr("a local frame")
         words = tr(
-            "The model is placed by ground control in {frame}: {summary}.",
+            "The model will be registered by ground control in {frame}. {summary}",
             frame=frame,
             summary=facts.summary,
         )

@@ -292,7 +292,7 @@ class MakeDialog(QDialog):
         if facts is None:
             return self._survey.control_note
         first = facts.problem or facts.summary
-        said = [f"{text[:1].upper()}{text[1:]}." for text in (first, *facts.warnings)]
+        said = [first, *facts.warnings]
         return "<br>".join([f"<b>{html.escape(said[0])}</b>", *map(html.escape, said[1:])])
 
     def _no_file(self) -> str | None:
