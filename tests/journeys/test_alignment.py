@@ -236,7 +236,7 @@ def test_matches_of_a_pair_are_chosen_and_looked_at(window, made, opened) -> Non
     for pane, place in enumerate((left[5], panes._links.right[5])):
         middle = panes.middle(pane)
         assert np.allclose(panes.to_screen(pane, place)[0], [middle.x(), middle.y()], atol=1.0)
-    page.refused.click()
+    page.outliers.click()
     assert panes._links.faint is not None
     dialog.close()
 

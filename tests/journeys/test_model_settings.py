@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QListWidget, QMessageBox, QToolButton
 from tests import driver
 from tests.journeys.test_photos import looked_at
 from vomstudio.paths import resource
-from vomstudio.ui.survey.reconstruct_dialog import MakeDialog
+from vomstudio.ui.survey.reconstruct_dialog import ReconstructDialog
 
 
 @pytest.fixture
@@ -27,16 +27,16 @@ def sample(tmp_path) -> Path:
 
 
 def settled(window) -> None:
-    driver.wait(lambda: not window.survey.foreseeing, "the forecast", 60.0)
+    driver.wait(lambda: not window.survey.forecasting, "the forecast", 60.0)
 
 
-def open_dialog(window) -> MakeDialog:
+def open_dialog(window) -> ReconstructDialog:
     wanted = window.actions_table.all["make_settings"]
     button = next(
         b for b in window.photos_panel.findChildren(QToolButton) if b.defaultAction() is wanted
     )
     QTest.mouseClick(button, Qt.MouseButton.LeftButton)
-    (dialog,) = window.findChildren(MakeDialog)
+    (dialog,) = window.findChildren(ReconstructDialog)
     QTest.qWaitForWindowExposed(dialog)
     settled(window)
     return dialog

@@ -356,7 +356,7 @@ def test_control_points_are_imported_and_what_is_missing_is_said(looked_at, phot
     assert read_control(photos / "control.csv") == known
     survey = window.survey
     wait(lambda: survey.settings.control == photos / "control.csv", "the tables in the settings")
-    wait(lambda: not survey.foreseeing and survey.control_facts, "what they can do")
+    wait(lambda: not survey.forecasting and survey.control_facts, "what they can do")
     assert survey.settings.found
     asked: list[ReconstructionOrder] = []
     monkeypatch.setattr(

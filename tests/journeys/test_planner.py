@@ -68,16 +68,16 @@ def test_a_survey_is_planned_from_numbers_that_are_typed(planner, window, tmp_pa
 def test_the_wish_may_be_a_pixel_or_a_plane(planner) -> None:
     retype(planner.camera.lineEdit(), "36x24,30,6000x4000")
     settled(planner)
-    planner.wish.setFocus()
-    QTest.keyClick(planner.wish, Qt.Key.Key_Down)
-    assert planner.wish.currentText() == "Pixel on the rock"
+    planner.target.setFocus()
+    QTest.keyClick(planner.target, Qt.Key.Key_Down)
+    assert planner.target.currentText() == "Pixel on the rock"
     settled(planner)
     # The same plan, said in another quantity: 30 m are 6 mm.
     assert planner.value.text() == "6"
     retype(planner.value, "4")
     settled(planner)
     assert planner.figures["Distance"].text() == "20 m"
-    QTest.keyClick(planner.wish, Qt.Key.Key_Down)
+    QTest.keyClick(planner.target, Qt.Key.Key_Down)
     settled(planner)
     retype(planner.value, "2,5")
     settled(planner)

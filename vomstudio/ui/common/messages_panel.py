@@ -32,6 +32,8 @@ _HINT_MS = 6000
 
 
 class MessagesPanel(QListWidget):
+    """All notices since the start, each with its time."""
+
     def __init__(self) -> None:
         super().__init__()
         self.setWordWrap(True)
@@ -88,7 +90,7 @@ class MessageBar(QFrame):
         return self._text.text()
 
     def say(self, notice: Notice, *buttons: tuple[str, object]) -> None:
-        """`buttons` are (text, callable); a press also closes the bar."""
+        """Show a notice. buttons: (text, callable) each; a press also closes the bar."""
         if notice.level == "hint":
             if self.isVisible() and not self._hint_timer.isActive():
                 # What needs the user stays; the hint is among the messages.

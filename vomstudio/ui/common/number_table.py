@@ -17,7 +17,8 @@ _Index = QModelIndex | QPersistentModelIndex
 
 @dataclass(frozen=True)
 class Column:
-    """text : of a value as it is shown; None values are dashes. number : to the right"""
+    """title, tip : translated. text : how a value is written; None is written as a dash.
+    number : the column is aligned to the right"""
 
     title: str
     text: Callable[[Any], str] = str

@@ -1,4 +1,4 @@
-"""Points and their marks as they are shown, placed, moved and taken away in an opened photo."""
+"""Points and their marks as they are shown, placed, moved and removed in an opened photo."""
 
 from __future__ import annotations
 
@@ -14,11 +14,14 @@ from vomstudio.ui.photos.opened_photo import OpenedPhoto
 from vomstudio.ui.photos.photo_marks import PhotoMarks
 from vomstudio.ui.photos.photo_tools import PhotoTools
 from vomstudio.ui.photos.points_box import PointsBox
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 
 class MarkEditing(QObject):
-    """said : a sentence and its level."""
+    """Edits the points and marks as the user clicks, drags and types.
+
+    said : a sentence for the user, and its level
+    """
 
     said = Signal(str, str)
 
@@ -42,7 +45,8 @@ class MarkEditing(QObject):
 
     # --- showing -----------------------------------------------------------------------------
     def show(self) -> None:
-        """The marks of this photo, where the others are expected, and the chosen one's course."""
+        """Draw the marks of this photo, the predicted positions of the other points, and the
+        epipolar curve of the chosen one."""
         marking, chosen, photo = self._marks.marking, self._points.label, self._photo.name
         there = marking.within(photo)
         shown = []
@@ -57,7 +61,7 @@ class MarkEditing(QObject):
                 role = marking.role(label)
                 shown.append(ShownMark(label, role, at, label == chosen, True))
         self._canvas.set_marks(shown)
-        self._canvas.set_course(self._marks.course(chosen, photo))
+        self._canvas.set_epipolar_curve(self._marks.epipolar_curve(chosen, photo))
 
     def look_at_point(self, *, again: bool = False) -> None:
         """While points are marked, the photo is opened where the point is, or should be."""
@@ -76,13 +80,15 @@ class MarkEditing(QObject):
 
     # --- points ------------------------------------------------------------------------------
     def why_no_point(self) -> str | None:
-        return None if self._points.label else "choose a point first"
+        """None where a point is chosen, else the sentence that says so."""
+        return None if self._points.label else tr("Choose a point first.")
 
     def why_no_mark(self) -> str | None:
+        """None where the chosen point is marked in this photo, else the sentence that says so."""
         if (said := self.why_no_point()) is not None:
             return said
         there = self._photo.name in self._marks.marking.of(self._points.label)
-        return None if there else "the point is not marked in this photo"
+        return None if there else tr("The point is not marked in this photo.")
 
     def new_point(self) -> None:
         label = self._marks.marking.free_label()
@@ -99,8 +105,8 @@ class MarkEditing(QObject):
         self._points.choose("")
 
     def import_table(self, folder: Path, parent: QWidget, *, marks: bool) -> None:
-        """Control points, or marks, of a file that is asked for, first in the folder."""
-        title = tr("Marks in photos") if marks else tr("Control points")
+        """Ask for a file, beginning in `folder`, and import its control points or its marks."""
+        title = tr("Import image marks") if marks else tr("Import control points")
         kinds = tr("Tables (*.csv *.txt *.tsv);;All files (*)")
         name, _ = QFileDialog.getOpenFileName(parent, title, str(folder), kinds)
         if not name:
@@ -108,10 +114,11 @@ class MarkEditing(QObject):
         try:
             if marks:
                 count, said = self._marks.import_marks(Path(name))
-                words = tr("{count} marks read. {said}", count=count, said=said)
+                words = tr_n("{count} mark imported.", "{count} marks imported.", count)
+                words = f"{words} {said}".strip()
             else:
                 count = self._marks.import_points(Path(name))
-                words = tr("{count} points read.", count=count)
+                words = tr_n("{count} point imported.", "{count} points imported.", count)
         except VomError as error:
             self.said.emit(str(error), "error")
             return
@@ -124,7 +131,7 @@ class MarkEditing(QObject):
     def remove_mark(self) -> None:
         label, photo = self._points.label, self._photo.name
         made = self._marks.marking.unmarked(label, photo)
-        self._marks.change(tr("Remove the mark of {label}", label=label), made)
+        self._marks.change(tr("Remove mark of {label}", label=label), made)
 
     def _place(self, x: float, y: float, join: str | None = None) -> None:
         """Mark the chosen point here; without one, a new tie point."""
