@@ -62,7 +62,7 @@ def test_control_beside_the_photos_is_found_and_its_frame_proposed(window, sampl
     window.open_path(sample)
     looked_at(window)
     settled(window)
-    assert "placed by ground control in EPSG:" in findings(window)
+    assert "Ground control will register the model in EPSG:" in findings(window)
     driver.keep_picture(window, "control-found")
     dialog = open_dialog(window)
     assert dialog.by_control.isChecked()
@@ -71,13 +71,13 @@ def test_control_beside_the_photos_is_found_and_its_frame_proposed(window, sampl
     assert "EPSG:32633 stated in control.csv" in dialog._crs_words.text()
     assert "check point" in dialog.verdict.text()
     assert dialog.start.isEnabled()
-    assert "GB that are free" in dialog.memory.text()
+    assert "GB of free memory" in dialog.memory.text()
     driver.keep_picture(dialog, "model-settings")
     # The cameras' GPS instead.
     tick(dialog.by_gps)
     settled(window)
     assert window.survey.settings.control is None
-    assert "ground control" not in findings(window)
+    assert "Ground control" not in findings(window)
     tick(dialog.by_control)
     settled(window)
     assert window.survey.settings.control == sample.parent / "control.csv"
@@ -136,7 +136,7 @@ def test_a_crs_that_is_none_is_said_and_threads_change_the_memory(window, sample
     QTest.keyClicks(dialog.threads, "1")
     driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
     settled(window)
-    assert "Depths and their cloud take up to" in dialog.memory.text()
+    assert "Depth maps and point cloud need up to" in dialog.memory.text()
     assert window.survey.settings.threads == 1
     dialog.close()
 
@@ -210,7 +210,7 @@ def test_marks_that_are_written_later_are_taken_up(window, sample) -> None:
     window.survey.control_written()
     settled(window)
     assert window.survey.settings.control == sample.parent / "control.csv"
-    assert "placed by ground control" in findings(window)
+    assert "Ground control will register the model" in findings(window)
 
 
 def test_another_folder_of_the_same_name_gets_a_model_of_its_own(window, sample, tmp_path) -> None:

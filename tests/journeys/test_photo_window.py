@@ -183,7 +183,7 @@ def test_what_cannot_be_written_beside_the_photos_is_kept_in_the_project(
     press(photo, Qt.Key.Key_B)
     click(photo.canvas, on(photo, 600, 600))
     wait(lambda: photo.survey.exports.problem, "the problem")
-    assert "kept in the project" in photo.bar._text.text()
+    assert "saved in the project" in photo.bar._text.text()
     assert "no permission" in photo.bar._text.text()
     assert photo.close()
     assert not (photos / "HL_2041_mask.png").exists()
@@ -338,7 +338,7 @@ def test_control_points_are_imported_and_what_is_missing_is_said(looked_at, phot
     chosen[0] = str(resource("sample", "marks.csv"))
     photo.actions_table.run("import_marks")
     assert "3 control points" not in photo.points.missing.text()
-    assert "Marks in photos that are not here are kept" in photo._status.text()
+    assert "Marks in photos that are not in this folder are kept" in photo._status.text()
     assert window.survey.tables() == (photos / "control.csv", photos / "marks.csv")
     photo.points.choose(known[0].label)
     driver.pause(100)
@@ -413,11 +413,11 @@ def test_nothing_is_taken_back_or_closed_while_masks_are_drawn_in_many_photos(lo
     saved(photo)
     assert not photo.masks.used(last)[900, 900]
     assert not photo.masks.used(last)[300, 300]
-    assert "Drawn into 3 more photos" in photo._status.text()
+    assert "The shape was drawn in 3 more photos." in photo._status.text()
     driver.pause(100)
-    assert "Drawn into 3 more photos" in photo._status.text(), "it stays"
+    assert "The shape was drawn in 3 more photos." in photo._status.text(), "it stays"
     press(photo, Qt.Key.Key_V)
-    assert "Drag to move" in photo._status.text()
+    assert "Drag to pan" in photo._status.text()
     assert photo.close()
 
 

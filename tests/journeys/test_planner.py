@@ -41,7 +41,7 @@ def planner(window):
 
 
 def test_a_survey_is_planned_from_numbers_that_are_typed(planner, window, tmp_path) -> None:
-    assert "Choose the camera" in planner.problem.text()
+    assert "Choose a camera" in planner.problem.text()
     assert not planner.save.isEnabled()
     # 36 mm of sensor, 6000 pixels and 30 mm of lens at 25 m: 36/30 * 25 / 6000 = 5 mm.
     retype(planner.camera.lineEdit(), "36x24,30,6000x4000")
@@ -65,12 +65,12 @@ def test_a_survey_is_planned_from_numbers_that_are_typed(planner, window, tmp_pa
     assert "30 x 20 m" in sheet.read_text()
 
 
-def test_the_wish_may_be_a_pixel_or_a_plane(planner) -> None:
+def test_the_target_may_be_a_gsd_or_a_plane(planner) -> None:
     retype(planner.camera.lineEdit(), "36x24,30,6000x4000")
     settled(planner)
     planner.target.setFocus()
     QTest.keyClick(planner.target, Qt.Key.Key_Down)
-    assert planner.target.currentText() == "Pixel on the rock"
+    assert planner.target.currentText() == "Ground sampling distance"
     settled(planner)
     # The same plan, said in another quantity: 30 m are 6 mm.
     assert planner.value.text() == "6"
@@ -98,10 +98,11 @@ def test_what_cannot_be_planned_is_said_and_mended(planner) -> None:
     assert planner.plan.camera.focal_mm == 35.0
     retype(planner.height_, "-3")
     settled(planner)
-    assert "Height of the outcrop: must be a positive number" in planner.problem.text()
+    assert planner.problem.text().startswith("Height of the outcrop: ")
+    assert "positive number" in planner.problem.text()
     retype(planner.height_, "x")
     settled(planner)
-    assert "height is a number" in planner.problem.text()
+    assert planner.problem.text() == "Height of the outcrop: “x” is not a number."
     retype(planner.camera.lineEdit(), "a" * 5000)
     settled(planner)
     assert planner.plan is None

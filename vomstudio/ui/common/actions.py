@@ -11,6 +11,7 @@ from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.words import tr
 
 _log = logging.getLogger(__name__)
@@ -92,7 +93,7 @@ class Actions(QObject):
             lines = [f"{text} ({keys})" if keys else text]
             lines += [line for line in (command.tip, command.what()) if line]
             if why_not is not None:
-                lines.append(tr("Not now: {reason}", reason=why_not))
+                lines.append(tr("Not now: {reason}", reason=as_sentence(why_not)))
             action.setToolTip("\n".join(lines))
             if command.checked is not None:
                 action.setChecked(command.checked())

@@ -32,8 +32,8 @@ def control_findings(facts: ControlFacts | None, note: str) -> list[tuple[str, s
 def finished_text(name: str, result: Reconstruction) -> str:
     """The notice of a finished reconstruction of the photos of this name."""
     return tr(
-        "The reconstruction of {name} is finished: {registered} of {photos} photos are aligned, and "
-        "the mesh has {faces:,} faces.",
+        "The reconstruction of {name} is finished: {registered} of {photos} photos are aligned, "
+        "and the mesh has {faces:,} faces.",
         name=name,
         registered=result.registered,
         photos=result.photos,

@@ -23,8 +23,8 @@ from vomstudio.ui.common.studio import Notice, Studio
 from vomstudio.ui.photos import reconstruction_folders
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_exports import PhotoExports
-from vomstudio.ui.photos.photo_import import PhotoImport
 from vomstudio.ui.photos.photo_findings import control_findings, finished_text
+from vomstudio.ui.photos.photo_import import PhotoImport
 from vomstudio.ui.photos.photo_row import PhotoRow, add_findings
 from vomstudio.ui.photos.reconstruction_settings import ReconstructionSettings
 from vomstudio.words import tr
@@ -131,9 +131,8 @@ class PhotoSurvey(QObject):
         """Where the model of these photos in this quality is made, or was begun."""
         if self.folder is None:
             return None
-        return reconstruction_folders.folder_for(
-            self._studio.project.folder, self.folder, self.quality
-        )
+        project = self._studio.project.folder
+        return reconstruction_folders.folder_for(project, self.folder, self.quality)
 
     def choose_quality(self, quality: str) -> None:
         self.choose(replace(self.settings, quality=quality))
@@ -340,11 +339,9 @@ class PhotoSurvey(QObject):
     def aligned_folder(self) -> Path | None:
         """A reconstruction of these photos with cameras: in this quality, else the newest one."""
         out = self.out()
-        return (
-            None
-            if out is None or self.folder is None
-            else reconstruction_folders.aligned(out, self.folder)
-        )
+        if out is None or self.folder is None:
+            return None
+        return reconstruction_folders.aligned(out, self.folder)
 
     def check_again(self) -> None:
         """Masks have changed what the photos are worth."""
