@@ -72,6 +72,7 @@ class ShownPhoto:
 
     @property
     def picture(self) -> Picture:
+        """What a pane draws: the upright image and its size as the upright photo."""
         size = (self.width, self.height)
         if self.orientation in (5, 6, 7, 8):
             size = size[::-1]
@@ -99,12 +100,15 @@ class AlignmentData(QObject):
         self.overview = NOTHING_ALIGNED
 
     def close(self) -> None:
+        """Cancel what is being read; nothing is passed on any more."""
         self._closed = True
         self._background.close()
         for _, job in self._asked.values():
             self._studio.jobs.cancel(job)
 
     def read(self, then: Callable[[], None], failed: Callable[[str], None]) -> None:
+        """Read the overview, then call `then`, or `failed` with a sentence."""
+
         def arrived(result: AlignmentOverview, _: Arrays) -> None:
             self.overview = result
             then()

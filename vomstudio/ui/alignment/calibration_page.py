@@ -73,6 +73,7 @@ class CalibrationPage(QWidget):
         layout.addLayout(tables, 1)
 
     def fill(self) -> None:
+        """Show the cameras of the overview."""
         cameras = self._data.overview.cameras
         self.camera.clear()
         for number, camera in enumerate(cameras):

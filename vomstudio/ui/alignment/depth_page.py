@@ -108,6 +108,7 @@ class DepthPage(QWidget):
         self.table.change(lambda values: values[0] == name, 1, share)
 
     def show_photo(self, name: str) -> None:
+        """Show the photo of this name and its depth map."""
         self._wanted, self._arrays = name, None
         self._said.setText("")
         if not self._has[name]:

@@ -131,6 +131,7 @@ class ResidualPage(QWidget):
         return words
 
     def show_photo(self, name: str) -> None:
+        """Show the photo of this name and its residuals."""
         self._wanted, self._photo, self._arrays = name, None, None
         self._said.setText("")
         self.panes.say(tr("Reading…"))

@@ -41,6 +41,7 @@ class MessagesPanel(QListWidget):
         self.setSelectionMode(QListWidget.SelectionMode.ExtendedSelection)
 
     def add(self, notice: Notice) -> None:
+        """Add a notice below the others, and scroll to it."""
         item = QListWidgetItem(
             theme.icon(_ICONS[notice.level]), f"{datetime.now():%H:%M:%S}  {notice.text}"
         )

@@ -70,6 +70,7 @@ class NumberModel(QAbstractTableModel):
         return None
 
     def sort(self, column: int, order: Qt.SortOrder = Qt.SortOrder.AscendingOrder) -> None:
+        """By the values of a column; rows without a value come last in both orders."""
         self.layoutAboutToBeChanged.emit()
         held = self.persistentIndexList()
         rows = [self.rows[index.row()] for index in held]

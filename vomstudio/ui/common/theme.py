@@ -147,6 +147,7 @@ def _painted(key: str, draw: Callable[[QPainter], None]) -> QIcon:
 
 
 def at_least_nine_points(application: QApplication) -> None:
+    """Enlarge the font of the program where it is smaller than 9 points."""
     font: QFont = application.font()
     if font.pointSizeF() < 9.0:
         font.setPointSizeF(9.0)

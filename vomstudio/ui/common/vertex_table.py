@@ -40,6 +40,7 @@ class VertexTable(QTableWidget):
         return model.to_world if isinstance(model, Model) else None
 
     def refresh(self) -> None:
+        """Show the vertices of the tool as they are now."""
         tool = self._tool
         with QSignalBlocker(self):
             self.setRowCount(len(tool.vertices))

@@ -91,6 +91,7 @@ class MarkEditing(QObject):
         return None if there else tr("The point is not marked in this photo.")
 
     def new_point(self) -> None:
+        """Add a point with a free label, choose it and take up the mark tool."""
         label = self._marks.marking.free_label()
         made = self._marks.marking.begun_with(label)
         self._marks.change(tr("New point"), made)
@@ -99,6 +100,7 @@ class MarkEditing(QObject):
         self._canvas.setFocus()
 
     def remove_point(self) -> None:
+        """Remove the chosen point with all its marks."""
         label = self._points.label
         made = self._marks.marking.removed(label)
         self._marks.change(tr("Remove {label}", label=label), made)

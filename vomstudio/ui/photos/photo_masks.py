@@ -31,6 +31,7 @@ class _States:
         self._packed: dict[str, tuple[npt.NDArray[np.uint8], tuple[int, int]]] = {}
 
     def keep(self, file: Asset, used: Flags) -> None:
+        """Remember the values (height, width) of a mask file."""
         self._packed.pop(file.path, None)
         self._packed[file.path] = np.packbits(used), (used.shape[0], used.shape[1])
         for path in list(self._packed)[:-_STATES]:
@@ -170,6 +171,7 @@ class PhotoMasks(QObject):
         self.end()
 
     def invert(self, name: str) -> None:
+        """Swap what is masked and what is not in this photo."""
         used = self._masks.get(name)
         if used is not None:
             np.logical_not(used, out=used)

@@ -74,6 +74,8 @@ def undo_commands(
 def mask_commands(
     masks: PhotoMasks, box: MaskBox, canvas: MarkCanvas, photo: OpenedPhoto
 ) -> list[Command]:
+    """Commands that change the brush, and the mask as a whole."""
+
     def no_mask() -> str | None:
         if masks.busy or masks.used(photo.name) is not None:
             return masks.busy or None

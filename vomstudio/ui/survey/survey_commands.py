@@ -80,6 +80,7 @@ class SurveyDialogs:
         self._dialogs, self._actions, self._open_folder = dialogs, actions, open_folder
 
     def plan(self) -> None:
+        """Open the survey planner."""
         from vomstudio.ui.survey.planner_dialog import PlannerDialog
 
         self._dialogs.show(
@@ -87,6 +88,7 @@ class SurveyDialogs:
         )
 
     def video(self) -> None:
+        """Open the extraction of frames from a video."""
         from vomstudio.ui.survey.video_dialog import VideoDialog
 
         self._dialogs.show(
@@ -94,6 +96,7 @@ class SurveyDialogs:
         )
 
     def settings(self) -> None:
+        """Open the reconstruction settings."""
         from vomstudio.ui.survey.reconstruct_dialog import ReconstructDialog
 
         make = self._actions["make_model"]
