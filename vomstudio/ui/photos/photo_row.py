@@ -10,7 +10,7 @@ from vomstudio.survey.check_results import SurveyReport
 
 @dataclass
 class PhotoRow:
-    """width, height: pixels as stored. place: (x, y) metres in plan; heading: unit vector (dx, dy)
+    """width, height: pixels as stored. place: (x, y) metres in plan; looks: unit vector (dx, dy)
     of the horizontal viewing direction, None where unknown or vertical. gsd_m: metres of a pixel on
     the rock; blur: edge width in pixels; views: mean number of photos that see the same rock.
     found_mask: the mask that lies beside the photo; mask: the one that is used."""
@@ -26,7 +26,7 @@ class PhotoRow:
     mask: str | None
     thumbnail: str | None = None
     place: tuple[float, float] | None = None
-    heading: tuple[float, float] | None = None
+    looks: tuple[float, float] | None = None
     gsd_m: float | None = None
     blur: float | None = None
     views: float | None = None

@@ -89,8 +89,8 @@ class PlanView(QWidget):
             color = QColor(_CHOSEN)
         painter.setPen(QPen(color, 2.0))
         painter.setBrush(color)
-        if row.heading is not None:
-            dx, dy = row.heading
+        if row.looks is not None:
+            dx, dy = row.looks
             painter.drawLine(at, at + QPointF(16 * dx, -16 * dy))
         if row.findings:
             painter.drawPolygon(

@@ -94,13 +94,13 @@ def enter_cameras(out: Path, rows: Sequence[PhotoRow]) -> bool | None:
         return None
     views = {view.name: view for view in cameras.views}
     for row in rows:
-        row.place = row.heading = None
+        row.place = row.looks = None
         if (view := views.get(row.name)) is not None:
             x, y, _ = view.centre
             dx, dy, _ = view.direction
             size = (dx * dx + dy * dy) ** 0.5
             row.place = (float(x), float(y))
-            row.heading = (float(dx / size), float(dy / size)) if size > _LEAST_ARROW else None
+            row.looks = (float(dx / size), float(dy / size)) if size > _LEAST_ARROW else None
     return cameras.crs is not None
 
 

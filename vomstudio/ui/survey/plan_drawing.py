@@ -164,7 +164,7 @@ class PlanDrawing(QWidget):
         painter.setPen(QPen(QColor(PERPENDICULAR), 1.0, Qt.PenStyle.DashLine))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawRect(QRectF(x - 5, y - 4, 12, 8))
-        x = self._legend_text(painter, text, tr("area of one photo"), x + 4, y)
+        x = self._legend_text(painter, text, tr("footprint"), x + 4, y)
         for filled, name in ((True, tr("control point")), (False, tr("check point"))):
             painter.setPen(QPen(QColor(CONTROL), 1.5))
             painter.setBrush(QColor(CONTROL if filled else "#ffffff"))
