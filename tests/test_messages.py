@@ -163,7 +163,7 @@ def test_messages_of_errors_are_sentences() -> None:
 def test_texts_on_the_screen_are_translated() -> None:
     wrong = []
     for call in calls():
-        if call.name in SHOWN and "/ui/" in call.file or "/rendering/qt/" in call.file:
+        if (call.name in SHOWN and "/ui/" in call.file) or "/rendering/qt/" in call.file:
             if call.name not in SHOWN:
                 continue
             for argument in call.node.args:
