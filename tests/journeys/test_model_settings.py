@@ -62,7 +62,7 @@ def test_control_beside_the_photos_is_found_and_its_frame_proposed(window, sampl
     window.open_path(sample)
     looked_at(window)
     settled(window)
-    assert "Ground control will register the model in EPSG:" in findings(window)
+    assert "registered by ground control in EPSG:" in findings(window)
     driver.keep_picture(window, "control-found")
     dialog = open_dialog(window)
     assert dialog.by_control.isChecked()
@@ -77,7 +77,7 @@ def test_control_beside_the_photos_is_found_and_its_frame_proposed(window, sampl
     tick(dialog.by_gps)
     settled(window)
     assert window.survey.settings.control is None
-    assert "Ground control" not in findings(window)
+    assert "ground control" not in findings(window)
     tick(dialog.by_control)
     settled(window)
     assert window.survey.settings.control == sample.parent / "control.csv"
@@ -210,7 +210,7 @@ def test_marks_that_are_written_later_are_taken_up(window, sample) -> None:
     window.survey.control_written()
     settled(window)
     assert window.survey.settings.control == sample.parent / "control.csv"
-    assert "Ground control will register the model" in findings(window)
+    assert "registered by ground control" in findings(window)
 
 
 def test_another_folder_of_the_same_name_gets_a_model_of_its_own(window, sample, tmp_path) -> None:

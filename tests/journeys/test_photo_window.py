@@ -232,12 +232,12 @@ def test_parts_are_joined_by_points_and_a_polygon_is_closed_by_a_double_click(lo
     assert "Part 2 (2 photos) is not joined" in said
     assert "tie1 has no marks in the model and 1 in part 2" in said
     rows = [photo.list.item(i).text() for i in range(4)]
-    assert sum("part 2" in text for text in rows) == 2
+    assert sum("component 2" in text for text in rows) == 2
     # One mark leaves a line in the other photo of its part.
     press(photo, Qt.Key.Key_PageDown)
     wait(lambda: photo.photo == NAMES[3], "the next photo")
     ready(photo)
-    assert len(photo.canvas._course) > 10
+    assert len(photo.canvas._epipolar_line) > 10
     driver.keep_picture(photo, "photo-window-7-part")
     press(photo, Qt.Key.Key_P)
     corners = [(100, 100), (400, 100), (400, 400)]

@@ -45,7 +45,7 @@ class DepthPage(QWidget):
                 Column(
                     tr("Coverage"),
                     "{:.0%}".format,
-                    tr("Share of the unmasked pixels that have a depth"),
+                    tr("Share of the unmasked pixels that have a depth."),
                 ),
             ),
             sort_by=0,
@@ -55,16 +55,16 @@ class DepthPage(QWidget):
         self.what = ComboBox()
         self.what.setObjectName("depth_what")
         for title, name, tip in (
-            (tr("Depth"), "colors", tr("Distance along the viewing direction")),
+            (tr("Depth"), "colors", tr("Distance along the viewing direction.")),
             (
                 tr("Confidence"),
                 "confidence",
-                tr("Each further photo that agrees halves the difference from 1"),
+                tr("Each further photo that agrees halves the difference from 1."),
             ),
             (
                 tr("Surface normal"),
                 "normals",
-                tr("Hue: azimuth of the normal; pale: nearly horizontal; dark: overhanging"),
+                tr("Hue: azimuth of the normal; pale: nearly horizontal; dark: overhanging."),
             ),
         ):
             self.what.addItem(title, name)
@@ -190,7 +190,7 @@ class DepthPage(QWidget):
                 words = (
                     tr("Depth {value:.3f} {unit}", value=value, unit=self.unit)
                     if value > 0
-                    else tr("No depth: no other photo agrees")
+                    else tr("No depth: no other photo agrees.")
                 )
         self._under.setText(words or tr("Wheel: zoom. Drag: pan. Both pictures move together."))
 

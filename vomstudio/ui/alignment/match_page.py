@@ -41,10 +41,10 @@ class MatchPage(QWidget):
                 Column(
                     tr("Inliers"),
                     "{:,}".format,
-                    tr("Matches that agree with the epipolar geometry of the two photos"),
+                    tr("Matches that agree with the epipolar geometry of the two photos."),
                 ),
-                Column(tr("Matches"), "{:,}".format, tr("Pairs of similar features")),
-                Column(tr("Inlier ratio"), "{:.1%}".format, tr("Inliers over all matches")),
+                Column(tr("Matches"), "{:,}".format, tr("Pairs of similar features.")),
+                Column(tr("Inlier ratio"), "{:.1%}".format, tr("Inliers over all matches.")),
             ),
             sort_by=2,
             descending=True,
@@ -54,10 +54,10 @@ class MatchPage(QWidget):
         self.panes = PicturePanes(2)
         self.panes.setObjectName("match_panes")
         self.features = QCheckBox(tr("All features"))
-        self.features.setToolTip(tr("All detected features of both photos"))
+        self.features.setToolTip(tr("All detected features of both photos."))
         self.outliers = QCheckBox(tr("Outliers"))
         self.outliers.setToolTip(
-            tr("Matches that disagree with the epipolar geometry, drawn in red")
+            tr("Matches that disagree with the epipolar geometry, drawn in red.")
         )
         self.lines = ComboBox()
         self.lines.setObjectName("lines")
@@ -65,7 +65,7 @@ class MatchPage(QWidget):
             self.lines.addItem(tr("{count:,} lines", count=count), count)
         self.lines.addItem(tr("all lines"), 10**9)
         self.lines.addItem(tr("no lines"), 0)
-        self.lines.setToolTip(tr("How many of the inliers are drawn as lines"))
+        self.lines.setToolTip(tr("How many of the inliers are drawn as lines."))
         self._legend = QLabel()
         self._said = ElidedLabel()
         for box in (self.features, self.outliers):

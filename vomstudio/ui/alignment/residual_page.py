@@ -44,13 +44,13 @@ class ResidualPage(QWidget):
                 Column(
                     tr("Median error"),
                     "{:.2f} px".format,
-                    tr("Median reprojection error of the tie points"),
+                    tr("Median reprojection error of the tie points."),
                 ),
-                Column(tr("Max. error"), "{:.1f} px".format, tr("Largest reprojection error")),
+                Column(tr("Max. error"), "{:.1f} px".format, tr("Largest reprojection error.")),
                 Column(
                     tr("GPS residual"),
                     "{:.2f} m".format,
-                    tr("Distance between the GPS position of the photo and its camera"),
+                    tr("Distance between the GPS position of the photo and its camera."),
                 ),
             ),
             sort_by=2,

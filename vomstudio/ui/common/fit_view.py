@@ -30,7 +30,7 @@ class _Line:
 _CONFIDENCE = _Line(
     to_translate("95 % conf."),
     to_translate(
-        "Half-angles of the joint 95 % confidence region of the plane, largest × smallest"
+        "Half-angles of the joint 95 % confidence region of the plane, largest × smallest."
     ),
     catalogue.MAX_CONFIDENCE,
     catalogue.MIN_CONFIDENCE,
@@ -39,7 +39,7 @@ _CONFIDENCE = _Line(
 _SIZE = _Line(
     to_translate("Extent / RMS"),
     to_translate(
-        "Longest axis of the trace, and root mean square distance of its points to the plane"
+        "Longest axis of the trace, and root mean square distance of its points to the plane."
     ),
     catalogue.EXTENT,
     catalogue.RMS,
@@ -50,7 +50,7 @@ _LINES = (
         to_translate("± dip / dir."),
         to_translate(
             "95 % confidence of dip and of dip direction; the dip direction is undefined for a "
-            "nearly horizontal plane"
+            "nearly horizontal plane."
         ),
         catalogue.DIP_ERROR,
         catalogue.DIP_DIRECTION_ERROR,
@@ -58,7 +58,7 @@ _LINES = (
     _Line(
         to_translate("Ang. error"),
         to_translate(
-            "Hyperbolic angular error of the scatter (Quinn and Ehlmann 2019), largest × smallest"
+            "Hyperbolic angular error of the scatter (Quinn and Ehlmann 2019), largest × smallest."
         ),
         catalogue.MAX_ANGULAR_ERROR,
         catalogue.MIN_ANGULAR_ERROR,
@@ -66,13 +66,13 @@ _LINES = (
     ),
     _Line(
         to_translate("M / K"),
-        to_translate("M = ln(l1/l3), good above 4; K = ln(l1/l2) / ln(l2/l3), good below 0.8"),
+        to_translate("M = ln(l1/l3), good above 4; K = ln(l1/l2) / ln(l2/l3), good below 0.8."),
         catalogue.M,
         catalogue.K,
     ),
     _Line(
         to_translate("Copl. / coll."),
-        to_translate("Coplanarity 1/l3 and collinearity l1/l2 (textbook, eq. 20 and 21)"),
+        to_translate("Coplanarity 1/l3 and collinearity l1/l2 (textbook, eq. 20 and 21)."),
         catalogue.COPLANARITY,
         catalogue.COLLINEARITY,
     ),

@@ -76,7 +76,7 @@ class MessageBar(QFrame):
         close = QToolButton()
         close.setIcon(theme.icon("close"))
         close.setAutoRaise(True)
-        close.setToolTip(tr("Close this message"))
+        close.setToolTip(tr("Close this message."))
         close.clicked.connect(self.hide)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(8, 3, 4, 3)

@@ -87,7 +87,7 @@ class MarkCanvas(PhotoCanvas):
         self._version = 0
         self._marks: Sequence[ShownMark] = ()
         self._corners: list[Pixel] = []
-        self._epipolar_curve = np.zeros((0, 2))
+        self._epipolar_line = np.zeros((0, 2))
         self._grabbed: tuple[QPointF, Pixel] | None = None
         self._slow = False
 
@@ -122,9 +122,9 @@ class MarkCanvas(PhotoCanvas):
     def marks(self) -> Sequence[ShownMark]:
         return self._marks
 
-    def set_epipolar_curve(self, pixels: npt.NDArray[np.float64]) -> None:
+    def set_epipolar_line(self, pixels: npt.NDArray[np.float64]) -> None:
         """(k, 2) pixels of the stored photo along which the chosen point must lie."""
-        self._epipolar_curve = pixels
+        self._epipolar_line = pixels
         self.update()
 
     def set_corners(self, corners: Sequence[Pixel]) -> None:
@@ -215,9 +215,9 @@ class MarkCanvas(PhotoCanvas):
         painter = QPainter(self)
         self._paint_mask(painter)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        if len(self._epipolar_curve) > 1:
+        if len(self._epipolar_line) > 1:
             line = QPolygonF(
-                [QPointF(x, y) for x, y in self.screen_of(self._epipolar_curve).tolist()]
+                [QPointF(x, y) for x, y in self.screen_of(self._epipolar_line).tolist()]
             )
             for pen in (QPen(painting.DARK, 3.2), QPen(QColor("white"), 1.4, Qt.PenStyle.DashLine)):
                 painter.setPen(pen)

@@ -46,7 +46,7 @@ class MarkEditing(QObject):
     # --- showing -----------------------------------------------------------------------------
     def show(self) -> None:
         """Draw the marks of this photo, the predicted positions of the other points, and the
-        epipolar curve of the chosen one."""
+        epipolar line of the chosen one."""
         marking, chosen, photo = self._marks.marking, self._points.label, self._photo.name
         there = marking.within(photo)
         shown = []
@@ -61,7 +61,7 @@ class MarkEditing(QObject):
                 role = marking.role(label)
                 shown.append(ShownMark(label, role, at, label == chosen, True))
         self._canvas.set_marks(shown)
-        self._canvas.set_epipolar_curve(self._marks.epipolar_curve(chosen, photo))
+        self._canvas.set_epipolar_line(self._marks.epipolar_line(chosen, photo))
 
     def look_at_point(self, *, again: bool = False) -> None:
         """While points are marked, the photo is opened where the point is, or should be."""

@@ -40,9 +40,9 @@ class MaskBox(QGroupBox):
         row = QHBoxLayout()
         for button, text, icon, tip in (
             (self.hide_button, tr("Mask"), "eye-off-outline",
-             tr("Drawing masks: sky, vegetation, people, your own shadow (X)")),
+             tr("Drawing masks: sky, vegetation, people, your own shadow (X).")),
             (self.keep_button, tr("Unmask"), "eraser",
-             tr("Drawing erases the mask (X)")),
+             tr("Drawing erases the mask (X).")),
         ):  # fmt: skip
             button.setText(text)
             button.setIcon(theme.icon(icon))
@@ -58,7 +58,7 @@ class MaskBox(QGroupBox):
         self.brush_size.setObjectName("brush_size")
         self.brush_size.setRange(0, _STEPS)
         self.brush_size.setToolTip(
-            tr("Radius of the brush in pixels of the photo ([ and ], or Ctrl and the wheel)")
+            tr("Radius of the brush in pixels of the photo ([ and ], or Ctrl and the wheel).")
         )
         self.brush_size.valueChanged.connect(self._size_changed)
         self._size_words = QLabel()

@@ -21,12 +21,12 @@ def commands(opening: PhotoOpening, chosen: Callable[[], str | None]) -> list[Co
     return [
         Command("open_photo", tr("&Open photo"), lambda: opening.open(chosen()),
                 "image-edit-outline", (),
-                tr("In a window of its own, to draw its mask and to mark points"),
+                tr("In a window of its own, to draw its mask and to mark points."),
                 opening.why_not),
         Command("take_in_photos", tr("Re-&import points and masks"), opening.take_in,
                 "tray-arrow-down", (),
                 tr("Replace those of the project by the control points, marks and masks beside the "
-                   "photos"),
+                   "photos."),
                 opening.why_not),
     ]  # fmt: skip
 

@@ -18,13 +18,14 @@ def control_findings(facts: ControlFacts | None, note: str) -> list[tuple[str, s
     summary = as_sentence(facts.summary)
     if facts.crs:
         first = tr(
-            "Ground control will register the model in {crs}. {summary}",
+            "The model will be registered by ground control in {crs}. {summary}",
             crs=facts.crs,
             summary=summary,
         )
     else:
         first = tr(
-            "Ground control will register the model in a local frame. {summary}", summary=summary
+            "The model will be registered by ground control in a local frame. {summary}",
+            summary=summary,
         )
     return [("info", first), *(("warning", as_sentence(text)) for text in facts.warnings)]
 

@@ -84,7 +84,7 @@ class PhotoMarks(QObject):
             self._sights[label] = kept
         return kept[1]
 
-    def epipolar_curve(self, label: str, photo: str) -> Array:
+    def epipolar_line(self, label: str, photo: str) -> Array:
         """(k, 2) pixels of a photo on which a point must lie that is marked in one other photo;
         (0, 2) where it is marked in none or in several."""
         if self._cameras is None or not label:

@@ -38,20 +38,20 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
         Command("next", tr("Next photo"), lambda: photos.step(1), "chevron-right",
                 ("PgDown", "Alt+Right")),
         Command("look", tr("Navigate"), take_up(LOOK), "hand-back-right-outline", "V",
-                tr("Pan and zoom"), in_viewport=True, checked=is_tool(LOOK)),
+                tr("Pan and zoom."), in_viewport=True, checked=is_tool(LOOK)),
         Command("mark", tr("Mark"), take_up(MARK), "target", "M",
-                tr("Mark control points, check points and tie points"),
+                tr("Mark control points, check points and tie points."),
                 in_viewport=True, checked=is_tool(MARK)),
         Command("polygon", tr("Polygon"), take_up(POLYGON), "vector-polygon", "P",
-                tr("Mask or unmask a polygon"),
+                tr("Mask or unmask a polygon."),
                 in_viewport=True, checked=is_tool(POLYGON)),
         Command("brush", tr("Brush"), take_up(BRUSH), "brush", "B",
-                tr("Mask or unmask with a brush"),
+                tr("Mask or unmask with a brush."),
                 in_viewport=True, checked=is_tool(BRUSH)),
         Command("fit", tr("Whole photo"), canvas.fit, "fit-to-page-outline", "0",
                 in_viewport=True),
         Command("one_to_one", "1 : 1", canvas.one_to_one, "magnify-plus-outline", "1",
-                tr("One pixel of the photo is one pixel of the screen"), in_viewport=True),
+                tr("One pixel of the photo is one pixel of the screen."), in_viewport=True),
     ]  # fmt: skip
 
 
@@ -95,11 +95,11 @@ def mask_commands(
         Command("repeat_mask", tr("Apply to all photos"), masks.repeat,
                 "image-multiple-outline", (),
                 tr("Draw the last shape in every photo of this size, for something that is at the "
-                   "same place in all of them, such as a leg of the drone"), masks.why_not_repeat),
+                   "same place in all of them, such as a leg of the drone."), masks.why_not_repeat),
         Command("invert_mask", tr("Invert"), lambda: masks.invert(photo.name), "invert-colors", (),
-                tr("Mask what is not masked, and unmask what is masked"), no_mask),
+                tr("Mask what is not masked, and unmask what is masked."), no_mask),
         Command("clear_mask", tr("Clear"), clear, "image-outline", (),
-                tr("Unmask the whole photo"), no_mask),
+                tr("Unmask the whole photo."), no_mask),
     ]  # fmt: skip
 
 
@@ -111,17 +111,17 @@ def point_commands(editing: MarkEditing, folder: Path, parent: QWidget) -> list[
 
     return [
         Command("new_point", tr("New point"), editing.new_point, "plus", "N",
-                tr("A tie point; with coordinates it becomes a control point"), in_viewport=True),
+                tr("A tie point; with coordinates it becomes a control point."), in_viewport=True),
         Command("remove_point", tr("Remove point"), editing.remove_point, "delete-outline", (),
-                tr("Remove the point with all its marks"), editing.why_no_point),
+                tr("Remove the point with all its marks."), editing.why_no_point),
         Command("import_points", tr("Import points…"), import_table(False),
                 "map-marker-plus-outline", (),
                 tr("A table of control points: label, x, y, z and, if known, sigma and use "
-                   "(control or check)")),
+                   "(control or check).")),
         Command("import_marks", tr("Import marks…"), import_table(True),
                 "map-marker-multiple-outline", (),
-                tr("A table of image marks: label, photo, x, y")),
+                tr("A table of image marks: label, photo, x, y.")),
         Command("remove_mark", tr("Remove mark"), editing.remove_mark, "close", "Del",
-                tr("Remove the mark of the point in this photo"), editing.why_no_mark,
+                tr("Remove the mark of the point in this photo."), editing.why_no_mark,
                 in_viewport=True),
     ]  # fmt: skip

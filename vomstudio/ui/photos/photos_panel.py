@@ -33,8 +33,8 @@ from vomstudio.words import to_translate, tr, tr_n
 _THUMBNAIL = QSize(72, 48)
 _COLUMNS = (
     (to_translate("Photo"), ""),
-    (to_translate("GSD"), to_translate("Ground sampling distance: size of a pixel on the rock")),
-    (to_translate("Blur"), to_translate("Width of the sharpest edges in pixels; 1 is the best")),
+    (to_translate("GSD"), to_translate("Ground sampling distance: size of a pixel on the rock.")),
+    (to_translate("Blur"), to_translate("Width of the sharpest edges in pixels; 1 is the best.")),
     (
         to_translate("Mask"),
         to_translate("A part of the photo is masked. Open the photo to edit it."),
@@ -42,8 +42,8 @@ _COLUMNS = (
     (to_translate("Finding"), ""),
     (to_translate("Camera"), ""),
     (to_translate("Focal length"), ""),
-    (to_translate("Size"), to_translate("Width × height in pixels")),
-    (to_translate("GPS"), to_translate("The photo states its position")),
+    (to_translate("Size"), to_translate("Width × height in pixels.")),
+    (to_translate("GPS"), to_translate("The photo states its position.")),
 )
 """Title and tool tip."""
 _MASK, _FINDING = 3, 4
@@ -82,7 +82,7 @@ class PhotosPanel(QWidget):
         self.results.setObjectName("results")
         self.results.setText(tr("Results"))
         self.results.setIcon(theme.icon("file-document-outline"))
-        self.results.setToolTip(tr("Alignment, tie points and report of the reconstruction"))
+        self.results.setToolTip(tr("Alignment, tie points and report of the reconstruction."))
         self.results.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.results.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         menu = QMenu(self.results)

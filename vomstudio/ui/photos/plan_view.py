@@ -73,7 +73,7 @@ class PlanView(QWidget):
             self._draw(painter, row, self._at(row, scale, cx, cy))
         painter.setPen(QPen(text, 1.5))
         if not self._has_north:
-            words = tr("Local frame: scale and north unknown")
+            words = tr("Local frame: scale and north unknown.")
             painter.drawText(QPointF(8, self.height() - 6), words)
             return
         length = round_length(70 / scale)

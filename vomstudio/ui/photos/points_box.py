@@ -83,7 +83,9 @@ class PointsBox(QGroupBox):
         table.setHorizontalHeaderLabels(titles)
         worst = QTableWidgetItem(titles[3])
         worst.setToolTip(
-            tr("Largest distance of a mark from its position as predicted by the others, in pixels")
+            tr(
+                "Largest distance in pixels between a mark and its position predicted by the others."
+            )
         )
         table.setHorizontalHeaderItem(3, worst)
         table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
@@ -109,9 +111,9 @@ class PointsBox(QGroupBox):
         self.role = ComboBox()
         self.role.setObjectName("point_role")
         for text, role, tip in (
-            (tr("control"), CONTROL, tr("Takes part in the registration of the model")),
-            (tr("check"), CHECK, tr("Takes no part, and shows how good the registration is")),
-            (tr("tie"), TIE, tr("Has no coordinates and only joins photos")),
+            (tr("control"), CONTROL, tr("Takes part in the registration of the model.")),
+            (tr("check"), CHECK, tr("Takes no part, and shows how good the registration is.")),
+            (tr("tie"), TIE, tr("Has no coordinates and only joins photos.")),
         ):
             self.role.addItem(theme.swatch(COLORS[role]), text, role)
             self.role.setItemData(self.role.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
@@ -129,7 +131,7 @@ class PointsBox(QGroupBox):
             field.setObjectName(("point_x", "point_y", "point_z", "point_sigma")[number])
             field.setPlaceholderText(title)
             field.setToolTip(
-                tr("{coordinate} in metres; empty where it is not known", coordinate=title)
+                tr("{coordinate} in metres; empty where it is not known.", coordinate=title)
             )
             field.editingFinished.connect(self._numbers_typed)
             grid.addWidget(field, number // 2, number % 2)
@@ -142,7 +144,7 @@ class PointsBox(QGroupBox):
             spin.setDecimals(2)
             spin.setSingleStep(0.1)
             spin.setKeyboardTracking(False)
-            spin.setToolTip(tr("Pixels of the photo as stored; arrow keys change it by 0.1"))
+            spin.setToolTip(tr("Pixels of the photo as stored; arrow keys change it by 0.1."))
             spin.valueChanged.connect(
                 lambda _: self.typed.emit(self.mark_x.value(), self.mark_y.value())
             )

@@ -129,12 +129,12 @@ class PlannerDialog(QDialog):
         self.camera.setToolTip(
             tr(
                 "A camera from the list, or sensor size and focal length in mm and image size in "
-                "pixels"
+                "pixels."
             )
         )
         self.camera.editTextChanged.connect(self._changed)
         photo = QPushButton(tr("From a photo…"))
-        photo.setToolTip(tr("Read camera and focal length from a photo"))
+        photo.setToolTip(tr("Read camera and focal length from a photo."))
         photo.clicked.connect(self._browse_photo)
         self.focal = self._number("plan_focal")
         self.focal.setPlaceholderText(tr("fixed lens"))

@@ -64,7 +64,7 @@ class VideoDialog(QDialog):
         self.fps.setDecimals(1)
         self.fps.setSingleStep(0.5)
         self.fps.setValue(DEFAULT_FPS)
-        self.fps.setToolTip(tr("1 to 4 are usual, more for a fast camera"))
+        self.fps.setToolTip(tr("1 to 4 are usual, more for a fast camera."))
         rate = QHBoxLayout()
         rate.addWidget(self.fps)
         rate.addWidget(QLabel(tr("per second (1 to 4 are usual)")))
