@@ -83,9 +83,7 @@ class PointsBox(QGroupBox):
         table.setHorizontalHeaderLabels(titles)
         worst = QTableWidgetItem(titles[3])
         worst.setToolTip(
-            tr(
-                "Largest distance in pixels between a mark and its position predicted by the others."
-            )
+            tr("Largest distance in pixels between a mark and its predicted position.")
         )
         table.setHorizontalHeaderItem(3, worst)
         table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
