@@ -63,8 +63,8 @@ class MatchPage(QWidget):
         self.lines.setObjectName("lines")
         for count in _LINES:
             self.lines.addItem(tr("{count:,} lines", count=count), count)
-        self.lines.addItem(tr("all lines"), 10**9)
-        self.lines.addItem(tr("no lines"), 0)
+        self.lines.addItem(tr("All lines"), 10**9)
+        self.lines.addItem(tr("No lines"), 0)
         self.lines.setToolTip(tr("How many of the inliers are drawn as lines."))
         self._legend = QLabel()
         self._said = ElidedLabel()

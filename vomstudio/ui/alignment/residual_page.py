@@ -60,7 +60,7 @@ class ResidualPage(QWidget):
         self.table.chosen.connect(lambda values: self.show_photo(values[0]))
         self.factor = ComboBox()
         self.factor.setObjectName("factor")
-        self.factor.addItem(tr("automatic"), 0)
+        self.factor.addItem(tr("Automatic"), 0)
         for value in _FACTORS:
             self.factor.addItem(f"× {value:,}", value)
         self.factor.currentIndexChanged.connect(lambda _: self._draw())

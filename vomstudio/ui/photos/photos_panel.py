@@ -34,7 +34,10 @@ _THUMBNAIL = QSize(72, 48)
 _COLUMNS = (
     (to_translate("Photo"), ""),
     (to_translate("GSD"), to_translate("Ground sampling distance: size of a pixel on the rock.")),
-    (to_translate("Blur"), to_translate("Width of the sharpest edges in pixels; 1 is the best.")),
+    (
+        to_translate("Blur"),
+        to_translate("Width of the sharpest edges in pixels; the smaller, the sharper."),
+    ),
     (
         to_translate("Mask"),
         to_translate("A part of the photo is masked. Open the photo to edit it."),

@@ -47,9 +47,9 @@ _MANNERS = dict(
     zip(
         MANNERS,
         (
-            to_translate("hand-held camera"),
-            to_translate("drone in front of a cliff"),
-            to_translate("drone over flat ground"),
+            to_translate("Hand-held camera"),
+            to_translate("Drone in front of a cliff"),
+            to_translate("Drone over flat ground"),
         ),
         strict=True,
     )
@@ -137,7 +137,7 @@ class PlannerDialog(QDialog):
         photo.setToolTip(tr("Read camera and focal length from a photo."))
         photo.clicked.connect(self._browse_photo)
         self.focal = self._number("plan_focal")
-        self.focal.setPlaceholderText(tr("fixed lens"))
+        self.focal.setPlaceholderText(tr("Fixed lens"))
         self.aperture = self._number("plan_aperture")
         self.width_ = self._number("plan_width")
         self.height_ = self._number("plan_height")

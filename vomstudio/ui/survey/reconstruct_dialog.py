@@ -102,10 +102,8 @@ class ReconstructDialog(QDialog):
 
     def _make_place(self) -> QGroupBox:
         box = QGroupBox(tr("Registration: position, scale and orientation"))
-        self.by_gps = QRadioButton(
-            tr("by the GPS positions of the photos; without them in a local frame")
-        )
-        self.by_control = QRadioButton(tr("by ground control points"))
+        self.by_gps = QRadioButton(tr("GPS positions of the photos (without them: a local frame)"))
+        self.by_control = QRadioButton(tr("Ground control points"))
         self.control, control_row = file_field("control_file", tr("Choose…"), self._browse_control)
         self.control.setPlaceholderText(
             tr("Table with label, x, y, z, or XML file of MicMac or Metashape")
@@ -121,7 +119,7 @@ class ReconstructDialog(QDialog):
         self.crs.setObjectName("make_crs")
         self.crs.textEdited.connect(self._typing)
         self.crs.setMaximumWidth(170)
-        self.crs.setPlaceholderText(tr("automatic"))
+        self.crs.setPlaceholderText(tr("Automatic"))
         self._crs_words = QLabel()
         self._crs_words.setWordWrap(True)
         crs_row = QHBoxLayout()
@@ -169,7 +167,7 @@ class ReconstructDialog(QDialog):
         self.threads = QSpinBox()
         self.threads.setObjectName("make_threads")
         self.threads.setRange(0, processors)
-        self.threads.setSpecialValueText(tr("all {count}", count=processors))
+        self.threads.setSpecialValueText(tr("All {count}", count=processors))
         self.threads.setToolTip(tr("Number of threads; fewer need less memory."))
         self.threads.valueChanged.connect(self._typing)
         self.memory = QLabel()
@@ -183,7 +181,7 @@ class ReconstructDialog(QDialog):
         self.seed.valueChanged.connect(self._typing)
         self.scheduler = QLineEdit()
         self.scheduler.setObjectName("make_scheduler")
-        self.scheduler.setPlaceholderText(tr("none, or tcp://computer:8786"))
+        self.scheduler.setPlaceholderText(tr("None, or tcp://computer:8786"))
         self.scheduler.setToolTip(
             tr("Address of the scheduler of a Dask cluster that shares the work.")
         )
