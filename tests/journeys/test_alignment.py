@@ -126,7 +126,7 @@ def test_cameras_outlive_the_window(window, made, opened, tmp_path) -> None:
 
 def test_without_photos_the_reasons_are_told(window, outcrop) -> None:
     for name, words in (
-        ("display_cameras", "open a model"),
+        ("display_cameras", "Open a model"),
         ("show_alignment", "reconstruct them first"),
         ("show_tie_points", "reconstruct them first"),
         ("open_report", "when the reconstruction is finished"),

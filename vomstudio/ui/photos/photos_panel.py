@@ -36,7 +36,7 @@ _COLUMNS = (
     (to_translate("GSD"), to_translate("Ground sampling distance: size of a pixel on the rock.")),
     (
         to_translate("Blur"),
-        to_translate("Width of the sharpest edges in pixels; the smaller, the sharper."),
+        to_translate("Blur of the sharpest edges (one sigma) in pixels; the smaller, the sharper."),
     ),
     (
         to_translate("Mask"),
