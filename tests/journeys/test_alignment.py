@@ -203,7 +203,7 @@ def test_matches_of_a_pair_are_chosen_and_looked_at(window, made, opened) -> Non
     wait(lambda: page._arrays is not None and len(page._photos) == 2, "the pair")
     assert page._wanted == ("a.jpg", "b.jpg")
     assert len(page._arrays["matches"]) == 100
-    assert "100 inliers of 101 matches (99.0%)" in page._said.text()
+    assert "100 inliers of 101 matches (99.0 %)" in page._said.text()
     panes = page.panes
     left = panes._links.left
     assert np.allclose(left, made.scene.views[0].project(made.scene.points[:100]), atol=1e-3)
@@ -272,7 +272,7 @@ def test_cameras_residuals_and_depths_are_told(window, made, opened) -> None:
     show_tab(dialog, dialog.depths)
     depths = dialog.depths
     wait(lambda: depths._arrays is not None, "the depth map")
-    assert "50% of the pixels of a.jpg" in depths._said.text()
+    assert "50 % of the pixels of a.jpg" in depths._said.text()
     wait(lambda: depths.table.numbers.rows[0][0] == ("a.jpg", 0.5), "the coverage")
     panes = depths.panes
     spot = panes.to_screen(1, [[20.5, 60.5]])[0]

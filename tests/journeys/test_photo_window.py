@@ -229,8 +229,8 @@ def test_parts_are_joined_by_points_and_a_polygon_is_closed_by_a_double_click(lo
     click(photo.canvas, on(photo, 500, 400))
     assert photo.marks.marking.labels == ("tie1",)
     said = photo.points.missing.text()
-    assert "Part 2 (2 photos) is not joined" in said
-    assert "tie1 has no marks in the model and 1 in part 2" in said
+    assert "Component 2 (2 photos) is not joined" in said
+    assert "tie1 (0 in the model, 1 in component 2)" in said
     rows = [photo.list.item(i).text() for i in range(4)]
     assert sum("component 2" in text for text in rows) == 2
     # One mark leaves a line in the other photo of its part.
@@ -284,7 +284,7 @@ def test_points_are_marked_predicted_nudged_and_kept(looked_at, photos):
                 press(photo, codes[0] if off > 0 else codes[1])
         marked = np.array(photo.marks.marking.of("tie1")[name])
         assert np.abs(marked - truth).max() < 0.06
-    sight = photo.marks.sight("tie1")
+    sight = photo.marks.prediction("tie1")
     third = seen[2]
     assert np.hypot(*(np.array(sight.expected[third]) - views[third].project(place)[0])) < 2.0
     assert sight.worst[1] < 0.2
@@ -300,13 +300,13 @@ def test_points_are_marked_predicted_nudged_and_kept(looked_at, photos):
 
     # A mark that is wrong shows itself, and is dragged to its place.
     click(photo.canvas, middle.toPoint() + QPoint(40, 0))
-    worst = photo.marks.sight("tie1").worst
+    worst = photo.marks.prediction("tie1").worst
     assert worst[1] > 2.0
     driver.keep_picture(photo, "photo-window-5-wrong")
     (now,) = photo.canvas.screen_of(photo.marks.marking.of("tie1")[third])
     start = QPoint(round(now[0]), round(now[1]))
     drag(photo.canvas, start, start - QPoint(40, 0))
-    assert photo.marks.sight("tie1").worst[1] < 1.5
+    assert photo.marks.prediction("tie1").worst[1] < 1.5
     table = read_marks(photos / "marks.csv")
     assert {(m.label, m.photo) for m in table} == {("tie1", name) for name in seen[:3]}
     assert {m.photo: (m.x, m.y) for m in table} == photo.marks.marking.of("tie1")
@@ -333,7 +333,7 @@ def test_control_points_are_imported_and_what_is_missing_is_said(looked_at, phot
     photo.actions_table.run("import_points")
     known = read_control(photos / "control.csv")
     assert known == read_control(resource("sample", "control.csv"))
-    assert "3 control points, each marked in 2 photos" in photo.points.missing.text()
+    assert "3 control points are needed, each marked in 2 photos" in photo.points.missing.text()
     assert window.survey.tables() == (None, None), "they cannot place a model yet"
     chosen[0] = str(resource("sample", "marks.csv"))
     photo.actions_table.run("import_marks")

@@ -55,7 +55,7 @@ def test_a_hopeless_video_says_that_it_is_time_to_give_up(window, dialog, tmp_pa
     dialog.choose_video(film(tmp_path / "bad.avi", np.arange(80) * 10.0, [0.0] * 20 + [7.0] * 60))
     press(dialog.start)
     driver.wait(lambda: dialog._job is None, "the verdict", 120.0)
-    assert "time to give it up" in dialog.said.text()
+    assert "not good enough" in dialog.said.text()
 
 
 def test_what_is_no_video_is_said_in_the_dialog(window, dialog, tmp_path) -> None:

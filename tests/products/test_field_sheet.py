@@ -39,12 +39,12 @@ def test_figures_stand_with_their_units(plan: SurveyPlan) -> None:
     assert said["Distance"] == "20 m"
     assert said["Pixel on the rock"] == "3.33 mm"
     assert said["Smallest plane"] == "3.3 m across"
-    assert said["One photo shows"] == "20 x 13.3 m"
-    assert said["Step between"] == "6 m along, 4 m up"
+    assert said["Footprint"] == "20 x 13.3 m"
+    assert said["Spacing"] == "6 m along, 4 m up"
     assert said["Overlap"] == "70%"
     straight, oblique = len(plan.of_kind("perpendicular")), len(plan.of_kind("oblique"))
     assert said["Photos"] == (f"{straight + oblique}: {straight} perpendicular, {oblique} oblique")
-    assert said["Views of a place"].startswith(f"{plan.views_least} or more, ")
+    assert said["Photos per place"].startswith(f"{plan.views_least} or more, ")
     near, far = plan.depth_of_field_m
     assert said["Sharp at f/8"] == f"{near:.3g} m to " + (
         "infinity" if far is None else f"{far:.3g} m"
@@ -71,7 +71,7 @@ def test_the_page_lists_every_position_and_point(plan: SurveyPlan, tmp_path: Pat
         [p.label, p.use, f"{p.along_m:.2f}", f"{p.up_m:.2f}"] for p in plan.control_points
     ]
     assert "test &lt;one&gt;" in html
-    assert f"marks of {100 * plan.target_size_m:.2g} cm or more" in html
+    assert f"targets of {100 * plan.target_size_m:.2g} cm or more" in html
     assert "<li>Date ____" in html
 
 

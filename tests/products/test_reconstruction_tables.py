@@ -64,14 +64,14 @@ def test_photos_that_miss_by_twice_the_typical_error_are_marked(page: Pages) -> 
     ]  # fmt: skip
     ((head, *body),) = tables(page(photo_rows=rows, scaled=True), "Photos")
     assert head[1] == [
-        "photo", "size", "camera", "tie points", "error, px", "GSD, m", "brightened by",
+        "photo", "size", "camera", "tie points", "error, px", "GSD, m", "exposure gain",
         "GPS residual, m",
     ]  # fmt: skip
     assert [kind for kind, _ in body] == ["", "", "", "out", "", "out"]
     assert body[0][1] == [
         "a", "6000 × 4000", "Maker 24 mm", "1,234", "0.30", "0.0034", "1.26", "2.35",
     ]  # fmt: skip
-    assert body[5][1] == ["f", "6000 × 4000", "unknown", "not placed", "–", "–", "–", "–"]
+    assert body[5][1] == ["f", "6000 × 4000", "unknown", "not aligned", "–", "–", "–", "–"]
     ((head, *_),) = tables(page(photo_rows=rows), "Photos")
     assert "GSD, units" in head[1]
     lost = [photo("f", None)]
@@ -89,7 +89,7 @@ def test_a_camera_says_what_was_held_what_was_found_and_how_well(page: Pages) ->
     html = page(calibration=[camera, camera | {"camera": None, "correlation": []}])
     first, correlation, second = tables(html, "Cameras")
     assert first == [
-        ("", ["parameter", "value", "one sigma"]),
+        ("", ["parameter", "value", "standard error"]),
         ("", ["f", "4123.46", "± 1.2"]),
         ("", ["cx", "3000", "held"]),
         ("", ["k1", "-0.0123457", "unknown"]),
@@ -120,7 +120,7 @@ def test_points_are_listed_with_what_they_miss_by(page: Pages) -> None:
     facts, listed = tables(
         page(registration={"method": "points", "crs": None, "points": points}), "Frame"
     )
-    assert facts == [("", ["", ""]), ("", ["method", "points"])]
+    assert facts == [("", ["", ""]), ("", ["registered by", "points"])]
     assert listed == [
         ("", ["point", "used as", "photos", "east, m", "north, m", "up, m", "error, px"]),
         ("", ["A", "control", "7", "0.001", "-0.003", "0.000", "0.46"]),
@@ -130,7 +130,7 @@ def test_points_are_listed_with_what_they_miss_by(page: Pages) -> None:
     ]
     (alone,) = tables(page(registration={"method": "positions", "points": []}), "Frame")
     assert len(alone) == 2
-    assert "Local: no positions" in page()
+    assert "The model was not registered. no positions" in page()
 
 
 def test_facts_are_written_by_their_kind(page: Pages) -> None:
@@ -141,7 +141,7 @@ def test_facts_are_written_by_their_kind(page: Pages) -> None:
     ((_, *rows),) = tables(page(model=model, scaled=True), "Model")
     assert [cells for _, cells in rows] == [
         ["size of a texture pixel, m", "0.01235"],
-        ["faces", "1,234,567"],
+        ["triangles", "1,234,567"],
         ["closed", "no"],
         ["coloured", "yes"],
         ["of each, one side", "2"],
@@ -154,16 +154,16 @@ def test_the_times_have_their_sum_and_memory_its_unit(page: Pages) -> None:
     html = page(seconds={"alignment": 12.34, "cloud": 100.06}, peak_memory_mb=12345.6)
     times, settings = tables(html, "Time, memory, settings")
     assert [cells for _, cells in times[1:]] == [
-        ["alignment", "12.3 s"], ["cloud", "100.1 s"], ["together", "112.4 s"],
-        ["memory at most", "12,346 MB"],
+        ["alignment", "12.3 s"], ["fusion", "100.1 s"], ["total", "112.4 s"],
+        ["peak memory", "12,346 MB"],
     ]  # fmt: skip
     assert [cells for _, cells in settings[1:]] == [["quality", "low"], ["pycolmap", "4"]]
 
 
 def test_the_summary_counts_and_says_in_which_frame(page: Pages) -> None:
     text = page(registered=9, photos=12, reprojection_error_px=0.456, tie_points=12345)
-    assert "9 of 12 photos placed with a mean reprojection error of 0.46 px; 12,345 tie" in text
-    assert "(1,100 seen in three photos or more); 50,000 points, 4,000 faces" in text
+    assert "9 of 12 photos aligned with a mean reprojection error of 0.46 px. 12,345 tie" in text
+    assert "1,100 are in three photos or more. 50,000 points and 4,000 triangles" in text
     assert "in a local frame, without scale or north.</p>" in text
     assert "in a local frame.</p>" in page(scaled=True)
     assert "in EPSG:32615.</p>" in page(scaled=True, frame="EPSG:32615")
@@ -184,7 +184,7 @@ def test_findings_and_advice_are_lists_where_there_are_any(page: Pages) -> None:
     )
 
 
-@pytest.mark.parametrize(("scaled", "unit"), [(True, "m"), (False, "units of the model")])
+@pytest.mark.parametrize(("scaled", "unit"), [(True, "m"), (False, "model units")])
 def test_the_drawing_shows_cameras_and_points_from_above_and_from_the_south(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, scaled: bool, unit: str
 ) -> None:

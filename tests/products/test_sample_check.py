@@ -244,7 +244,7 @@ def test_checks_are_counted_and_written_with_their_units() -> None:
         Check("two", angle, angle, 3.0, 2.0, False),
         Check("three", 2.0, 2.5, 0.5, None, None, "m"),
     ]
-    assert tally(checks).startswith("The truth lies within the stated 95 % in 1 of 2 checks")
+    assert tally(checks).startswith("The truth lies within the stated 95 % region in 1 of 2 checks")
     lines = as_text(checks, ["A note."]).splitlines()
     assert lines[3].split() == ["one", "<a>", "010.0/04.0", "120.0/45.5", "1.23°", "2.35°", "yes"]
     assert lines[4].split()[-2:] == ["2.00°", "NO"]
@@ -359,9 +359,10 @@ def test_a_model_off_by_so_much_is_said_to_be() -> None:
     fitted = Plane(*plane.measured.values())  # type: ignore[union-attr]
     assert plane.error == pytest.approx(angle_between_planes(fitted, Plane(0, 0)), abs=1e-6)
     words = in_words(checks)
-    assert "lies 12 mm off the outcrop (median), its cameras 7 mm" in words
+    assert "is 12 mm off the outcrop, and its cameras are 7 mm off" in words
     held = int(bool(plane.within))
-    assert f"for {held} of 1 planes on it, the worst is {plane.error:.1f} degrees off" in words
+    assert f"for {held} of 1 planes on the model" in words
+    assert f"the largest error is {plane.error:.1f} degrees" in words
     # Only cameras with a name in common are compared.
     moved = over(0.007)
     renamed = replace(moved, views=(replace(moved.views[0], name="other.jpg"), *moved.views[1:]))
@@ -405,5 +406,5 @@ def test_a_sample_is_checked_plane_by_plane_and_then_for_its_fold_its_fault_and_
     slip = slip_check(found.fits, [(2, 1)], [3, 4], found.beta.beta, 3.0)
     assert found.checks[-1].measured == pytest.approx(slip.measured)
     bad = picks([*groups[:5], np.zeros((4, 3))], rows)
-    with pytest.raises(GeometryError, match="pick j: all points are at the same place"):
+    with pytest.raises(GeometryError, match="The pick j has no plane"):
         check_sample(bad, SampleTruth(planes, Line(0, 0), meets, 3.0))

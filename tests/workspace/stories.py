@@ -19,7 +19,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.project.sample import read_picks, read_truth, sample_model
 from vomstudio.io.settings import Settings
 from vomstudio.jobs.job import Nothing
-from vomstudio.jobs.model_tasks import LOAD_MODEL, WARM, ModelFile
+from vomstudio.jobs.model_tasks import IMPORT_LIBRARIES, LOAD_MODEL, ModelFile
 from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
 from vomstudio.tools.trace import TraceTool
 from vomstudio.workspace.notices import Notice
@@ -167,7 +167,7 @@ def cancelled(folder: Path) -> None:
     jobs.changed.connect(lambda: changes.append(len(jobs.jobs)))
     for _ in range(2):
         job = jobs.submit(
-            WARM,
+            IMPORT_LIBRARIES,
             Nothing(),
             title="Getting ready",
             on_done=ended.append,

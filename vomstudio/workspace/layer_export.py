@@ -8,7 +8,7 @@ from pathlib import Path
 from vomstudio.errors import VomError
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.job import Lane
-from vomstudio.jobs.product_tasks import WRITE_LAYERS, LayersOf
+from vomstudio.jobs.product_tasks import WRITE_LAYERS, LayersOrder
 from vomstudio.signals import Signal
 from vomstudio.workspace.notices import Notices
 from vomstudio.workspace.owner_thread import Later
@@ -79,7 +79,7 @@ class GisLayers:
 
         self._jobs.submit(
             WRITE_LAYERS,
-            LayersOf(folder),
+            LayersOrder(folder),
             title="Writing GIS layers",
             on_done=lambda _: self.written.emit(str(path)),
             on_failed=failed,

@@ -25,11 +25,11 @@ from vomstudio.jobs.model_tasks import (
     LOAD_MODEL,
     PREVIEW_MODEL,
     CachedModel,
-    Glimpse,
-    GlimpsedPoints,
     ModelFile,
+    PreviewOrder,
+    PreviewPoints,
 )
-from vomstudio.jobs.thread_priority import give_way
+from vomstudio.jobs.thread_priority import lower_priority
 from vomstudio.signals import Signal
 from vomstudio.workspace.owner_thread import Post
 from vomstudio.workspace.running_jobs import Jobs, RunningJob
@@ -118,7 +118,7 @@ class ModelLoader:
     def _stream_in_thread(self, key: str, path: Path, then: Then, stop: threading.Event) -> None:
         # The threads that unpack points for this one and for all later ones are as modest as who
         # starts them.
-        give_way()
+        lower_priority()
         try:
             cloud = copc.stream(path, self._budget())
             self._glimpse(key, cloud.overview())
@@ -158,7 +158,7 @@ class ModelLoader:
         os.close(descriptor)
         out = Path(name)
 
-        def ready(found: GlimpsedPoints) -> None:
+        def ready(found: PreviewPoints) -> None:
             if not found.points or key not in self._running:
                 out.unlink(missing_ok=True)
                 return
@@ -166,7 +166,7 @@ class ModelLoader:
 
         self._jobs.submit(
             PREVIEW_MODEL,
-            Glimpse(path, out),
+            PreviewOrder(path, out),
             title=f"Looking at {path.name}",
             on_done=ready,
             on_failed=lambda _: out.unlink(missing_ok=True),
@@ -239,7 +239,7 @@ class ModelLoader:
         )
         self._arrive(key, opened, then)
         # The picture first, and the next ones: nobody waits for this.
-        give_way(19)
+        lower_priority(19)
         surface.build()
 
     def _hand_over(self, key: str, outcome: OpenModel | str, then: Then) -> None:

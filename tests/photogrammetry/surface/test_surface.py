@@ -76,7 +76,7 @@ def test_normals_that_all_point_into_the_rock_are_turned_to_the_cameras():
     inward = PointCloud(cloud.points, cloud.colors, -cloud.normals)
     made = build_surface(inward, OPTIONS, centres=[[0, -5.0, 0]])
     assert cross_products(made.mesh.vertices, made.mesh.faces)[:, 1].sum() < 0
-    assert any("turned" in text for text in made.warnings)
+    assert any("reversed" in text for text in made.warnings)
 
 
 def test_a_step_stays_sharp_and_the_surface_on_the_points():

@@ -1,4 +1,4 @@
-"""All depth maps to one cloud.
+"""Fusion of all depth maps to one point cloud.
 
 A pixel becomes a point where enough other maps agree with it in position and normal and no more see
 through it. Of the pixels that agree with each other the one with the finest footprint is kept, and
@@ -98,7 +98,7 @@ def fuse(
     rows = {name: row for row, name in enumerate(names)}
     kept = _Cache(maps, options.cache_bytes)
     parts = []
-    progress.stage("Fusing depth maps", len(maps))
+    progress.stage(tr("Fusing depth maps"), len(maps))
     for row, name in enumerate(names):
         progress.step(row)
         others = range(len(names)) if neighbours is None else _rows(neighbours.get(name, ()), rows)
@@ -112,8 +112,8 @@ def fuse(
     if not parts:
         raise GeometryError(
             tr(
-                "no two depth maps agree anywhere; the photos may be blurred, of a surface "
-                "without texture, or badly aligned"
+                "No two depth maps agree anywhere. The photos may be blurred, show a surface "
+                "without texture, or be badly aligned."
             )
         )
     columns = [list(column) for column in zip(*parts, strict=True)]

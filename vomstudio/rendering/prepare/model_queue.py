@@ -16,7 +16,7 @@ from vomstudio.failures.error_collector import DESK
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
-from vomstudio.jobs.thread_priority import give_way
+from vomstudio.jobs.thread_priority import lower_priority
 from vomstudio.rendering.prepare.events import (
     Emit,
     Event,
@@ -101,7 +101,9 @@ class ModelWork:
         pool = self._workers()
         if self._streams is None:
             # Of its own: what takes long does not keep it waiting.
-            self._streams = ThreadPoolExecutor(1, thread_name_prefix="clouds", initializer=give_way)
+            self._streams = ThreadPoolExecutor(
+                1, thread_name_prefix="clouds", initializer=lower_priority
+            )
         submit = _submitter(self._streams, stop)
 
         def shape() -> None:
@@ -154,7 +156,9 @@ class ModelWork:
 
     def _workers(self) -> ThreadPoolExecutor:
         if self._pool is None:
-            self._pool = ThreadPoolExecutor(2, thread_name_prefix="viewport", initializer=give_way)
+            self._pool = ThreadPoolExecutor(
+                2, thread_name_prefix="viewport", initializer=lower_priority
+            )
         return self._pool
 
     def _emitter(self, model_id: str, model: threading.Event, stop: threading.Event) -> Emit:

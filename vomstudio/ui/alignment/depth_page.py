@@ -44,7 +44,7 @@ class DepthPage(QWidget):
                 Column(tr("Photo"), number=False),
                 Column(
                     tr("Coverage"),
-                    "{:.0%}".format,
+                    lambda share: f"{100 * share:.0f} %",
                     tr("Share of the unmasked pixels that have a depth."),
                 ),
             ),
@@ -132,9 +132,9 @@ class DepthPage(QWidget):
         self._draw()
         self._said.setText(
             tr(
-                "{coverage:.0%} of the pixels of {photo} have a depth, from {low:.2f} to "
+                "{coverage:.0f} % of the pixels of {photo} have a depth, from {low:.2f} to "
                 "{high:.2f} {unit}.",
-                coverage=facts.coverage,
+                coverage=100 * facts.coverage,
                 photo=name,
                 low=facts.low,
                 high=facts.high,

@@ -44,7 +44,11 @@ class MatchPage(QWidget):
                     tr("Matches that agree with the epipolar geometry of the two photos."),
                 ),
                 Column(tr("Matches"), "{:,}".format, tr("Pairs of similar features.")),
-                Column(tr("Inlier ratio"), "{:.1%}".format, tr("Inliers over all matches.")),
+                Column(
+                    tr("Inlier ratio"),
+                    lambda ratio: f"{100 * ratio:.1f} %",
+                    tr("Inliers over all matches."),
+                ),
             ),
             sort_by=2,
             descending=True,
@@ -190,11 +194,11 @@ class MatchPage(QWidget):
         count, tried = len(matches), len(matches) + len(refused)
         self._said.setText(
             tr(
-                "{inliers:,} inliers of {matches:,} matches ({ratio:.1%}); {left:,} and {right:,} "
+                "{inliers:,} inliers of {matches:,} matches ({ratio:.1f} %); {left:,} and {right:,} "
                 "features",
                 inliers=count,
                 matches=tried,
-                ratio=count / tried if tried else 0.0,
+                ratio=100 * count / tried if tried else 0.0,
                 left=len(arrays["left"]),
                 right=len(arrays["right"]),
             )

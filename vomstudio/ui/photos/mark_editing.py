@@ -51,13 +51,13 @@ class MarkEditing(QObject):
         there = marking.within(photo)
         shown = []
         for label, pixel in there.items():
-            sight = self._marks.sight(label)
-            residual, worst = sight.residuals_px.get(photo), sight.worst
+            prediction = self._marks.prediction(label)
+            residual, worst = prediction.residuals_px.get(photo), prediction.worst
             bad = worst is not None and worst[0] == photo and worst[1] > BAD_PX
             role = marking.role(label)
             shown.append(ShownMark(label, role, pixel, label == chosen, False, residual, bad))
         for label in marking.labels:
-            if label not in there and (at := self._marks.sight(label).expected.get(photo)):
+            if label not in there and (at := self._marks.prediction(label).expected.get(photo)):
                 role = marking.role(label)
                 shown.append(ShownMark(label, role, at, label == chosen, True))
         self._canvas.set_marks(shown)
@@ -71,7 +71,7 @@ class MarkEditing(QObject):
         if self._photo.looks_at(label) and not again:
             return
         place = self._marks.marking.of(label).get(photo)
-        place = place or self._marks.sight(label).expected.get(photo)
+        place = place or self._marks.prediction(label).expected.get(photo)
         if place is not None:
             self._photo.look_at(label, place)
 

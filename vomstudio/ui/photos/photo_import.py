@@ -13,7 +13,7 @@ from vomstudio.errors import VomError
 from vomstudio.io.control.control_files import marks_beside
 from vomstudio.io.project.sidecar_import import Beside, stored_path, tables_of
 from vomstudio.jobs.events import Failed
-from vomstudio.jobs.photo_tasks import TAKE_IN_PHOTOS, PhotosBeside
+from vomstudio.jobs.photo_tasks import IMPORT_SIDECARS, SidecarImport
 from vomstudio.ui.common.sentences import as_sentence, names_in_short
 from vomstudio.ui.common.studio import Notice, Studio
 from vomstudio.ui.photos.photo_document import PhotoDocument
@@ -61,7 +61,7 @@ class PhotoImport:
         if control is None and marks is None:
             control, marks = _with_marks(given)
             named = control
-        order = PhotosBeside(
+        order = SidecarImport(
             project.folder,
             control,
             marks,
@@ -77,7 +77,7 @@ class PhotoImport:
                 then(None)
 
         return self._studio.jobs.submit(
-            TAKE_IN_PHOTOS, order, title=tr(_TITLE), on_done=done, on_failed=then
+            IMPORT_SIDECARS, order, title=tr(_TITLE), on_done=done, on_failed=then
         )
 
     def _keep(

@@ -58,10 +58,10 @@ class PhotoList(QListWidget):
     def refresh(self) -> None:
         """Sort the photos and renew what is said of each."""
         marking, label = self._marks.marking, self._label
-        sight = self._marks.sight(label) if label else None
+        prediction = self._marks.prediction(label) if label else None
         own = marking.of(label) if label else {}
         first = [name for name in self._rows if name in own]
-        by_use = [] if sight is None else [n for n in sight.by_use if n in self._rows]
+        by_use = [] if prediction is None else [n for n in prediction.by_use if n in self._rows]
         cameras = self._marks.cameras
         rest = [name for name in self._rows if name not in own and name not in by_use]
         if cameras is not None and own:
@@ -93,15 +93,15 @@ class PhotoList(QListWidget):
         label, bad = self._label, False
         said = []
         if label:
-            sight = self._marks.sight(label)
-            residual = sight.residuals_px.get(name)
+            prediction = self._marks.prediction(label)
+            residual = prediction.residuals_px.get(name)
             if name in self._marks.marking.of(label):
                 said.append(tr("{label} marked", label=label))
                 if residual is not None:
                     said.append(f"{residual:.2f} px")
-                worst = sight.worst
+                worst = prediction.worst
                 bad = worst is not None and worst[0] == name and worst[1] > BAD_PX
-            elif name in sight.expected:
+            elif name in prediction.expected:
                 said.append(tr("{label} predicted", label=label))
         elif count:
             said.append(tr_n("{count} mark", "{count} marks", count))

@@ -12,10 +12,10 @@ from PySide6.QtCore import QObject, Signal
 from vomstudio.errors import InputError
 from vomstudio.io.control.control_files import crs_of, read_control, read_marks
 from vomstudio.photogrammetry.place.mark_prediction import (
-    NOTHING,
+    NO_PREDICTION,
     Marking,
+    MarkPrediction,
     PlacedPhotos,
-    Sight,
     missing,
 )
 from vomstudio.ui.common.sentences import names_in_short
@@ -39,7 +39,7 @@ class PhotoMarks(QObject):
         self._document, self.photos = document, photos
         self.marking = document.marking()
         self._cameras: PlacedPhotos | None = None
-        self._sights: dict[str, tuple[object, Sight]] = {}
+        self._predictions: dict[str, tuple[object, MarkPrediction]] = {}
         self._missing: list[str] | None = None
         document.points_changed.connect(self._read)
 
@@ -52,7 +52,7 @@ class PhotoMarks(QObject):
 
     def set_cameras(self, cameras: PlacedPhotos | None) -> None:
         self._cameras = cameras
-        self._sights.clear()
+        self._predictions.clear()
         self._renew()
 
     def _renew(self) -> None:
@@ -70,18 +70,18 @@ class PhotoMarks(QObject):
         found = self._document.photo_set
         return found.crs or None if found is not None else None
 
-    def sight(self, label: str) -> Sight:
-        """Predicted positions and residuals of a point; NOTHING before the alignment."""
+    def prediction(self, label: str) -> MarkPrediction:
+        """Predicted positions and residuals of a point; NO_PREDICTION before the alignment."""
         if self._cameras is None:
-            return NOTHING
+            return NO_PREDICTION
         marking = self.marking
         own = tuple(marking.of(label).items())
         # What is not marked twice is found by the other points.
         rest = marking if marking.point(label) is not None else None
-        kept = self._sights.get(label)
+        kept = self._predictions.get(label)
         if kept is None or kept[0] != (own, rest):
-            kept = (own, rest), self._cameras.sight(marking, label)
-            self._sights[label] = kept
+            kept = (own, rest), self._cameras.predict(marking, label)
+            self._predictions[label] = kept
         return kept[1]
 
     def epipolar_line(self, label: str, photo: str) -> Array:
@@ -89,7 +89,7 @@ class PhotoMarks(QObject):
         (0, 2) where it is marked in none or in several."""
         if self._cameras is None or not label:
             return np.zeros((0, 2))
-        return self._cameras.course(self.marking, label, photo)
+        return self._cameras.epipolar_line(self.marking, label, photo)
 
     def missing(self) -> list[str]:
         """What is still needed before the points can place the model, each as a text."""

@@ -193,8 +193,8 @@ class PointsBox(QGroupBox):
 
     def _fill_row(self, row: int, label: str) -> None:
         marking = self._marks.marking
-        role, sight = marking.role(label), self._marks.sight(label)
-        worst = sight.worst
+        role, prediction = marking.role(label), self._marks.prediction(label)
+        worst = prediction.worst
         cells = (
             label,
             {CONTROL: tr("control"), CHECK: tr("check"), TIE: tr("tie")}[role],

@@ -340,14 +340,14 @@ class MainWindow(QMainWindow):
         if not self._filled or not self.isVisible():
             return
         from vomstudio.jobs.job import Nothing
-        from vomstudio.jobs.model_tasks import COMPILE_KERNELS, WARM
+        from vomstudio.jobs.model_tasks import COMPILE_KERNELS, IMPORT_LIBRARIES
         from vomstudio.ui.analyse.stereonet_panel import StereonetPanel
 
         self.net = StereonetPanel(self.studio, self.actions_table.all["export_net"])
         self.docks["stereonet"].setWidget(self.net)
         self._net_place.deleteLater()
         # Each lane's worker gets ready for what it will be asked; photos come last.
-        for job in (WARM, COMPILE_KERNELS):
+        for job in (IMPORT_LIBRARIES, COMPILE_KERNELS):
             self.studio.jobs.submit(
                 job,
                 Nothing(),
