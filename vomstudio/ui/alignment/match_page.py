@@ -194,8 +194,8 @@ class MatchPage(QWidget):
         count, tried = len(matches), len(matches) + len(refused)
         self._said.setText(
             tr(
-                "{inliers:,} inliers of {matches:,} matches ({ratio:.1f} %); {left:,} and {right:,} "
-                "features",
+                "{inliers:,} inliers of {matches:,} matches ({ratio:.1f} %); {left:,} and "
+                "{right:,} features",
                 inliers=count,
                 matches=tried,
                 ratio=100 * count / tried if tried else 0.0,
