@@ -50,15 +50,15 @@ def test_a_survey_is_planned_from_numbers_that_are_typed(planner, window, tmp_pa
     retype(planner.height_, "20")
     settled(planner)
     assert planner.figures["Pixel on the rock"].text() == "5 mm"
-    assert planner.figures["One photo shows"].text() == "30 x 20 m"
+    assert planner.figures["Footprint"].text() == "30 x 20 m"
     # 30 % of the footprint is new at 70 % overlap.
-    assert planner.figures["Step between"].text() == "9 m along, 6 m up"
+    assert planner.figures["Spacing"].text() == "9 m along, 6 m up"
     assert planner.figures["Smallest plane"].text() == "5 m across"
     driver.keep_picture(planner, "planner")
     QTest.keyClick(planner.overlap, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
     QTest.keyClicks(planner.overlap, "80")
     settled(planner)
-    assert planner.figures["Step between"].text() == "6 m along, 4 m up"
+    assert planner.figures["Spacing"].text() == "6 m along, 4 m up"
     sheet = tmp_path / "sheet.html"
     planner.save_to(sheet)
     driver.wait(sheet.exists, "the sheet")
@@ -91,7 +91,7 @@ def test_what_cannot_be_planned_is_said_and_mended(planner) -> None:
     assert "is not in the table" in planner.problem.text()
     retype(planner.camera.lineEdit(), "NIKON D90")
     settled(planner)
-    assert "takes different lenses" in planner.problem.text()
+    assert "interchangeable lenses" in planner.problem.text()
     retype(planner.focal, "35")
     settled(planner)
     assert planner.plan is not None
