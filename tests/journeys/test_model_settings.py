@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QListWidget, QMessageBox, QToolButton
 from tests import driver
 from tests.journeys.test_photos import looked_at
 from vomstudio.paths import resource
-from vomstudio.ui.survey.reconstruct_dialog import MakeDialog
+from vomstudio.ui.survey.reconstruct_dialog import ReconstructDialog
 
 
 @pytest.fixture
@@ -27,16 +27,16 @@ def sample(tmp_path) -> Path:
 
 
 def settled(window) -> None:
-    driver.wait(lambda: not window.survey.foreseeing, "the forecast", 60.0)
+    driver.wait(lambda: not window.survey.forecasting, "the forecast", 60.0)
 
 
-def open_dialog(window) -> MakeDialog:
+def open_dialog(window) -> ReconstructDialog:
     wanted = window.actions_table.all["make_settings"]
     button = next(
         b for b in window.photos_panel.findChildren(QToolButton) if b.defaultAction() is wanted
     )
     QTest.mouseClick(button, Qt.MouseButton.LeftButton)
-    (dialog,) = window.findChildren(MakeDialog)
+    (dialog,) = window.findChildren(ReconstructDialog)
     QTest.qWaitForWindowExposed(dialog)
     settled(window)
     return dialog
@@ -71,7 +71,7 @@ def test_control_beside_the_photos_is_found_and_its_frame_proposed(window, sampl
     assert "EPSG:32633 stated in control.csv" in dialog._crs_words.text()
     assert "check point" in dialog.verdict.text()
     assert dialog.start.isEnabled()
-    assert "GB that are free" in dialog.memory.text()
+    assert "GB of free memory" in dialog.memory.text()
     driver.keep_picture(dialog, "model-settings")
     # The cameras' GPS instead.
     tick(dialog.by_gps)
@@ -134,7 +134,7 @@ def test_a_crs_that_is_none_is_said_and_threads_change_the_memory(window, sample
     QTest.keyClicks(dialog.threads, "1")
     driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
     settled(window)
-    assert "Depths and their cloud take up to" in dialog.memory.text()
+    assert "Depth maps and point cloud need up to" in dialog.memory.text()
     assert window.survey.settings.threads == 1
     dialog.close()
 

@@ -43,7 +43,7 @@ def test_a_video_gives_frames_that_are_opened_as_photos(window, dialog, tmp_path
     kept = len(list((tmp_path / "pan frames").glob("*.jpg")))
     assert kept >= 15
     assert f"<b>{kept} frames kept</b>" in said
-    assert "moments left out: blurred" in said
+    assert "frames left out: blurred" in said
     assert "frames can be used" in said
     driver.keep_picture(dialog, "video")
     driver.wait(lambda: len(window.survey.rows) == kept, "the frames as photos", 60.0)
@@ -93,7 +93,7 @@ def test_a_folder_with_other_files_is_asked_about(window, dialog, tmp_path) -> N
     seen: list[str] = []
     driver.answer(QMessageBox.StandardButton.No, seen)
     press(dialog.start)
-    assert "own holds other files" in seen[0]
+    assert "own contains other files" in seen[0]
     assert dialog._job is None
     assert [p.name for p in (tmp_path / "own").iterdir()] == ["thesis.txt"]
 

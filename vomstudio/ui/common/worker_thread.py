@@ -22,6 +22,7 @@ class WorkerThread:
         self.closed = False
 
     def wake(self) -> None:
+        """There is new work: start the thread, or have it look again."""
         with self._more:
             if self._thread is None and not self.closed:
                 self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
