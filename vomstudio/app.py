@@ -15,7 +15,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return work()
     from vomstudio.cli import COMMANDS
     from vomstudio.failures import crashes, exception_hooks, log
-    from vomstudio.failures.error_collector import DESK
+    from vomstudio.failures.error_collector import ERRORS
 
     if words and (words[0] in COMMANDS or words[0].startswith("-")):
         from vomstudio.cli import main as command_line
@@ -28,7 +28,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         return run_window(words)
     except Exception as error:
-        DESK.report(error, "outside the window's event loop")
+        ERRORS.report(error, "outside the window's event loop")
         raise
     finally:
         exception_hooks.uninstall()

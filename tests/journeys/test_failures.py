@@ -371,7 +371,7 @@ def test_a_window_that_cannot_be_filled_says_so_and_offers_the_report(
     try:
         mistake()
     except OurMistake as error:
-        notices.say_and_offer(error)
+        notices.show_fatal(error)
     assert "OurMistake" in seen[0]
     assert "OurMistake: at #" in file.read_text()
     notices.close()

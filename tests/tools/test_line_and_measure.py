@@ -242,7 +242,7 @@ def test_the_ring_of_an_area_is_closed_and_its_handles_are_the_vertices(measure,
 
 def test_a_thickness_wants_a_plane_and_says_so(measure, context):
     measure.choose(kind="thickness")
-    assert "choose the plane" in measure.hint()
+    assert "Choose the plane" in measure.hint()
     clicks(measure, [(0, 0, 0), (0, 0, 2)])
     assert measure.open, "nothing to be measured across"
     assert measure.finish() is None

@@ -245,7 +245,7 @@ def test_undo_takes_back_strokes_and_redo_brings_them(tool, context):
 def test_a_stroke_after_its_patch_was_undone_makes_a_new_one(tool, context):
     stroke(tool, (1.0, 1.0))
     context.session.undo()
-    tool.look_again()
+    tool.document_changed()
     assert tool.current is None
     stroke(tool, (3.0, 1.0))
     assert ids(patches(context)[0]) == within((3.0, 1.0))
@@ -289,7 +289,7 @@ def test_giving_up_a_continued_patch_leaves_it_as_it_was(tool, context):
     stroke(tool, (1.0, 1.0))
     before = patches(context)[0]
     tool.finish()
-    tool.take_up(before.id)
+    tool.continue_patch(before.id)
     assert tool.continued
     stroke(tool, (2.0, 1.0))
     context.session.apply(edits.set_attributes(context.session.records, [before.id], notes="wet"))
@@ -314,7 +314,7 @@ def test_a_continued_patch_keeps_its_id_name_and_attributes(tool, context):
     stroke(tool, (1.0, 1.0))
     tool.finish()
     (old,) = patches(context)
-    tool.take_up(old.id)
+    tool.continue_patch(old.id)
     tool.set_type("joint", "J1")
     stroke(tool, (2.0, 1.0))
     (after,) = patches(context)
@@ -332,7 +332,7 @@ def test_type_and_set_chosen_while_a_new_patch_is_painted_become_its_own(tool, c
 @pytest.mark.parametrize("id_", ["m1", "gone"])
 def test_only_patches_can_be_taken_up(tool, id_):
     with pytest.raises(DocumentError, match="only a patch"):
-        tool.take_up(id_)
+        tool.continue_patch(id_)
 
 
 def test_a_patch_without_its_model_cannot_be_taken_up(tool, context):
@@ -340,7 +340,7 @@ def test_a_patch_without_its_model_cannot_be_taken_up(tool, context):
     tool.finish()
     context.surfaces.clear()
     with pytest.raises(DocumentError, match="not open"):
-        tool.take_up(patches(context)[0].id)
+        tool.continue_patch(patches(context)[0].id)
 
 
 # --- what is refused -----------------------------------------------------------------------------

@@ -8,7 +8,7 @@ from tests.samples import bed
 from vomstudio.document import edits
 from vomstudio.document.records import Frame, Model
 from vomstudio.io.project.compaction import Plan
-from vomstudio.ui.shell.compact_commands import commands, told
+from vomstudio.ui.shell.compact_commands import commands, compaction_text
 
 MODEL = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"))
 
@@ -58,6 +58,6 @@ def test_nothing_is_asked_where_nothing_would_go(studio, monkeypatch, qtbot):
 
 
 def test_what_would_go_is_said_in_numbers():
-    words = told(Plan(12, 40, ("assets/a.png", "assets/b.png"), 2_500_000))
+    words = compaction_text(Plan(12, 40, ("assets/a.png", "assets/b.png"), 2_500_000))
     assert words.startswith("12 of 40 rows of its journal")
     assert "2 files of 2.5 MB" in words

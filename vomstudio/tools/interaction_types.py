@@ -1,4 +1,4 @@
-"""What passes between the viewport and a tool: plain data, no Qt, no VTK."""
+"""Data passed between the viewport and a tool; without Qt and VTK."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class BrushRing:
     """Where a round brush touches the surface.
 
     centre : (3,) World; radius : m; normal : (3,) of the surface there, None where unknown
-    removes : what it touches is taken away
+    removes : the brush erases
     """
 
     centre: npt.NDArray[np.float64]

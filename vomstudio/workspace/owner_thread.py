@@ -1,6 +1,6 @@
-"""The thread that owns a workspace: how others hand over to it, and how a call waits its time.
+"""The thread that owns a workspace: how other threads post calls to it, and how calls are delayed.
 
-A window brings its event loop, a program without one a `Loop`.
+A window uses Qt's event loop, a program without a window a `Loop`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The life of a project: made, opened, saved, saved under another name, left."""
+"""Creating, opening, saving and closing of projects."""
 
 from __future__ import annotations
 
@@ -13,14 +13,15 @@ from vomstudio.io.project.folder import Project, create_untitled, is_free, untit
 from vomstudio.signals import Signal
 from vomstudio.workspace.notices import Notices
 from vomstudio.workspace.preferences import Preferences
+from vomstudio.words import tr
 
 T = TypeVar("T")
 
 
 class Projects:
-    """The open project; another one may take its place.
+    """The open project; another one may replace it.
 
-    leaving : the open project is about to be closed; opened : another one has taken its place;
+    leaving : the open project is about to be closed; opened : another one has replaced it;
     edited, history_changed : of whichever is open; saved : also under another name
     """
 
@@ -67,6 +68,7 @@ class Projects:
 
     # --- coming and going --------------------------------------------------------------------
     def new(self) -> None:
+        """Create an untitled project and open it."""
         self._adopt(create_untitled(self._preferences.settings.affecting_results))
 
     def open(self, folder: Path) -> None:
@@ -94,6 +96,7 @@ class Projects:
         self.opened.emit()
 
     def leave(self) -> None:
+        """Close the project."""
         self._mark_open(False)
         self.leaving.emit()
         self.project.close()
@@ -104,9 +107,10 @@ class Projects:
 
     # --- keeping -----------------------------------------------------------------------------
     def save(self) -> None:
+        """Mark the present state as saved. Raises VomError."""
         self.session.save()
         self.saved.emit()
-        self._notices.info(f"Saved {self.project.name}.")
+        self._notices.info(tr("{project} was saved.", project=self.project.name))
 
     def save_as(self, folder: Path) -> None:
         """Raises TargetError."""
@@ -119,13 +123,14 @@ class Projects:
         # The same records under another name: no view has to be built anew.
         self.history_changed.emit()
         self.saved.emit()
-        self._notices.info(f"Saved as {folder}.")
+        self._notices.info(tr("The project was saved as {folder}.", folder=folder))
 
     def discard(self) -> None:
-        """Leave what was not saved to the history. Raises VomError."""
+        """Undo what was not saved; it stays in the history. Raises VomError."""
         if self.session.dirty:
             self.session.discard_unsaved()
 
     @property
     def unsaved_reconstructions(self) -> bool:
+        """The project is untitled and holds reconstructions."""
         return self.project.untitled and self.project.has_reconstructions

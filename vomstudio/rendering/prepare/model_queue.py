@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import VomError
-from vomstudio.failures.error_collector import DESK
+from vomstudio.failures.error_collector import ERRORS
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
@@ -177,7 +177,7 @@ class ModelWork:
             pass
         except Exception as error:  # noqa: BLE001 - as above
             if not isinstance(error, VomError):
-                DESK.report(error, what)
+                ERRORS.report(error, what)
             with contextlib.suppress(Stopped):
                 emit(Problem(f"{what}: {error}"))
 

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError, VomError
-from vomstudio.failures.error_collector import DESK
+from vomstudio.failures.error_collector import ERRORS
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.streaming.octree import CloudNodes, Piece, StreamedCloud, View
 from vomstudio.rendering.prepare import vtk_data
@@ -145,7 +145,7 @@ class Streamer:
             pass
         except Exception as error:  # noqa: BLE001 - a thread has nobody above it to tell
             if not isinstance(error, VomError):
-                DESK.report(error, "while points of a cloud were read")
+                ERRORS.report(error, "while points of a cloud were read")
             try:
                 self._emit(Problem(f"Nothing more of a cloud can be shown: {error}"))
                 self._emit(ViewDone(turn))

@@ -1,4 +1,4 @@
-"""What an empty window offers."""
+"""The page that an empty window shows: what to open."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class StartPage(QFrame):
         self.setObjectName("start_page")
         self.setAutoFillBackground(True)
         self.setFrameShape(QFrame.Shape.StyledPanel)
-        title = QLabel(tr("VOM Studio"))
+        title = QLabel("VOM Studio")
         font = title.font()
         font.setPointSizeF(font.pointSizeF() * 1.8)
         title.setFont(font)
@@ -31,7 +31,7 @@ class StartPage(QFrame):
         layout.setContentsMargins(28, 22, 28, 22)
         layout.setSpacing(8)
         layout.addWidget(title)
-        layout.addWidget(QLabel(tr("From photos of an outcrop to measurements with their errors")))
+        layout.addWidget(QLabel(tr("From photos of an outcrop to orientations with their errors")))
         layout.addSpacing(6)
         for name in ("open", "choose_photos", "open_sample", "open_project"):
             button = QToolButton()

@@ -36,7 +36,7 @@ def commands(studio: Studio) -> list[Command]:
             return
         studio.activate(tool.name)
         try:
-            tool.take_up(patch.id)
+            tool.continue_patch(patch.id)
         except VomError as error:
             studio.fail(error)
 
