@@ -8,6 +8,9 @@ from collections.abc import Sequence
 
 def main(argv: Sequence[str] | None = None) -> int:
     """`vomstudio` opens the window, `vomstudio COMMAND ...` works without one."""
+    from vomstudio.languages import use_users_language
+
+    use_users_language()
     words = list(sys.argv[1:] if argv is None else argv)
     if words[:1] == ["--worker"]:
         from vomstudio.jobs.worker import main as work

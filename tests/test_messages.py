@@ -1,0 +1,177 @@
+"""What a user reads, walked through as the code says it: every string passes through `tr`, with
+named placeholders that are filled, and every message is a sentence."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from string import Formatter
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+ERRORS = {
+    *("VomError", "UsageError", "InputError", "TargetError", "GeometryError"),
+    *("DocumentError", "WorkerError", "Cancelled"),
+}
+SHOWN = {
+    *("setText", "setToolTip", "setWindowTitle", "setTitle", "setPlaceholderText", "setStatusTip"),
+    *("setWhatsThis", "setLabelText", "setInformativeText", "setSpecialValueText", "setItemText"),
+    *("addMenu", "addTab", "addRow", "addAction", "showMessage", "setTabText", "setTabToolTip"),
+    *("setAccessibleName", "setHeaderLabels", "setHorizontalHeaderLabels"),
+    *("QLabel", "QPushButton", "QCheckBox", "QRadioButton", "QGroupBox", "QAction", "QDockWidget"),
+}
+"""Calls whose texts stand on the screen."""
+WORD = re.compile(r"[A-Za-z]{3}")
+BEGINS = re.compile(r"[\"“‘'(<]*(?:[A-Z0-9]|\{)|--|\.|[a-z]+[_.][a-z]|EPSG|vomstudio")
+"""A capital, a number, what is filled in, an option, or a name that is written so."""
+ENDS = re.compile(r"[.?!…]['\"”’)]*$|[.?!]\s*\{\w+\}$|\}$")
+
+
+@dataclass(frozen=True)
+class Call:
+    """A call in the code, with the functions that it lies in."""
+
+    file: str
+    node: ast.Call
+    inside: bool
+
+    @property
+    def place(self) -> str:
+        return f"{self.file}:{self.node.lineno}"
+
+    @property
+    def name(self) -> str:
+        function = self.node.func
+        if isinstance(function, ast.Name):
+            return function.id
+        return function.attr if isinstance(function, ast.Attribute) else ""
+
+
+@cache
+def calls() -> tuple[Call, ...]:
+    found = []
+    for path in sorted((ROOT / "vomstudio").rglob("*.py")):
+        file = path.relative_to(ROOT).as_posix()
+        if file != "vomstudio/words.py":
+            found += list(_calls(ast.parse(path.read_text("utf-8")), file, False))
+    return tuple(found)
+
+
+def _calls(node: ast.AST, file: str, inside: bool) -> Iterator[Call]:
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.Call):
+            yield Call(file, child, inside)
+        within = inside or isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
+        yield from _calls(child, file, within)
+
+
+def texts(node: ast.expr) -> list[str] | None:
+    """The constant texts that an expression may be, or None where it is something else."""
+    if isinstance(node, ast.Constant) and isinstance(node.value, str):
+        return [node.value]
+    if isinstance(node, ast.JoinedStr):
+        return ["".join(str(p.value) for p in node.values if isinstance(p, ast.Constant))]
+    if isinstance(node, ast.IfExp):
+        either = [texts(node.body) or [], texts(node.orelse) or []]
+        return either[0] + either[1] or None
+    if isinstance(node, ast.BinOp):
+        return (texts(node.left) or []) + (texts(node.right) or []) or None
+    return None
+
+
+def fields(message: str) -> set[str]:
+    return {name for _, name, _, _ in Formatter().parse(message) if name is not None}
+
+
+def messages() -> Iterator[tuple[Call, str]]:
+    for call in calls():
+        if call.name in ("tr", "tr_n", "to_translate"):
+            for argument in call.node.args[: 2 if call.name == "tr_n" else 1]:
+                yield from ((call, text) for text in texts(argument) or [])
+
+
+def test_the_walk_finds_the_strings() -> None:
+    assert len(list(messages())) > 1000
+
+
+def test_messages_are_whole_where_they_are_marked() -> None:
+    """A message made of parts, or filled before it is translated, is in no catalogue."""
+    wrong = []
+    for call in calls():
+        if call.name in ("tr", "tr_n", "to_translate") and call.node.args:
+            for argument in call.node.args[: 2 if call.name == "tr_n" else 1]:
+                if isinstance(argument, ast.JoinedStr | ast.BinOp):
+                    wrong.append(call.place)
+    assert not wrong
+
+
+def test_placeholders_have_names_and_values() -> None:
+    wrong = []
+    for call in calls():
+        if call.name not in ("tr", "tr_n"):
+            continue
+        given = {k.arg for k in call.node.keywords}
+        for argument in call.node.args[: 2 if call.name == "tr_n" else 1]:
+            for text in texts(argument) or []:
+                if call.name == "tr" and not given:
+                    continue
+                known = given | ({"count"} if call.name == "tr_n" else set())
+                if None not in given and not fields(text) <= known:
+                    wrong.append(f"{call.place}: {fields(text) ^ known}")
+                if call.name == "tr" and None not in given and given - fields(text):
+                    wrong.append(f"{call.place}: {given - fields(text)} is nowhere")
+                if not all(name.isidentifier() for name in fields(text)):
+                    wrong.append(f"{call.place}: {text}")
+    assert not wrong
+
+
+def test_nothing_is_translated_before_there_is_a_catalogue() -> None:
+    wrong = [c.place for c in calls() if c.name in ("tr", "tr_n") and not c.inside]
+    assert not wrong
+
+
+def test_errors_are_translated() -> None:
+    wrong = []
+    for call in calls():
+        if call.name in ERRORS and call.node.args:
+            said = [text for text in texts(call.node.args[0]) or [] if WORD.search(text)]
+            wrong += [f"{call.place}: {text}" for text in said]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_messages_of_errors_are_sentences() -> None:
+    wrong = []
+    for call in calls():
+        if call.name not in ERRORS or not call.node.args:
+            continue
+        inner = [n for n in ast.walk(call.node.args[0]) if isinstance(n, ast.Call)]
+        for each in inner:
+            if not (isinstance(each.func, ast.Name) and each.func.id in ("tr", "tr_n")):
+                continue
+            for argument in each.args[: 2 if each.func.id == "tr_n" else 1]:
+                for text in texts(argument) or []:
+                    if not BEGINS.match(text) or not ENDS.search(text):
+                        wrong.append(f"{call.place}: {text}")
+    assert not wrong, "\n".join(wrong)
+
+
+def test_texts_on_the_screen_are_translated() -> None:
+    wrong = []
+    for call in calls():
+        if (call.name in SHOWN and "/ui/" in call.file) or "/rendering/qt/" in call.file:
+            if call.name not in SHOWN:
+                continue
+            for argument in call.node.args:
+                said = [text for text in texts(argument) or [] if WORD.search(text)]
+                wrong += [f"{call.place}: {text}" for text in said]
+    assert not wrong, "\n".join(wrong)
+
+
+@pytest.mark.parametrize("word", ["hardly at all", "nothing over to", "miss their place"])
+def test_riddles_do_not_come_back(word: str) -> None:
+    assert not [call.place for call, text in messages() if word in text]
