@@ -24,7 +24,7 @@ _before: tuple[Any, Any, Any] | None = None
 
 
 def install(role: str) -> None:
-    """Log, show and survive uncaught exceptions, until `uninstall`; role : as in `crashes.begin`."""
+    """Log, show and survive uncaught exceptions until `uninstall`; role : as in `crashes`."""
     global _before
     if _before is not None:
         return

@@ -50,7 +50,7 @@ class Stroke:
     def begin(
         cls, hit: Hit, model: Model, surface: PaintSurface, patch: Painted | None, *, removes: bool
     ) -> Stroke:
-        """Start a stroke where the brush first meets a surface. patch: the one that is painted on."""
+        """Start a stroke where the brush first meets a surface. patch : the one to change."""
         chosen = np.zeros(surface.count, np.bool_)
         if patch is not None:
             chosen[known_ids(patch, surface.count)] = True

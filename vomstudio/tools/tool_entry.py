@@ -10,9 +10,9 @@ from vomstudio.words import tr
 
 @dataclass(frozen=True)
 class ToolEntry:
-    """tool : its class, made with a `ToolContext` alone; label, tip : noted for translation, label with "&"
-    before its mnemonic; icon : of Material Design Icons; key : shortcut in the viewport; order : of
-    its button among those of the other tools
+    """tool : its class, made with a `ToolContext` alone; label, tip : noted for translation, label
+    with "&" before its mnemonic; icon : of Material Design Icons; key : shortcut in the viewport;
+    order : of its button among those of the other tools
     """
 
     tool: type[Any]

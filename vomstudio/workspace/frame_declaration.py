@@ -55,8 +55,8 @@ def declared_frame(
         return FrameWithWarnings(Frame(own.kind, own.crs, metres, up))
     if declared == DeclaredFrame():
         warning = tr(
-            "{file} states no frame. It is taken as local, in metres, z up and y north; --crs, --up "
-            "and --unit declare another frame.",
+            "{file} states no frame. It is taken as local, in metres, z up and y north; --crs, "
+            "--up and --unit declare another frame.",
             file=path.name,
         )
         return FrameWithWarnings(Frame("local"), (warning,))

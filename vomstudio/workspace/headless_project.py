@@ -199,7 +199,7 @@ class HeadlessProject:
         return label
 
     def redo(self) -> str:
-        """Redo the last undone edit and return its label. Raises DocumentError where there is none."""
+        """Redo the last undone edit and return its label. Raises DocumentError."""
         label = self.session.redo_label
         if label is None:
             raise DocumentError(tr("There is nothing to redo."))

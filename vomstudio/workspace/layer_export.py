@@ -10,11 +10,11 @@ from vomstudio.jobs.events import Failed
 from vomstudio.jobs.job import Lane
 from vomstudio.jobs.product_tasks import WRITE_LAYERS, LayersOf
 from vomstudio.signals import Signal
+from vomstudio.words import tr
 from vomstudio.workspace.notices import Notices
 from vomstudio.workspace.owner_thread import Later
 from vomstudio.workspace.projects import Projects
 from vomstudio.workspace.running_jobs import Jobs
-from vomstudio.words import tr
 
 LAYERS = "project.gpkg"
 _IDLE_S = 2.0

@@ -31,9 +31,9 @@ from vomstudio.jobs.model_tasks import (
 )
 from vomstudio.jobs.thread_priority import give_way
 from vomstudio.signals import Signal
+from vomstudio.words import tr
 from vomstudio.workspace.owner_thread import Post
 from vomstudio.workspace.running_jobs import Jobs, RunningJob
-from vomstudio.words import tr
 
 
 @dataclass(eq=False)

@@ -1,4 +1,4 @@
-"""The models of the open project: adding, locating, copying, and the data of those that are open."""
+"""The models of the open project: adding, locating, copying, and the data of the open ones."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from vomstudio.io.project.folder import is_project
 from vomstudio.io.project.sidecar_import import RECONSTRUCTIONS
 from vomstudio.jobs.model_tasks import COPY_MODEL, CopiedModel, ModelCopy
 from vomstudio.signals import Signal
+from vomstudio.words import tr
 from vomstudio.workspace.editing import Editing
 from vomstudio.workspace.model_loading import ModelLoader, OpenModel
 from vomstudio.workspace.notices import Notice, Notices
 from vomstudio.workspace.preferences import Preferences
 from vomstudio.workspace.projects import Projects
 from vomstudio.workspace.running_jobs import Jobs
-from vomstudio.words import tr
 
 
 class Models:
@@ -101,8 +101,8 @@ class Models:
                 self._notices.warn(
                     tr(
                         "{file} has changed since features were measured on {model}, so it is not "
-                        "shown. The features are unchanged. To measure on the changed file, open it "
-                        "as a new model.",
+                        "shown. The features are unchanged. To measure on the changed file, open "
+                        "it as a new model.",
                         file=path,
                         model=model.name,
                     )

@@ -17,10 +17,10 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
 from vomstudio.io.photos.cameras_file import FILE_NAME, find_photos, read_cameras
 from vomstudio.signals import Signal
+from vomstudio.words import tr
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.owner_thread import Post
 from vomstudio.workspace.projects import Projects
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geometry.rays.raytree import RayTree

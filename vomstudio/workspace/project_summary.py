@@ -129,7 +129,7 @@ def _chosen(records: Any, wanted: Sequence[str], folder: Path) -> set[str]:
         if not found:
             raise InputError(
                 tr(
-                    "The project has no feature {feature}. vomstudio project list names all of them.",
+                    "The project has no feature {feature}. See vomstudio project list.",
                     feature=word,
                 ),
                 file=folder,

@@ -11,9 +11,9 @@ from vomstudio.document.records import Record
 from vomstudio.document.session import Session
 from vomstudio.io.project.folder import Project, create_untitled, is_free, untitled_projects
 from vomstudio.signals import Signal
+from vomstudio.words import tr
 from vomstudio.workspace.notices import Notices
 from vomstudio.workspace.preferences import Preferences
-from vomstudio.words import tr
 
 T = TypeVar("T")
 

@@ -14,13 +14,13 @@ from vomstudio.signals import Signal
 from vomstudio.tools.interaction_types import PointerEvent, Preview
 from vomstudio.tools.registry import TOOLS
 from vomstudio.tools.tool_context import Tool
+from vomstudio.words import tr, tr_n
 from vomstudio.workspace.derived_quantities import DerivedQuantities
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.notices import Notices
 from vomstudio.workspace.plane_summary import plane_text
 from vomstudio.workspace.preferences import Preferences
 from vomstudio.workspace.projects import Projects
-from vomstudio.words import tr, tr_n
 
 T = TypeVar("T")
 
@@ -63,7 +63,7 @@ class ToolHost:
 
     # --- which one ---------------------------------------------------------------------------
     def activate(self, name: str) -> None:
-        """Make a tool the active one; NAVIGATE for none. Refused while another has an open feature."""
+        """Make a tool the active one; NAVIGATE for none. Refused while another one is open."""
         if name == self.active_name:
             return
         if (left := self.active) is not None:
@@ -75,9 +75,7 @@ class ToolHost:
                 self.active_changed.emit(self.active_name)
                 return
             self._notices.info(
-                tr(
-                    "The open feature is kept unfinished. Finish it with Enter or cancel it with Esc."
-                )
+                tr("The open feature stays unfinished. Finish it with Enter or cancel it with Esc.")
             )
         self.active_name = name
         self.active_changed.emit(name)

@@ -10,6 +10,7 @@ from vomstudio.document.records import Model, get_feature
 from vomstudio.document.selection import Selection
 from vomstudio.io.settings import Settings
 from vomstudio.signals import Signal
+from vomstudio.words import tr
 from vomstudio.workspace.derived_quantities import DerivedQuantities
 from vomstudio.workspace.display import Display
 from vomstudio.workspace.editing import Editing
@@ -24,7 +25,6 @@ from vomstudio.workspace.projects import Projects
 from vomstudio.workspace.running_jobs import Jobs
 from vomstudio.workspace.tool_host import ToolHost
 from vomstudio.workspace.visibility import Visibility
-from vomstudio.words import tr
 
 
 class Workspace:

@@ -34,6 +34,7 @@ from vomstudio.rendering.prepare.events import (
 from vomstudio.rendering.view import spatial_blocks
 from vomstudio.rendering.view.camera import Camera, Eye
 from vomstudio.rendering.view.spatial_blocks import PointChunk
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 SHOWN_SHARE = 0.5
@@ -147,7 +148,9 @@ class Streamer:
             if not isinstance(error, VomError):
                 ERRORS.report(error, "while points of a cloud were read")
             try:
-                self._emit(Problem(f"Nothing more of a cloud can be shown: {error}"))
+                self._emit(
+                    Problem(tr("No further points of a cloud can be loaded. {error}", error=error))
+                )
                 self._emit(ViewDone(turn))
             except Stopped:
                 pass
@@ -161,7 +164,7 @@ class Streamer:
                     self._fetch([row])
                 return
             if not self._broken:
-                self._emit(Problem(f"A part of a cloud is not shown. {error}"))
+                self._emit(Problem(tr("A part of a cloud is not shown. {error}", error=error)))
             self._broken.add(rows[0])
             return
         for row, piece in zip(rows, pieces, strict=True):

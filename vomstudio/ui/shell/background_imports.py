@@ -10,8 +10,8 @@ from PySide6.QtCore import QObject, Signal
 class BackgroundImports(QObject):
     """Imports slow libraries in a thread.
 
-    stereonet_imported : the stereonet can be made; all_imported : everything has been imported. Both
-    signals are sent by the thread.
+    stereonet_imported : the stereonet can be made; all_imported : everything has been imported.
+    Both signals are sent by the thread.
     """
 
     stereonet_imported = Signal()

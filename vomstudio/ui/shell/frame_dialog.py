@@ -52,8 +52,8 @@ class FrameDialog(QDialog):
         self._pause.timeout.connect(self._check)
         intro = QLabel(
             tr(
-                "The file states no frame. Dip directions and lengths are correct only if the frame "
-                "declared here is correct. It can be changed later, and undone."
+                "The file states no frame. Dip directions and lengths are correct only if the "
+                "frame declared here is correct. It can be changed later, and undone."
             )
         )
         intro.setWordWrap(True)
@@ -94,7 +94,7 @@ class FrameDialog(QDialog):
             group.addButton(button)
             button.toggled.connect(self._check)
         self._crs = QLineEdit(crs)
-        self._crs.setPlaceholderText("EPSG:32633")
+        self._crs.setPlaceholderText(tr("EPSG:32633"))
         self._crs.setObjectName("frame_crs")
         self._crs.textChanged.connect(self._typed)
         self._crs_says = QLabel()

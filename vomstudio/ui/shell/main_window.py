@@ -56,7 +56,7 @@ class MainWindow(QMainWindow):
         self._imports.stereonet_imported.connect(self._add_stereonet, queued)
         self._imports.all_imported.connect(self._imports_done, queued)
         self.viewport: Viewport | None = None
-        self.setWindowTitle("VOM Studio")
+        self.setWindowTitle(tr("VOM Studio"))
         self.setAcceptDrops(True)
         self.setDockNestingEnabled(True)
         self.resize(1400, 900)

@@ -14,27 +14,33 @@ from vomstudio.words import to_translate, tr
 # "|" is a line between commands, "*" stands before the name of a menu inside the menu, and "+"
 # before that of a group of commands that the tools bring.
 MENUS = (
-    (to_translate("&File"), ("new", "open", "choose_photos", "open_project", "*recent", "*discarded", "|",
-               "save", "save_as", "compact_project", "take_back_compaction", "|",
-               "import_readings", "|", "export_csv", "export_gpkg", "export_shp", "export_dxf",
-               "export_net", "|", "quit")),
-    (to_translate("&Edit"), ("undo", "redo", "|", "delete", "rename", "|", "select_all", "|", "find_command")),
-    (to_translate("&View"), ("home", "frame_selection", "orthographic", "|", "view_top", "view_north",
-               "view_east", "view_south", "view_west", "view_bottom", "|", "*display",
-               "clipping_box", "clipping_reset", "*planes", "*notation", "trackball", "|",
-               "show_chosen", "hide_chosen", "show_only", "show_all", "|", "show_in_photos",
-               "previous_photo", "next_photo", "fit_photo", "|", "only_outcrop", "*docks")),
-    (to_translate("&Photos"), ("plan_survey", "video_frames", "choose_photos", "open_photo", "take_in_photos",
-                 "|", "make_settings",
-                 "make_model", "pause_model", "|", "show_alignment", "show_tie_points",
-                 "open_report")),
-    (to_translate("&Model"), ("declare_frame", "locate", "open_cameras", "find_photos", "|", "copy_model",
-                "export_model", "remove_model")),
-    (to_translate("&Interpret"), ("navigate", "+tools", "|", "finish", "cancel", "continue_trace",
-                    "delete_vertex", "|", "+of_tools", "feature_types")),
-    (to_translate("&Analyse"), ("along_beta", "along_line", "face_plane", "|", "keep_intersection",
-                  "intersection_of_sets", "|", "orthophoto", "|", "show_stereonet")),
-    (to_translate("&Help"), ("shortcuts", "save_report", "|", "about")),
+    (to_translate("&File"), (
+        "new", "open", "choose_photos", "open_project", "*recent", "*discarded", "|", "save",
+        "save_as", "compact_project", "take_back_compaction", "|", "import_readings", "|",
+        "export_csv", "export_gpkg", "export_shp", "export_dxf", "export_net", "|", "quit")),
+    (to_translate("&Edit"), (
+        "undo", "redo", "|", "delete", "rename", "|", "select_all", "|", "find_command")),
+    (to_translate("&View"), (
+        "home", "frame_selection", "orthographic", "|", "view_top", "view_north", "view_east",
+        "view_south", "view_west", "view_bottom", "|", "*display", "clipping_box",
+        "clipping_reset", "*planes", "*notation", "trackball", "|", "show_chosen",
+        "hide_chosen", "show_only", "show_all", "|", "show_in_photos", "previous_photo",
+        "next_photo", "fit_photo", "|", "only_outcrop", "*docks")),
+    (to_translate("&Photos"), (
+        "plan_survey", "video_frames", "choose_photos", "open_photo", "take_in_photos", "|",
+        "make_settings", "make_model", "pause_model", "|", "show_alignment", "show_tie_points",
+        "open_report")),
+    (to_translate("&Model"), (
+        "declare_frame", "locate", "open_cameras", "find_photos", "|", "copy_model",
+        "export_model", "remove_model")),
+    (to_translate("&Interpret"), (
+        "navigate", "+tools", "|", "finish", "cancel", "continue_trace", "delete_vertex", "|",
+        "+of_tools", "feature_types")),
+    (to_translate("&Analyse"), (
+        "along_beta", "along_line", "face_plane", "|", "keep_intersection",
+        "intersection_of_sets", "|", "orthophoto", "|", "show_stereonet")),
+    (to_translate("&Help"), (
+        "shortcuts", "save_report", "|", "about")),
 )  # fmt: skip
 
 _TOOLBAR = ("open", "save", "|", "navigate", "+tools", "|",

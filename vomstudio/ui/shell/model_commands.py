@@ -12,8 +12,8 @@ from vomstudio.ui.common.command_targets import current_model
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.shell.model_copying import copy_into_project
 from vomstudio.ui.shell.project_files import Files
-from vomstudio.workspace.photos import PhotoLinks
 from vomstudio.words import to_translate, tr
+from vomstudio.workspace.photos import PhotoLinks
 
 _NO_MODEL = to_translate("Open a model first.")
 
@@ -55,8 +55,8 @@ def commands(studio: Studio, files: Files, links: PhotoLinks, parent: QWidget) -
 
     return [
         Command("declare_frame", tr("&Declare frame…"), files.declare_frame, "axis-arrow",
-                (), tr("Up axis, unit, and CRS or local frame. Orientations are geographic only in a "
-                       "declared frame."), no_model),
+                (), tr("Up axis, unit, and CRS or local frame. Orientations are geographic only in "
+                       "a declared frame."), no_model),
         Command("locate", tr("&Locate file…"), files.locate_model, "file-search-outline", (),
                 tr("Choose the file of a model that has been moved or renamed."), not_missing),
         Command("copy_model", tr("&Copy into project"), copy, "content-copy", (),
@@ -64,6 +64,7 @@ def commands(studio: Studio, files: Files, links: PhotoLinks, parent: QWidget) -
                    "wanted, so that the project folder can be moved or zipped."),
                 cannot_copy),
         Command("export_model", tr("&Export model as…"), files.export_model, "export", (),
-                tr("In World coordinates, as OBJ, PLY, GLB, LAS/LAZ, XYZ, SHP or DXF."), cannot_export),
+                tr("In World coordinates, as OBJ, PLY, GLB, LAS/LAZ, XYZ, SHP or DXF."),
+                cannot_export),
         Command("remove_model", tr("&Remove model"), files.remove_model, "close", (), "", no_model),
     ]  # fmt: skip

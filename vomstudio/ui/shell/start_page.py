@@ -23,7 +23,7 @@ class StartPage(QFrame):
         self.setObjectName("start_page")
         self.setAutoFillBackground(True)
         self.setFrameShape(QFrame.Shape.StyledPanel)
-        title = QLabel("VOM Studio")
+        title = QLabel(tr("VOM Studio"))
         font = title.font()
         font.setPointSizeF(font.pointSizeF() * 1.8)
         title.setFont(font)
