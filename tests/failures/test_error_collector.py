@@ -104,7 +104,7 @@ def test_an_error_that_cannot_be_put_into_words_is_told_of(collector, heard):
     ("error", "words"),
     [
         (InputError("is not a model", file="cliff.obj"), "cliff.obj: is not a model"),
-        (MemoryError(), "not enough memory"),
+        (MemoryError(), "Memory is full"),
         (mistake(), "ValueError in test_error_collector.py"),
     ],
 )

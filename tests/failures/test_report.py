@@ -113,7 +113,7 @@ def test_a_part_that_cannot_be_had_is_named_and_the_rest_is_there(logging_on):
 
     logging.getLogger("vomstudio.test").error("went wrong at 432100.25")
     text = report.compose([("What was done", broken)])
-    assert "## What was done\n\nThis part cannot be had (OSError)." in text
+    assert "## What was done\n\nThis section failed (OSError)." in text
     assert "went wrong at #" in text
     assert "Python" in text
     assert "numpy" in text
@@ -122,11 +122,11 @@ def test_a_part_that_cannot_be_had_is_named_and_the_rest_is_there(logging_on):
 
 def test_a_process_that_dies_leaves_its_trace_and_one_that_ends_well_nothing(own_folders):
     words = (
-        "from vomstudio.failures import crashes, hooks\n"
-        "hooks.install(crashes.WINDOW)\n"
+        "from vomstudio.failures import crashes, exception_hooks\n"
+        "exception_hooks.install(crashes.WINDOW)\n"
         "import os, sys\n"
         "if 'die' in sys.argv: os.abort()\n"
-        "hooks.uninstall()\n"
+        "exception_hooks.uninstall()\n"
     )
     subprocess.run([sys.executable, "-c", words], check=True, cwd=os.getcwd())
     assert not crashes.newly_found()

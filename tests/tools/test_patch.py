@@ -280,7 +280,7 @@ def test_giving_up_a_new_patch_deletes_it_and_undo_brings_it_back(tool, context)
     tool.cancel()
     assert patches(context) == []
     assert tool.current is None
-    assert "Undo brings it back" in context.said[-1]
+    assert "Undo restores it" in context.said[-1]
     context.session.undo()
     assert len(patches(context)) == 1
 
@@ -331,7 +331,7 @@ def test_type_and_set_chosen_while_a_new_patch_is_painted_become_its_own(tool, c
 
 @pytest.mark.parametrize("id_", ["m1", "gone"])
 def test_only_patches_can_be_taken_up(tool, id_):
-    with pytest.raises(DocumentError, match="only a patch"):
+    with pytest.raises(DocumentError, match="Only a patch"):
         tool.continue_patch(id_)
 
 
@@ -364,7 +364,7 @@ def test_a_stroke_that_strays_onto_another_model_leaves_it_alone(tool, context):
 def test_there_is_nothing_to_take_away_from_at_first(tool, context):
     stroke(tool, (1.0, 1.0), ctrl=True)
     assert patches(context) == []
-    assert "no patch to take away from" in context.said[-1]
+    assert "no patch to erase from" in context.said[-1]
 
 
 def test_what_cannot_be_written_is_not_done(tool, context):

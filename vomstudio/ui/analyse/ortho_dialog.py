@@ -40,6 +40,8 @@ from vomstudio.ui.common.widgets import ComboBox, file_field
 from vomstudio.ui.scene.view_panel import ViewPanel
 from vomstudio.words import tr, tr_n
 
+_SUFFIX = ".tif"
+
 
 class OrthoDialog(QDialog):
     """Accepting it starts the job; the window remains usable."""
@@ -127,6 +129,7 @@ class OrthoDialog(QDialog):
         pixel.addWidget(self.gsd)
         self._unit = QLabel()
         pixel.addWidget(self._unit)
+        pixel.addSpacing(8)
         pixel.addWidget(self._size, 1)
         return pixel
 
@@ -222,7 +225,8 @@ class OrthoDialog(QDialog):
             self, tr("Orthophoto file"), self.target.text(), tr("GeoTIFF (*.tif)")
         )
         if name:
-            self.target.setText(name if name.lower().endswith((".tif", ".tiff")) else f"{name}.tif")
+            named = name.lower().endswith((".tif", ".tiff"))
+            self.target.setText(name if named else name + _SUFFIX)
 
     # --- the job ------------------------------------------------------------------------------
     def accept(self) -> None:

@@ -28,7 +28,7 @@ def commands(studio: Studio, files: Files, leave: Callable[[], object]) -> list[
     return [
         Command("new", tr("&New project"), files.new_project, "file-outline", "Ctrl+N"),
         Command("open", tr("&Open model…"), files.choose_model, "folder-open-outline", "Ctrl+O",
-                tr("A mesh, point cloud or height model. Files can also be dropped onto the window.")),
+                tr("A mesh, point cloud or height model. Files can be dropped on the window.")),
         Command("open_sample", tr("Open sample outcrop"), open_sample,
                 "image-filter-hdr", (), tr("A synthetic cliff whose bedding is known exactly.")),
         Command("open_project", tr("Open &project…"), files.choose_project, "folder-outline",
