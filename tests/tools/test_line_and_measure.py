@@ -299,7 +299,7 @@ def test_a_measurement_stays_on_one_model(measure, context):
     clicks(measure, [(0, 0, 0)])
     clicks(measure, [(1, 0, 0)], model_id="m2")
     assert measure.open
-    assert "belongs to one model" in context.said[-1]
+    assert "lies on one model" in context.said[-1]
 
 
 # --- drafts ------------------------------------------------------------------------------------

@@ -17,7 +17,7 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
     """parent : of the question"""
     return [
         Command("compact_project", tr("&Compact project…"), lambda: _compact(studio, parent), None,
-                (), tr("Remove edits and files that undo and redo can no longer reach."),
+                (), tr("Remove edits and files that can no longer be restored."),
                 lambda: _why_not(studio)),
         Command("take_back_compaction", tr("Undo compaction"), lambda: _take_back(studio),
                 None, (), tr("Possible until the project is closed."),
