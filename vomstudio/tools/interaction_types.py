@@ -14,6 +14,8 @@ Point = tuple[float, float, float]
 
 
 class Button(enum.Enum):
+    """A mouse button."""
+
     NONE = "none"
     LEFT = "left"
     MIDDLE = "middle"

@@ -127,6 +127,7 @@ class MeasureTool(PolylineTool[Dimension]):
             self.finish()
 
     def insert_vertex(self, position: Point) -> None:
+        """As in the base class; a distance or thickness has no vertices between its ends."""
         if self.kind not in TWO_ENDS:
             super().insert_vertex(position)
 

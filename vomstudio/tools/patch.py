@@ -128,6 +128,7 @@ class PatchTool:
 
     # --- the brush ---------------------------------------------------------------------------
     def set_radius(self, metres: float) -> None:
+        """Set the radius of the brush, m, within the allowed limits."""
         metres = min(max(float(metres), SMALLEST_RADIUS), LARGEST_RADIUS)
         if metres != self._radius:
             self._radius = metres
@@ -135,9 +136,11 @@ class PatchTool:
             self._context.tool_changed()
 
     def larger(self) -> None:
+        """Enlarge the brush by one step."""
         self.set_radius(_two_digits(self.radius * STEP))
 
     def smaller(self) -> None:
+        """Shrink the brush by one step."""
         self.set_radius(_two_digits(self.radius / STEP))
 
     def set_removing(self, removing: bool) -> None:
@@ -148,6 +151,7 @@ class PatchTool:
 
     # --- gestures ----------------------------------------------------------------------------
     def pointer(self, event: PointerEvent) -> None:
+        """Paint while the left button is held; see `Tool`."""
         if event.kind is Pointer.MOVE:
             self._ctrl, self._hover = event.ctrl, event.hit
             self._show()

@@ -111,6 +111,7 @@ class PolylineTool(Generic[F]):
 
     @property
     def feature(self) -> F | None:
+        """The open feature; None where there is none."""
         return self._feature
 
     @property
@@ -129,6 +130,7 @@ class PolylineTool(Generic[F]):
 
     # --- gestures ----------------------------------------------------------------------------
     def pointer(self, event: PointerEvent) -> None:
+        """Add, insert, mark or move vertices; a double click finishes."""
         if event.handle is not None and self.vertices:
             shift = 1 if self._closed else 0
             event = replace(event, handle=(event.handle - shift) % len(self.vertices))
@@ -226,6 +228,7 @@ class PolylineTool(Generic[F]):
         self._set_vertices((*self.vertices[:index], position, *self.vertices[index:]), index)
 
     def move_vertex(self, index: int, position: Point) -> None:
+        """Move a vertex to `position` (model file frame)."""
         changed = list(self.vertices)
         changed[index] = position
         self._set_vertices(tuple(changed), index)

@@ -24,6 +24,7 @@ class ToolEntry:
 
     @property
     def name(self) -> str:
+        """Name of the tool, as in drafts."""
         name: str = self.tool.name
         return name
 

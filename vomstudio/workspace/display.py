@@ -60,18 +60,22 @@ class Display:
         self.changed.emit(what)
 
     def set_mode(self, mode: str) -> None:
+        """mode : a key of MODES"""
         self.mode = mode
         self._tell("mode")
 
     def set_lit(self, mode: str, lit: bool) -> None:
+        """Whether models are lit in a mode."""
         self.lit[mode] = lit
         self._tell("lit")
 
     def set_point_size(self, pixels: float | None) -> None:
+        """pixels : None for a size that fills the gaps between points"""
         self.point_size = pixels
         self._tell("point_size")
 
     def set_eye_dome(self, on: bool) -> None:
+        """Whether point clouds have eye-dome lighting."""
         self.eye_dome = on
         self._tell("eye_dome")
 
@@ -89,17 +93,20 @@ class Display:
         self._tell("fields")
 
     def set_clip(self, box: ClipBox | None, on: bool | None = None) -> None:
+        """Set the clipping box, and switch it on or off where `on` is given."""
         before, self.box = self.clipping, box
         if on is not None:
             self.clipping = on and box is not None
         self._tell("box" if self.clipping == before else "clip")
 
     def set_handles(self, on: bool) -> None:
+        """Whether the faces of the clipping box can be dragged in the view."""
         self.handles = on
         self._tell("clip")
 
     @property
     def clip_shown(self) -> ClipBox | None:
+        """The clipping box that is in effect; None where it is off."""
         return self.box if self.clipping else None
 
     # --- with the project --------------------------------------------------------------------
@@ -109,6 +116,7 @@ class Display:
         self._keep(self.as_dict())
 
     def as_dict(self) -> dict[str, Any]:
+        """What is kept with the project; `load` reads it."""
         return {
             "mode": self.mode,
             "lit": self.lit,

@@ -28,9 +28,11 @@ class Editing:
         )
 
     def undo(self) -> None:
+        """Undo the last edit."""
         self._do(self._projects.session.undo)
 
     def redo(self) -> None:
+        """Redo the last undone edit."""
         self._do(self._projects.session.redo)
 
     def _do(self, do: Callable[[], object]) -> bool:

@@ -86,6 +86,7 @@ class HeadlessProject:
 
     @property
     def session(self) -> Session:
+        """The project's session."""
         return self.project.session
 
     # --- finding -----------------------------------------------------------------------------

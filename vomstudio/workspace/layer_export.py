@@ -65,6 +65,7 @@ class GisLayers:
         self._jobs.finish(Lane.FILES, _PATIENCE_S)
 
     def write(self) -> None:
+        """Start a job that writes the layers now."""
         self._timer.stop()
         if self._projects.project.untitled:
             return

@@ -49,6 +49,7 @@ class OpenModel:
 
     @property
     def kind(self) -> Literal["mesh", "cloud"]:
+        """Whether it is a mesh or a point cloud."""
         return "mesh" if isinstance(self.data, Mesh) else "cloud"
 
 

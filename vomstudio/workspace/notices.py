@@ -25,16 +25,21 @@ class Notices:
         self.told: Signal[Notice] = Signal()
 
     def tell(self, notice: Notice) -> None:
+        """Pass a notice on."""
         self.told.emit(notice)
 
     def info(self, text: str) -> None:
+        """A notice of what was done."""
         self.told.emit(Notice(text))
 
     def hint(self, text: str) -> None:
+        """A notice that disappears by itself."""
         self.told.emit(Notice(text, "hint"))
 
     def warn(self, text: str, level: str = "warning") -> None:
+        """A warning, or another level."""
         self.told.emit(Notice(text, level))
 
     def fail(self, error: VomError) -> None:
+        """The message of an error."""
         self.told.emit(Notice(str(error), "error"))

@@ -14,6 +14,8 @@ Call = Callable[[], object]
 
 
 class Post(Protocol):
+    """Hands calls over to the owner's thread."""
+
     def __call__(self, call: Call) -> None:
         """From any thread: `call` is made in the owner's, in the order of the posts."""
 
@@ -31,11 +33,15 @@ class Timer(Protocol):
 
 
 class Later(Protocol):
+    """Makes timers of the owner's thread."""
+
     def __call__(self, seconds: float, call: Call) -> Timer:
         """A timer, not yet started, that makes the call in the owner's thread."""
 
 
 class LoopTimer:
+    """A `Timer` that a `Loop` looks after."""
+
     def __init__(self, seconds: float, call: Call) -> None:
         self._seconds, self._call = seconds, call
         self._due: float | None = None
@@ -65,9 +71,11 @@ class Loop:
         self._timers: list[LoopTimer] = []
 
     def post(self, call: Call) -> None:
+        """See `Post`."""
         self._calls.put(call)
 
     def later(self, seconds: float, call: Call) -> LoopTimer:
+        """See `Later`."""
         timer = LoopTimer(seconds, call)
         self._timers.append(timer)
         return timer

@@ -41,6 +41,7 @@ class ModelPhotos:
     folder: Path | None
 
     def path(self, view: int) -> Path | None:
+        """File of a view's photo; None where the photos were not found."""
         return None if self.folder is None else self.folder / self.views.views[view].name
 
 
@@ -213,6 +214,7 @@ class PhotoLinks:
                 self.look(id_)
 
     def forget_all(self) -> None:
+        """Another project is opened."""
         self._ready.clear()
         self._trees.clear()
         self._problems.clear()

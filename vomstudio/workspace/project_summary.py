@@ -62,6 +62,7 @@ class ProjectSummary:
     draft: bool
 
     def as_dict(self) -> dict[str, Any]:
+        """For JSON."""
         return asdict(self)
 
 

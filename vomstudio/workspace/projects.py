@@ -37,20 +37,24 @@ class Projects:
     # --- the open one ------------------------------------------------------------------------
     @property
     def is_open(self) -> bool:
+        """Whether a project is open."""
         return self._project is not None
 
     @property
     def project(self) -> Project:
+        """The open project."""
         if self._project is None:
             raise RuntimeError("no project is open yet")
         return self._project
 
     @property
     def session(self) -> Session:
+        """Its session."""
         return self.project.session
 
     @property
     def records(self) -> Mapping[str, Record]:
+        """Its records by id."""
         return self.session.records
 
     def of(self, cls: type[T]) -> list[T]:
@@ -63,6 +67,7 @@ class Projects:
         return journal.view(key, default)
 
     def keep_view(self, key: str, value: Any) -> None:
+        """Keep view state with the project."""
         journal = self.project.journal
         journal.set_view(key, value)
 

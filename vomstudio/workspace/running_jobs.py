@@ -88,6 +88,7 @@ class Jobs:
         return begun
 
     def cancel(self, job: RunningJob) -> None:
+        """Ask a job to stop; on_failed is called when it has."""
         job.worker.cancel(job.number)
 
     def visible(self) -> list[RunningJob]:
@@ -128,6 +129,7 @@ class Jobs:
         self.workers[lane].finish(timeout_s)
 
     def close(self) -> None:
+        """Stop all workers; nothing is called any more."""
         self._closed = True
         for worker in self.workers.values():
             worker.close()

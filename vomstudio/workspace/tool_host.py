@@ -91,10 +91,12 @@ class ToolHost:
         return next((tool for tool in self.tools.values() if tool.open), None)
 
     def finish(self) -> None:
+        """Finish the open feature, else what the active tool is doing."""
         if (tool := self.open_tool or self.active) is not None:
             tool.finish()
 
     def cancel(self) -> None:
+        """Discard the open feature, else what the active tool is doing."""
         if (tool := self.open_tool or self.active) is not None:
             tool.cancel()
 
@@ -104,6 +106,7 @@ class ToolHost:
         return tool is not None and tool.undo()
 
     def pointer(self, event: PointerEvent) -> None:
+        """Pass a pointer event to the active tool."""
         if (tool := self.active) is not None:
             tool.pointer(event)
 

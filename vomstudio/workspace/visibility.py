@@ -24,6 +24,7 @@ class Visibility:
         self.hidden = set(self._projects.view(_KEPT, []))
 
     def visible(self, id_: str) -> bool:
+        """Whether a record, feature type or group is shown."""
         return id_ not in self.hidden
 
     def show_only(self, ids: Iterable[str]) -> None:
@@ -36,9 +37,11 @@ class Visibility:
         self._set((self.hidden - ids - groups) | hidden, changed)
 
     def show_all(self) -> None:
+        """Show everything."""
         self._set(set(), set(self.hidden))
 
     def set_visible(self, ids: Iterable[str], visible: bool) -> None:
+        """Show or hide records, feature types or groups."""
         ids = set(ids)
         self._set(self.hidden - ids if visible else self.hidden | ids, ids)
 

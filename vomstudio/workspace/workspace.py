@@ -160,6 +160,7 @@ class Workspace:
             self.editing.undo()
 
     def delete_selected(self) -> None:
+        """Delete the selected features, as one edit."""
         records = self.projects.records
         ids = [i for i in self.selection.ids if get_feature(records, i) is not None]
         if ids:

@@ -230,6 +230,7 @@ class OrthoDialog(QDialog):
 
     # --- the job ------------------------------------------------------------------------------
     def accept(self) -> None:
+        """Start the job, after asking before files are replaced."""
         model, studio = self._model(), self._studio
         path = studio.project.find_model(model)
         if path is None:

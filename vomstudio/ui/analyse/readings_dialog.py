@@ -401,6 +401,7 @@ class ReadingsDialog(QDialog):
 
     # --- the answer --------------------------------------------------------------------------
     def accept(self) -> None:
+        """Make `readings` and `types` of the table."""
         turn = self.turn()
         if turn is None:
             return

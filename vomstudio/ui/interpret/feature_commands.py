@@ -27,6 +27,8 @@ PLANES_AS = (
 
 
 def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
+    """open_types : opens the dialog of feature types"""
+
     def chosen() -> list[str]:
         return chosen_features(studio)
 

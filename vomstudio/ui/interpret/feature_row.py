@@ -34,10 +34,12 @@ class Row(Subject):
 
     @property
     def class_name(self) -> str:
+        """Name of the feature's kind, such as trace."""
         return kind_of(self.feature).called(self.feature)
 
     @property
     def set_name(self) -> str:
+        """Name of its set; empty where it has none."""
         return str(getattr(self.feature, "set_name", ""))
 
     @property

@@ -149,6 +149,7 @@ class PropertiesPanel(QWidget):
             self.refresh()
 
     def refresh(self, *_: object) -> None:
+        """Show the selected feature or model as it is now."""
         if self._shown != self._chosen():
             # The selection may move before the field loses the keyboard.
             self._typed()

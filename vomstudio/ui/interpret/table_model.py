@@ -95,6 +95,7 @@ class OrientationModel(QAbstractTableModel):
         self._places: dict[str, int] = {}
 
     def reset(self) -> None:
+        """Read all rows anew."""
         self.beginResetModel()
         features = [f for f in self._studio.session.features() if _listed(f)]
         measured = self._studio.measured(feature.id for feature in features)
@@ -125,6 +126,7 @@ class OrientationModel(QAbstractTableModel):
                 self.dataChanged.emit(self.index(place, 0), self.index(place, len(COLUMNS) - 1))
 
     def row(self, place: int) -> Row:
+        """The row at a place, unsorted."""
         return self._rows[place]
 
     def update_comparisons(self) -> None:
@@ -135,9 +137,11 @@ class OrientationModel(QAbstractTableModel):
             )
 
     def id_at(self, row: int) -> str:
+        """Id of the feature at a place, unsorted."""
         return str(self._rows[row].feature.id)
 
     def place(self, id_: str) -> int | None:
+        """Place of a feature, unsorted; None where it is not listed."""
         return self._places.get(id_)
 
     # --- Qt's names ---------------------------------------------------------------------------

@@ -105,6 +105,7 @@ class TablePanel(QWidget):
             self.rebuild()
 
     def rebuild(self) -> None:
+        """Read rows and columns anew."""
         settings = self._studio.settings
         self._seen_settings = (settings.notation, settings.hidden_columns)
         self.model.reset()

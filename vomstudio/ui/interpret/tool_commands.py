@@ -68,6 +68,7 @@ class _OpenFeature:
         return None
 
     def continue_feature(self) -> None:
+        """Choose the tool of the selected feature and continue it."""
         found = self._to_continue()
         if found is None:
             return
@@ -85,6 +86,7 @@ class _OpenFeature:
             tool.delete_vertex()
 
     def delete(self) -> None:
+        """Delete the marked vertex of the open feature, else the selected features."""
         if self.tool is not None:
             self.delete_vertex()
         else:
@@ -104,6 +106,7 @@ def _choose_tool(studio: Studio, entry: ToolEntry) -> Command:
 
 
 def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Command]:
+    """directions : looks along fold axes and planes; docks : where the stereonet is shown"""
     picking = _OpenFeature(studio)
 
     return [

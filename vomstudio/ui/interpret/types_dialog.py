@@ -132,6 +132,7 @@ class TypesDialog(QDialog):
     # --- what is shown -----------------------------------------------------------------------
     @property
     def type_id(self) -> str:
+        """Id of the type that is shown; empty where there is none."""
         item = self.list.currentItem()
         return str(item.data(_ID)) if item else ""
 

@@ -135,6 +135,7 @@ class CameraView(QObject):
         return made
 
     def refresh(self) -> None:
+        """Draw the cameras that are to be shown now."""
         wanted = self._wanted()
         # Every edit comes by here, and new cameras draw the whole outcrop anew.
         if self._cameras is not None and wanted != self._shown:

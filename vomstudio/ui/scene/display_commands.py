@@ -29,6 +29,7 @@ MODE_NAMES = {
 
 
 def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Docks) -> list[Command]:
+    """docks : where the display panel is shown"""
     shown = studio.display
 
     def models() -> list[display.Data]:
@@ -149,6 +150,7 @@ def choose_field(studio: Studio, docks: Docks) -> None:
 
 
 def toggle_clip(studio: Studio, view: OutcropView, docks: Docks) -> None:
+    """Switch the clipping box on or off; one that holds nothing is fitted to the models."""
     shown = studio.display
     if shown.clipping:
         shown.set_clip(shown.box, False)

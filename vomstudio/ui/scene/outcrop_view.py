@@ -59,9 +59,11 @@ class OutcropView(QObject):
     # --- directions --------------------------------------------------------------------------
     @property
     def orthographic(self) -> bool:
+        """Whether the view is orthographic."""
         return self.viewport is not None and self.viewport.moves.orthographic
 
     def toggle_orthographic(self) -> None:
+        """Switch between orthographic and perspective."""
         if self.viewport is not None:
             self.viewport.moves.set_orthographic(not self.viewport.moves.orthographic)
 
@@ -72,10 +74,12 @@ class OutcropView(QObject):
             self.viewport.moves.look_along(trend_deg, plunge_deg)
 
     def standard_view(self, name: str) -> None:
+        """Look in one of the standard directions, such as "north"."""
         if self.viewport is not None:
             self.viewport.moves.standard_view(name)
 
     def set_turntable(self, on: bool) -> None:
+        """Whether Z stays up when the view is rotated."""
         if self.viewport is not None:
             self.viewport.gestures.set_turntable(on)
 
@@ -127,6 +131,7 @@ class OutcropView(QObject):
             self._studio.project.journal.set_view("camera", self.viewport.moves.camera_state())
 
     def close(self) -> None:
+        """Stop drawing: the window is being closed."""
         self._camera_timer.stop()
         if self.viewport is not None:
             self.viewport.close()

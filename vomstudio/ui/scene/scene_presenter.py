@@ -71,6 +71,7 @@ class ScenePresenter:
         viewport.pointer.connect(self._pointer)
 
     def rebuild(self) -> None:
+        """Show another project: remove everything and draw its models and features."""
         for model_id in self._shown:
             self._models.remove(model_id)
         self._shown.clear()

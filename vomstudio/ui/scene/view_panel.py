@@ -106,6 +106,7 @@ class ViewPanel(QWidget):
         studio.selection_changed.connect(self._selected)
 
     def show_direction(self, trend_deg: float, plunge_deg: float, orthographic: bool) -> None:
+        """Show the direction of the view, in degrees."""
         self._direction = Line(wrap360(trend_deg), plunge_deg)
         line = format_line(self._direction, 0)
         self.now.setText(
@@ -124,11 +125,13 @@ class ViewPanel(QWidget):
         self._turn(line)
 
     def along_beta(self) -> None:
+        """Look along the fold axis of the bedding, where there is one."""
         axis = self._axis()
         if isinstance(axis, FoldAxis):
             self._turn_axis(axis.beta)
 
     def face(self) -> None:
+        """Look perpendicular to the selected plane."""
         plane = self._plane()
         if plane is not None:
             # Against the upward normal; a vertical plane is looked at toward its dip direction
@@ -178,10 +181,12 @@ class ViewPanel(QWidget):
         self._look(line.trend_deg, line.plunge_deg)
 
     def why_no_beta(self) -> str | None:
+        """Why there is no fold axis; None where there is one."""
         axis = self._axis()
         return axis if isinstance(axis, str) else None
 
     def why_no_plane(self) -> str | None:
+        """Why no plane can be faced; None where one is selected."""
         return None if self._plane() is not None else tr("Select a plane first.")
 
     def origin_of(self, direction: Line) -> tuple[str, float | None]:
@@ -220,6 +225,7 @@ class ViewPanel(QWidget):
         return text, None
 
     def why_no_line(self) -> str | None:
+        """Why no line can be looked along; None where one is selected."""
         if self._line() is not None:
             return None
         return tr("Select a lineation or an intersection first.")
@@ -298,6 +304,7 @@ class ViewPanel(QWidget):
         )
 
     def refresh(self, *_: object) -> None:
+        """Show the fold axis with its verdict, and which directions there are now."""
         axis, plane = self._axis(), self._plane()
         _enable(self._buttons["beta"], None if isinstance(axis, FoldAxis) else axis)
         why = None if plane is not None else tr("Select a plane first.")

@@ -164,6 +164,7 @@ class FrameDialog(QDialog):
         ok.setEnabled(True)
 
     def accept(self) -> None:
+        """Make `frame` of what was chosen, and close."""
         up, unit = self._up.currentData(), float(self._unit.currentData())
         if self._crs_button.isChecked():
             code, _ = parse_crs(self._crs.text())

@@ -112,6 +112,7 @@ def _add_menu(
 
 
 def make_toolbar(window: QMainWindow, actions: Mapping[str, QAction], groups: Groups) -> QToolBar:
+    """The toolbar with its commands, the menu of views and the search for commands."""
     bar = QToolBar(tr("Tools"))
     bar.setObjectName("toolbar")
     bar.setMovable(False)

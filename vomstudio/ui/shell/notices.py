@@ -18,6 +18,8 @@ _INFO_MS = 6000
 
 
 class Notices(QObject):
+    """Adds each notice to the list and shows it in the status line or the bar."""
+
     def __init__(
         self,
         messages: MessagesPanel,

@@ -38,15 +38,18 @@ class Files(QObject):
         self._parent, self._studio, self._survey = parent, studio, survey
 
     def project_name(self) -> str:
+        """Name of the open project for titles; "untitled" where it has none."""
         project = self._studio.project
         return tr("untitled") if project.untitled else project.name
 
     def open_path(self, path: Path) -> None:
+        """Open a model or a project; before another project the user is asked to save."""
         if is_project(path) and not self.ask_to_keep():
             return
         self._studio.open_path(path)
 
     def choose_model(self) -> None:
+        """Ask for files of models and open them."""
         patterns = " ".join(f"*{e} *{e.upper()}" for e in extensions())
         names, _ = QFileDialog.getOpenFileNames(
             self._parent,
@@ -58,6 +61,7 @@ class Files(QObject):
             self.open_path(Path(name))
 
     def choose_project(self) -> None:
+        """Ask for a project folder and open it."""
         name = QFileDialog.getExistingDirectory(
             self._parent, tr("Open project (a folder NAME.vom)"), start_folder(self._studio)
         )
@@ -65,15 +69,19 @@ class Files(QObject):
             self.open_path(Path(name))
 
     def new_project(self) -> None:
+        """Open an untitled project, after asking whether to save the present one."""
         if self.ask_to_keep():
             self.attempt(self._studio.new_project)
 
     def save(self) -> bool:
+        """Save the project, an untitled one under a name that is asked for; False where it is
+        not saved."""
         if self._studio.project.untitled:
             return self.save_as()
         return self.attempt(self._studio.save)
 
     def save_as(self) -> bool:
+        """Ask for a folder and save the project there; False where it is not saved."""
         name, _ = QFileDialog.getSaveFileName(
             self._parent,
             tr("Save project as"),
@@ -87,6 +95,8 @@ class Files(QObject):
         return self.attempt(lambda: self._studio.save_as(folder))
 
     def export(self, format_: str) -> None:
+        """Ask for a file and export the features. format_ : a key of the known formats, as
+        "csv"."""
         pattern = tr(_EXPORTS[format_])
         stem = "orientations" if self._studio.project.untitled else self._studio.project.name
         name, _ = QFileDialog.getSaveFileName(
@@ -100,6 +110,8 @@ class Files(QObject):
             self.export_to(format_, path)
 
     def export_to(self, format_: str, path: Path) -> None:
+        """Export the features to `path`, replacing what is there."""
+
         def write() -> None:
             made = export_records(self._studio.records, format_, path, force=True,
                                   thresholds=self._studio.settings.thresholds)  # fmt: skip
@@ -180,6 +192,7 @@ class Files(QObject):
 
     # --- models ------------------------------------------------------------------------------
     def declare_frame(self, model_id: str | None = None) -> None:
+        """Show the frame dialog for a model; without an id for the current one."""
         model = self._studio.records.get(model_id) if model_id else current_model(self._studio)
         if not isinstance(model, Model):
             return
@@ -209,6 +222,7 @@ class Files(QObject):
         )
 
     def locate_model(self) -> None:
+        """Ask for the file of the current model and open it."""
         model = current_model(self._studio)
         if model is None:
             return
@@ -219,6 +233,7 @@ class Files(QObject):
             self._studio.locate_model(model.id, Path(name))
 
     def remove_model(self) -> None:
+        """Remove the current model from the project; its file stays."""
         model = current_model(self._studio)
         if model is not None:
             self._studio.attempt(edits.remove_model, model.id)

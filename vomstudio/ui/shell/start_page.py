@@ -14,6 +14,8 @@ from vomstudio.words import tr
 
 
 class StartPage(QFrame):
+    """Buttons for what can be opened, and the recent files."""
+
     def __init__(
         self, studio: Studio, actions: dict[str, QAction], open_path: Callable[[Path], None]
     ) -> None:

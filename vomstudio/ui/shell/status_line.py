@@ -17,6 +17,8 @@ from vomstudio.words import tr
 
 
 class StatusLine(QStatusBar):
+    """Follows the signals of the studio; a job is shown with its progress and a stop button."""
+
     def __init__(self, studio: Studio, declare: QAction) -> None:
         super().__init__()
         self._studio = studio

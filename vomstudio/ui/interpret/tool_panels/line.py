@@ -23,6 +23,8 @@ from vomstudio.words import tr
 
 
 class LinePanel(QWidget):
+    """Shows the line tool and sets its attributes."""
+
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
         self._studio = studio
@@ -69,6 +71,7 @@ class LinePanel(QWidget):
         )
 
     def refresh(self) -> None:
+        """Show the tool as it is now."""
         tool, now = self._tool, self._tool.attributes
         measured = tool.measurement if len(tool.vertices) > 1 else None
         self.fit_view.show_measurement(

@@ -35,6 +35,8 @@ _HINTS = {
 
 
 class MeasurePanel(QWidget):
+    """Shows the measure tool and sets kind and plane."""
+
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
         self._studio = studio
@@ -65,6 +67,7 @@ class MeasurePanel(QWidget):
         self._tool.choose(kind=kind)
 
     def refresh(self, *_: object) -> None:
+        """Show the tool as it is now."""
         tool = self._tool
         with QSignalBlocker(self.kind_box):
             self.kind_box.setCurrentIndex(self.kind_box.findData(tool.kind))

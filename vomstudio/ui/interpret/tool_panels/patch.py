@@ -30,6 +30,8 @@ from vomstudio.words import tr
 
 
 class PatchPanel(QWidget):
+    """Shows the patch tool and sets brush, type and set."""
+
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
         self._studio = studio
@@ -90,6 +92,7 @@ class PatchPanel(QWidget):
         self._studio.set_next(str(self.type_box.currentData()), self.set_edit.text().strip())
 
     def refresh(self, *_: object) -> None:
+        """Show the tool as it is now."""
         tool, studio = self._tool, self._studio
         patch = tool.current
         with QSignalBlocker(self.radius):

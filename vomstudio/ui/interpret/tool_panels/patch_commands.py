@@ -12,6 +12,7 @@ from vomstudio.words import tr
 
 
 def commands(studio: Studio) -> list[Command]:
+    """The commands that the patch tool adds to the menu Interpret."""
     tool = studio.tool_of(PatchTool)
 
     def not_painting() -> str | None:

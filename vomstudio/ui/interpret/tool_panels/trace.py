@@ -20,6 +20,8 @@ from vomstudio.words import tr
 
 
 class TracePanel(QWidget):
+    """Shows the trace tool and sets type and set."""
+
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
         self._studio = studio
@@ -50,6 +52,7 @@ class TracePanel(QWidget):
         self._studio.set_next(str(self.type_box.currentData()), self.set_edit.text().strip())
 
     def refresh(self, *_: object) -> None:
+        """Show the tool as it is now."""
         tool = self._tool
         measured = tool.measurement if len(tool.vertices) > 2 else None
         self.fit_view.show_measurement(
