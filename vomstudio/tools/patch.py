@@ -38,6 +38,18 @@ STEP = 1.25
 _FIRST_RADIUS = 1.0 / 80.0
 _REMOVED = (1.0, 1.0, 1.0)
 _NO_PATCH = to_translate("No patch is being painted.")
+_HINT_NEW = to_translate(
+    "Patch: paint over one surface with the left button; the right button orbits; "
+    "[ and ] change the brush size."
+)
+_HINT_ADDS = to_translate(
+    "Patch {patch}: the next stroke adds, with Ctrl it erases. Enter finishes; Esc discards the "
+    "strokes; the right button orbits; [ and ] change the brush size."
+)
+_HINT_ERASES = to_translate(
+    "Patch {patch}: the next stroke erases, with Ctrl it adds. Enter finishes; Esc discards the "
+    "strokes; the right button orbits; [ and ] change the brush size."
+)
 
 
 class PatchTool:
@@ -104,21 +116,8 @@ class PatchTool:
             return tr("Patch: releasing the button ends the stroke; Esc discards it.")
         patch = self.current
         if patch is None:
-            return tr(
-                "Patch: paint over one surface with the left button; the right button orbits; "
-                "[ and ] change the brush size."
-            )
-        if self.removing:
-            return tr(
-                "Patch {patch}: the next stroke erases, with Ctrl it adds. Enter finishes; Esc "
-                "discards the strokes; the right button orbits; [ and ] change the brush size.",
-                patch=patch.name,
-            )
-        return tr(
-            "Patch {patch}: the next stroke adds, with Ctrl it erases. Enter finishes; Esc "
-            "discards the strokes; the right button orbits; [ and ] change the brush size.",
-            patch=patch.name,
-        )
+            return tr(_HINT_NEW)
+        return tr(_HINT_ERASES if self.removing else _HINT_ADDS, patch=patch.name)
 
     def why_not_finish(self) -> str | None:
         return None if self._down or self.current is not None else tr(_NO_PATCH)
