@@ -240,7 +240,10 @@ def test_picks_that_are_no_planes_are_named_and_the_others_added(run, project: P
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--type", "bedrock"], "No feature type is called bedrock. The feature types are: Bedding, Fault"),
+        (
+            ["--type", "bedrock"],
+            "No feature type is called bedrock. The feature types are: Bedding, Fault",
+        ),
         (["--type", "fault", "--model", "face"], "No model is called face. The models are: cliff."),
         (["--type", "fault", "--by", "bed"], "bed"),
         ([], "--type"),

@@ -287,7 +287,12 @@ def test_a_report_that_cannot_be_written_is_said(window, monkeypatch):
 
 
 def test_a_crash_of_the_last_run_is_said_at_the_next_start(hooked, qtbot):
-    words = "from vomstudio.failures import hooks; hooks.install('window'); import os; os.abort()"
+    words = (
+        "from vomstudio.failures import exception_hooks\n"
+        "exception_hooks.install('window')\n"
+        "import os\n"
+        "os.abort()\n"
+    )
     subprocess.run([sys.executable, "-c", words], check=False, capture_output=True)
     window = driver.make_window()
     notices = FailureNotices(window, window)
@@ -339,7 +344,12 @@ def test_the_hooks_are_taken_back(own_folders):
 
 
 def test_a_crash_is_said_beside_the_work_that_it_left_open(hooked, qtbot):
-    words = "from vomstudio.failures import hooks; hooks.install('window'); import os; os.abort()"
+    words = (
+        "from vomstudio.failures import exception_hooks\n"
+        "exception_hooks.install('window')\n"
+        "import os\n"
+        "os.abort()\n"
+    )
     subprocess.run([sys.executable, "-c", words], check=False, capture_output=True)
     window = driver.make_window()
     notices = FailureNotices(window, window)

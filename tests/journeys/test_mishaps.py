@@ -434,7 +434,7 @@ def test_recovered_work_is_brought_back_by_the_button_that_offers_it(own_folders
     wait(window.message_bar.isVisible, "the offer", 5.0)
     assert "last ended" in window.message_bar.text
     driver.keep_picture(window, "mishap-recovery")
-    (button,) = [b for b in window.message_bar.findChildren(QPushButton) if "back" in b.text()]
+    (button,) = [b for b in window.message_bar.findChildren(QPushButton) if b.text() == "Restore"]
     button.click()
     assert [t.name for t in driver.traces(window)] == ["B01"]
     assert len(window.studio.tool_of(TraceTool).vertices) == 2
