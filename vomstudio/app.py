@@ -25,14 +25,14 @@ def main(argv: Sequence[str] | None = None) -> int:
         log.start("command")
         return command_line(words)
     from vomstudio.failures import crashes, exception_hooks
-    from vomstudio.failures.error_collector import DESK
+    from vomstudio.failures.error_collector import ERRORS
     from vomstudio.ui.shell.window_start import run_window
 
     exception_hooks.install(crashes.WINDOW)
     try:
         return run_window(words)
     except Exception as error:
-        DESK.report(error, "outside the window's event loop")
+        ERRORS.report(error, "outside the window's event loop")
         raise
     finally:
         exception_hooks.uninstall()

@@ -112,7 +112,7 @@ def test_a_part_that_cannot_be_had_is_named_and_the_rest_is_there(logging_on):
 
     logging.getLogger("vomstudio.test").error("went wrong at 432100.25")
     text = report.compose([("What was done", broken)])
-    assert "## What was done\n\nThis part cannot be had (OSError)." in text
+    assert "## What was done\n\nThis section failed (OSError)." in text
     assert "went wrong at #" in text
     assert "Python" in text
     assert "numpy" in text

@@ -138,7 +138,7 @@ def test_the_palette_says_why_not_and_chooses_only_what_can_run(window, qtbot):
     qtbot.addWidget(palette)
     palette.show()
     QTest.keyClicks(palette._words, "redo")
-    assert "there is nothing to redo" in words_of(palette)[0]
+    assert "There is nothing to redo." in words_of(palette)[0]
     assert palette.chosen is None
     palette._words.clear()
     runnable = {n for n, a in window.actions_table.all.items() if a.isEnabled()}
@@ -146,7 +146,7 @@ def test_the_palette_says_why_not_and_chooses_only_what_can_run(window, qtbot):
         assert palette.chosen in runnable
         QTest.keyClick(palette._words, Qt.Key.Key_Down)
     palette._words.setText("view north")
-    assert [t.split("  ")[0] for t in words_of(palette)] == ["Looking North"]
+    assert [t.split("  ")[0] for t in words_of(palette)] == ["Looking north"]
     palette._words.setText("no such thing at all")
     assert words_of(palette) == []
     QTest.keyClick(palette._words, Qt.Key.Key_Return)

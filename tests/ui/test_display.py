@@ -89,10 +89,10 @@ def test_the_project_keeps_the_display(window, studio):
 
 # --- what is refused -------------------------------------------------------------------------
 def test_a_mode_that_a_model_cannot_show_says_why(tmp_path):
-    assert why_not_mode("vertex_colors", [mesh()]) == "this model has no colours"
-    assert why_not_mode("textured", [mesh(), cloud()]) == "no open model has textures"
-    assert why_not_mode("wireframe", [cloud()]) == "a point cloud has no triangles"
-    assert why_not_mode("points", []) == "open a model first"
+    assert why_not_mode("vertex_colors", [mesh()]) == "This model has no colours."
+    assert why_not_mode("textured", [mesh(), cloud()]) == "No open model has textures."
+    assert why_not_mode("wireframe", [cloud()]) == "A point cloud has no triangles."
+    assert why_not_mode("points", []) == "Open a model first."
     with_texture = textured(tmp_path)
     for mode in ("textured", "vertex_colors", "plain shaded", "wireframe", "points", "field"):
         assert why_not_mode(mode, [with_texture]) is None
@@ -110,9 +110,9 @@ def test_the_tick_is_at_what_is_seen(tmp_path):
 def test_actions_say_why_they_cannot_be(window, studio):
     attach(studio, cloud())
     actions = window.actions_table.all
-    assert "a point cloud has no triangles" in actions["display_wireframe"].toolTip()
-    assert "this model has no colours" in actions["display_colors"].toolTip()
-    assert "eye-dome lighting shows its shape" in actions["display_lit"].toolTip()
+    assert "A point cloud has no triangles." in actions["display_wireframe"].toolTip()
+    assert "This model has no colours." in actions["display_colors"].toolTip()
+    assert "Eye-dome lighting shows its shape" in actions["display_lit"].toolTip()
     assert actions["display_eye_dome"].isEnabled()
 
 

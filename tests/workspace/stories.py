@@ -144,7 +144,7 @@ def draft(folder: Path) -> None:
     again.work.projects.open(target)
     assert again.work.tools.active_name == "trace"
     assert len(again.work.tools.of(TraceTool).vertices) == count
-    assert any(f"with {count} points is back" in notice.text for notice in again.said)
+    assert any(f"with {count} points was restored" in notice.text for notice in again.said)
     assert again.work.worth_asking
     again.wait(lambda: again.work.models.open, "the model")
     again.work.undo()

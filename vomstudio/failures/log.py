@@ -14,13 +14,14 @@ _handler: logging.Handler | None = None
 
 
 def folder() -> Path:
-    """Where the log and the traces of crashes lie, whether or not it is there yet."""
+    """Where the log and the crash traces lie, whether or not it exists yet."""
     from platformdirs import user_log_path
 
     return user_log_path("vomstudio", appauthor=False)
 
 
 def path() -> Path:
+    """The log file."""
     return folder() / "vomstudio.log"
 
 
@@ -42,6 +43,7 @@ def start(role: str) -> None:
 
 
 def stop() -> None:
+    """Close the log file."""
     global _handler
     if _handler is not None:
         logging.getLogger().removeHandler(_handler)
@@ -51,7 +53,7 @@ def stop() -> None:
 
 
 def tail(lines: int) -> str:
-    """The newest lines of the log; empty where there is none."""
+    """The newest lines of the log; empty where there is no log."""
     try:
         with path().open("rb") as stream:
             stream.seek(0, os.SEEK_END)

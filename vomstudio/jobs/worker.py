@@ -19,7 +19,7 @@ from typing import Any, TextIO
 
 from vomstudio.errors import VomError, WorkerError
 from vomstudio.failures import crashes, exception_hooks
-from vomstudio.failures.error_collector import DESK
+from vomstudio.failures.error_collector import ERRORS
 from vomstudio.jobs.events import LIFELINE, Done, Event, Failed, Fault, Stage, Step, to_line
 from vomstudio.jobs.tasks import TASKS
 from vomstudio.progress import CancelToken
@@ -59,7 +59,7 @@ def main() -> int:
 
     job = 0
     exception_hooks.install(crashes.WORKER)
-    DESK.listen(lambda failure: send(Fault(job, failure.what)))
+    ERRORS.listen(lambda failure: send(Fault(job, failure.what)))
     jobs: queue.SimpleQueue[tuple[int, str, dict[str, Any], CancelToken]] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(sys.stdin, jobs), daemon=True).start()
     while True:
@@ -84,7 +84,7 @@ def main() -> int:
             return 0
         except Exception as error:  # noqa: BLE001  a worker answers for every job it was given
             traceback.print_exc(file=sys.stderr)
-            DESK.report(error, tr("in the task {task}", task=name))
+            ERRORS.report(error, tr("in the task {task}", task=name))
             fault = WorkerError(
                 tr(
                     "The task “{task}” failed: {type}: {error}.",

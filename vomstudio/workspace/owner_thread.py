@@ -1,4 +1,4 @@
-"""The thread that owns a workspace: how others hand over to it, and how a call waits its time.
+"""The thread that owns a workspace: how other threads post calls to it, and how calls are delayed.
 
 A window brings its event loop; a program without one needs a queue and a clock.
 """
@@ -12,6 +12,8 @@ Call = Callable[[], object]
 
 
 class Post(Protocol):
+    """Hands calls over to the owner's thread."""
+
     def __call__(self, call: Call) -> None:
         """From any thread: `call` is made in the owner's, in the order of the posts."""
 
@@ -29,5 +31,7 @@ class Timer(Protocol):
 
 
 class Later(Protocol):
+    """Makes timers of the owner's thread."""
+
     def __call__(self, seconds: float, call: Call) -> Timer:
         """A timer, not yet started, that makes the call in the owner's thread."""

@@ -47,7 +47,7 @@ class _Task(QRunnable):
         try:
             made = self._work()
         except Exception as error:  # noqa: BLE001 - a thread of Qt's has nobody above it
-            exception_hooks.tell(error)
+            exception_hooks.report_as_uncaught(error)
             return
         # The window may be gone, and Qt's side of the owner with it.
         with contextlib.suppress(RuntimeError):

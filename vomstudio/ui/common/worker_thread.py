@@ -47,6 +47,6 @@ class WorkerThread:
             try:
                 work()
             except Exception as error:  # noqa: BLE001 - the next piece is wanted all the same
-                exception_hooks.tell(error)
+                exception_hooks.report_as_uncaught(error)
             # Nor may it hold what the piece had in hand while it waits.
             del work
