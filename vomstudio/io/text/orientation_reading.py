@@ -63,6 +63,10 @@ class OrientationTable:
         return len(self.kept)
 
     @property
+    def path(self) -> Path:
+        return self.table.path
+
+    @property
     def line_numbers(self) -> NDArray[np.int64]:
         return self.table.line_numbers[self.kept]
 
