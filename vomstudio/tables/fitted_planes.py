@@ -1,0 +1,55 @@
+"""Planes fitted to groups of points, as rows of the orientation table: what `vomstudio fit`
+prints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy.typing as npt
+
+from vomstudio.geology.quality import judge
+from vomstudio.geometry.plane_figures import Method
+from vomstudio.geometry.planes import Axis, fit_planes
+from vomstudio.tables.orientation_table import Row, plane_row
+
+AS_GIVEN = "as given"
+"""The frame of points that name none."""
+
+
+@dataclass(frozen=True)
+class FittedPlanes:
+    """rows : of the orientation table; skipped : id and reason of each group without a plane"""
+
+    rows: list[Row]
+    skipped: list[dict[str, str]]
+
+
+def fitted_planes(
+    ids: Sequence[Any],
+    points: npt.ArrayLike,
+    offsets: npt.ArrayLike,
+    *,
+    method: Method = "pca",
+    axis: Axis = "z",
+    resolution_m: float | None = None,
+) -> FittedPlanes:
+    """Fit and judge a plane to each group of points.
+
+    points : (n, 3), m; group i is points[offsets[i]:offsets[i + 1]] and is called ids[i]
+    axis : the coordinate that a regression minimises
+    resolution_m : of the model that the points were taken from, where it is known
+    """
+    fits = fit_planes(points, offsets, method=method, axis=axis)
+    rows: list[Row] = []
+    skipped: list[dict[str, str]] = []
+    for i, name in enumerate(ids):
+        reason = fits.error[i]
+        if reason is not None:
+            skipped.append({"id": name, "reason": reason})
+            continue
+        fit = fits[i]
+        verdict = judge(fit, resolution_m=resolution_m, outcrop_normal=None)
+        rows.append(plane_row(fit, verdict, id=name, frame=AS_GIVEN, resolution_m=resolution_m))
+    return FittedPlanes(rows, skipped)
