@@ -89,7 +89,11 @@ def read_orientations(path: str | Path, azimuth: Azimuth | None = None) -> Orien
     Raises `InputError` (file, line, column) where the table is none, or its angles cannot be, and
     `UsageError` where the meaning of an azimuth must be given.
     """
-    table = read_table(path)
+    return orientations_of(read_table(path), azimuth)
+
+
+def orientations_of(table: TextTable, azimuth: Azimuth | None = None) -> OrientationTable:
+    """Planes and lines of a table that has been read. Raises as `read_orientations`."""
     if not len(table):
         raise InputError(
             "there is a header and nothing below it; a table of orientations needs rows.",
