@@ -18,7 +18,7 @@ from vomstudio.geometry import transform
 from vomstudio.tools.line import LineTool
 from vomstudio.ui.interpret.tool_panels.line import LinePanel
 from vomstudio.ui.interpret.tool_panels.measure import MeasurePanel
-from vomstudio.ui.scene.first_view import first_view
+from vomstudio.rendering.view.first_view import first_view
 
 OTHER = "B07"
 """A plane at an angle with B01; a fault for once."""

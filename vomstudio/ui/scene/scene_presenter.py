@@ -28,6 +28,7 @@ from vomstudio.geometry.planes import PlaneFit
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.rendering.view.drawing import PREVIEW, FeatureDrawing, Symbol
+from vomstudio.rendering.view.first_view import first_view
 from vomstudio.rendering.view.scalars import field_names
 from vomstudio.rendering.view.symbols import small_disc, symbol_of_line, symbol_of_plane
 from vomstudio.tools.painted import area_of
@@ -35,7 +36,6 @@ from vomstudio.tools.polyline import rgb
 from vomstudio.tools.types import Area, Button, Pointer, PointerEvent, Preview
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.wording import drawn_points, length, orientation_text
-from vomstudio.ui.scene.first_view import first_view
 
 NOTHING_KNOWN_DEG = 45.0
 
