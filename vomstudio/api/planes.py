@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from vomstudio.api.checking import coordinate_names, numbers, one_of, points, positive, warn
 from vomstudio.api.tables import frame
-from vomstudio.api.writing import html_table
 from vomstudio.errors import GeometryError, InputError, UsageError
+from vomstudio.reprs import html_table
 from vomstudio.tables.fitted_planes import FittedPlanes, fitted_planes
 
 Method = Literal["pca", "regression"]
@@ -256,7 +256,7 @@ def fit_planes(
     >>> picks = pandas.read_csv(vs.sample("picks.csv"), comment="#")
     >>> planes = vs.fit_planes(picks, by="pick")
     >>> planes[["id", "dip_direction_deg", "dip_deg", "quality"]].round(1).head(1).values.tolist()
-    [['B01', 57.6, 35.8, 'good']]
+    [['B01', 315.2, 38.2, 'good']]
     """
     ids, array, offsets, dropped = _groups(groups, by)
     done = _fitted(ids, array, offsets, method, axis, resolution_m, profile)

@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Array, Line
+from vomstudio.reprs import Shown
 
 ZERO_EIGENVALUE = 1e-20
 """S3 below this is a set that lies exactly in a plane: orientations equal to 1e-10 rad."""
@@ -198,8 +199,8 @@ class VollmerFigures:
     R: float
 
 
-@dataclass(frozen=True)
-class SetStatistics:
+@dataclass(frozen=True, repr=False)
+class SetStatistics(Shown):
     """What is said of one set of orientations.
 
     n : how many. of : "poles" of planes, or "lines". axial : a vector and its opposite are the same

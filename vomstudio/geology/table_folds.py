@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from vomstudio.errors import GeometryError, UsageError, VomError
 from vomstudio.geology.folds import AxisFigures, FoldAxis, common_axis, fold_axis
 from vomstudio.geology.orientation_rows import OrientationRows
+from vomstudio.reprs import Shown
 
 DEFAULT_KIND = "bedding"
 
@@ -41,8 +42,8 @@ class _Reading:
 
 
 # The last of the bases has the first of the fields.
-@dataclass(frozen=True)
-class TableFold(_Reading, AxisFigures, _Counts):
+@dataclass(frozen=True, repr=False)
+class TableFold(Shown, _Reading, AxisFigures, _Counts):
     """n : rows; used : of them; left_out : the others, and why. The figures of the axis are those
     of `FoldAxis`. convention, dropped_lines, warnings : of the table as it was read."""
 

@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.statistics import SetStatistics, set_statistics
+from vomstudio.reprs import Shown
 
 UNNAMED = "unassigned"
 
 
-@dataclass(frozen=True)
-class TableStatistics:
+@dataclass(frozen=True, repr=False)
+class TableStatistics(Shown):
     """n : rows; sets : by name, in order of appearance; convention, dropped_lines, warnings : of
     the table as it was read"""
 

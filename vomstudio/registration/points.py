@@ -22,6 +22,7 @@ from vomstudio.registration.similarity import (
     jacobian,
     nearly_on_a_line,
 )
+from vomstudio.reprs import Shown
 
 Array = npt.NDArray[np.float64]
 
@@ -82,8 +83,8 @@ class Known:
     position: bool = True
 
 
-@dataclass(frozen=True)
-class PointRegistration:
+@dataclass(frozen=True, repr=False)
+class PointRegistration(Shown):
     """A similarity from the model to World, and what it leaves over.
 
     matrix : 4 x 4, acts on column vectors of the model; scale : metres per unit of the model

@@ -9,12 +9,13 @@ from typing import Any
 from vomstudio.errors import UsageError
 from vomstudio.io.photos.reading import PhotoFolder, read_photos
 from vomstudio.progress import Progress
+from vomstudio.reprs import Shown
 from vomstudio.survey.check import check_photos
 from vomstudio.survey.check_results import Finding, PhotoFigures, SurveyReport
 
 
-@dataclass(frozen=True)
-class FolderCheck:
+@dataclass(frozen=True, repr=False)
+class FolderCheck(Shown):
     """What the photos of a folder are worth.
 
     folder : as it was given; report : before the alignment; aligned : after it, where an alignment

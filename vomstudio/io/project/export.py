@@ -30,13 +30,18 @@ def export_project(folder: Path, format_: str, out: Path, *, force: bool = False
     check_target(out, force=force, inputs=own_files(folder))
     kept = read_replay(folder)
     records = kept.records
+    refuse_empty(records, folder)
+    return export_records(
+        records, format_, out, force=force, thresholds=thresholds_of(kept.settings)
+    )
+
+
+def refuse_empty(records: Mapping[str, Record], folder: Path) -> None:
+    """Raises InputError where there is nothing to export."""
     if not any(isinstance(r, Feature) for r in records.values()):
         raise InputError(
             "has no features yet, so there is nothing to export; measure some first.", file=folder
         )
-    return export_records(
-        records, format_, out, force=force, thresholds=thresholds_of(kept.settings)
-    )
 
 
 def export_records(

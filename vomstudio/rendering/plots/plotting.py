@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -54,7 +56,9 @@ def draw(
             anchors,
             [f.label for f in named],
             font_size=12,
-            shape=None,
+            shape="rounded_rect",
+            shape_color="white",
+            shape_opacity=0.7,
             show_points=False,
             always_visible=True,
         )
@@ -121,6 +125,9 @@ def off_screen_plotter() -> Any:
     its pixels."""
     import pyvista
 
+    if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
+        # VTK comes to this by itself, after it has complained that there is no display.
+        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
     plotter = pyvista.Plotter(off_screen=True)
     plotter.set_background("white")
     return plotter

@@ -22,9 +22,8 @@ from vomstudio.document.records import (
 )
 from vomstudio.geometry import transform
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.discs import disc
+from vomstudio.geometry.discs import disc_of_fit
 from vomstudio.geometry.patches import has_id
-from vomstudio.geometry.planes import PlaneFit
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.rendering.view.drawing import PREVIEW, FeatureDrawing, Symbol
@@ -36,8 +35,6 @@ from vomstudio.tools.polyline import rgb
 from vomstudio.tools.types import Area, Button, Pointer, PointerEvent, Preview
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.wording import drawn_points, length, orientation_text
-
-NOTHING_KNOWN_DEG = 45.0
 
 
 class ScenePresenter:
@@ -377,11 +374,6 @@ def _middle(area: Area) -> npt.NDArray[np.float64]:
     return np.asarray(area.origin + points[int(off.argmin())])
 
 
-def known_well_enough(fit: PlaneFit) -> bool:
-    """Whether a disc says something: one that may as well stand across does not."""
-    return fit.max_confidence95_deg is None or fit.max_confidence95_deg < NOTHING_KNOWN_DEG
-
-
 def extent_of(measured: Measurement) -> float:
     """m, how far a feature reaches: its longest axis or the size of its box; 0 for a point."""
     if measured.fit is not None and measured.fit.extent is not None:
@@ -394,10 +386,10 @@ def extent_of(measured: Measurement) -> float:
 def disc_of(measured: Measurement) -> tuple[npt.NDArray[np.float64] | None, Symbol | None]:
     """(c, 3) the ring of a disc as wide as the feature, and what stands for it where it is small;
     none for a plane of no extent, or one that may as well stand across."""
-    fit = measured.fit
-    if fit is None or fit.extent is None or not known_well_enough(fit):
+    fit, ring = measured.fit, disc_of_fit(measured.fit)
+    if fit is None or fit.extent is None or ring is None:
         return None, None
-    return disc(fit.centroid, fit.normal, 0.5 * fit.extent), small_disc(fit.centroid, fit.extent)
+    return ring, small_disc(fit.centroid, fit.extent)
 
 
 def symbol_of(
