@@ -142,6 +142,14 @@ class Mesh(_Model):
     faces : (m, 3) int32, rows into `points`, grouped by material
     materials : their names; textures : files of their pictures
     uv : (n, 2) float32 texture coordinates, origin at the lower left, or None
+
+    >>> import vomstudio as vs
+    >>> cliff = vs.read(vs.sample("sample.obj"))
+    >>> low, high = cliff.bounds
+    >>> (high - low).round().tolist()
+    [30.0, 17.0, 15.0]
+    >>> round(cliff.resolution_m, 2)
+    0.12
     """
 
     @property
@@ -204,6 +212,14 @@ class PointCloud(_Model):
 
     points : (n, 3) float64; colours : (n, 3) uint8 or None; normals : (n, 3) float32 or None
     fields : other values by name, each (n,)
+
+    >>> import tempfile, pathlib
+    >>> import numpy as np
+    >>> import vomstudio as vs
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "points.xyz"
+    >>> np.savetxt(path, [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
+    >>> vs.read(path, unit="cm").bounds.tolist()
+    [[0.0, 0.0, 0.0], [0.01, 0.01, 0.0]]
     """
 
     @property

@@ -39,6 +39,14 @@ class Orthophoto:
     figures : as the command prints them, each an attribute, too: width, height, gsd_m, trend_deg,
         plunge_deg, right, down, direction, sense, sense_reason, coverage, reference_point, crs
     fold : the axis that it looks along, or None; warnings : sentences
+
+    The point of World in the middle of a pixel, here at the height of the reference point:
+
+    >>> import vomstudio as vs
+    >>> seen = vs.orthophoto(vs.sample("sample.obj"), trend_deg=0, plunge_deg=0, gsd_m=0.5)
+    >>> x, y, z, _ = seen.pixel_to_world @ [seen.width / 2, seen.height / 2, 0, 1]
+    >>> bool(abs(x - seen.reference_point[0]) < seen.gsd_m)
+    True
     """
 
     image: npt.NDArray[np.uint8]

@@ -39,6 +39,13 @@ class ProjectModel:
 
     id, name, kind ("mesh" or "cloud"); path : of its file, as the project keeps it; frame : how it
     stands, in words; crs : "EPSG:n" or None; features : how many were measured on it
+
+    >>> import tempfile, pathlib
+    >>> import vomstudio as vs
+    >>> with vs.Project.create(pathlib.Path(tempfile.mkdtemp()) / "cliff.vom") as project:
+    ...     _ = project.add_model(vs.sample("sample.obj"))
+    ...     project.models[0].name, project.models[0].crs, project.models[0].features
+    ('sample', 'EPSG:32633', 0)
     """
 
     id: str

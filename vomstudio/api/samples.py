@@ -13,7 +13,7 @@ def sample(*parts: str) -> Path:
     fault and joints, by ``pick``), ``truth.csv`` (what is true there), ``photos`` (a folder),
     ``control.csv`` and ``marks.csv``.
 
-    Raises vs.errors.InputError for a file that is not there.
+    parts : of the path below that folder. Raises vs.errors.InputError for a file that is not there.
 
     >>> import vomstudio as vs
     >>> vs.sample("sample.obj").name

@@ -18,6 +18,7 @@ def read_photos(folder: str | Path, *, progress: Reported = None) -> PhotoFolder
     Parameters
     ----------
     folder : JPEG, TIFF and PNG photos, down to three levels
+    progress : called with (stage, steps done, all steps or None), or a Progress
 
     Returns
     -------
@@ -125,7 +126,7 @@ def plan(
     A pixel of a 23.5 mm sensor with 6000 pixels behind 35 mm, seen from 20 m:
 
     >>> import vomstudio as vs
-    >>> survey = vs.plan("23.5x15.6,35,6000x4000", distance_m=20, width_m=30, height_m=10)
+    >>> survey = vs.plan("23.5x15.6,35,6000x4000", distance_m=20, width_m=30, height_m=4)
     >>> round(survey.gsd_m, 5) == round(23.5 / 6000 * 20 / 35, 5)
     True
     """

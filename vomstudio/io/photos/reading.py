@@ -129,7 +129,7 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
             result.skipped.append((_said(path.relative_to(root).as_posix()), reason))
     for path in found_masks.left():
         result.skipped.append((path.relative_to(root).as_posix(), "is a mask without its photo"))
-    result.warnings += [f"{_names(names)}: {words}" for words, names in problems.items()]
+    result.warnings.extend(f"{_names(names)}: {words}" for words, names in problems.items())
     result.photos.sort(key=lambda photo: _natural(photo.name))
     if not result.photos:
         raise NoPhotos(_nothing(result.skipped, files), file=root)
