@@ -126,7 +126,8 @@ def plan(
     A pixel of a 23.5 mm sensor with 6000 pixels behind 35 mm, seen from 20 m:
 
     >>> import vomstudio as vs
-    >>> survey = vs.plan("23.5x15.6,35,6000x4000", distance_m=20, width_m=30, height_m=4)
+    >>> camera = "23.5x15.6,35,6000x4000"
+    >>> survey = vs.plan(camera, distance_m=20, width_m=30, height_m=10, manner="drone")
     >>> round(survey.gsd_m, 5) == round(23.5 / 6000 * 20 / 35, 5)
     True
     """
