@@ -1,4 +1,4 @@
-"""`vs.register`: arrays in, the command's names out. The numbers are tested in tests/registration."""
+"""`vs.register`: arrays in, the command's names out. tests/registration tests the numbers."""
 
 from __future__ import annotations
 

@@ -41,7 +41,9 @@ def test_unequal_errors_are_minimised_as_scipy_does() -> None:
         return np.asarray((placed - (world - SHIFT)) / sigma).ravel()
 
     start = np.concatenate([TRUE.as_rotvec(), [SCALE], np.zeros(3)])
-    best = least_squares(misses, start, x_scale=[1e-2] * 3 + [1e-4] + [1e-1] * 3, xtol=1e-15)
+    best = least_squares(
+        misses, start, x_scale=[1e-2] * 3 + [1e-4] + [1e-1] * 3, xtol=1e-15, ftol=1e-15, gtol=1e-15
+    )
     found = register_points(model, world, sigma)
     assert found.scale == pytest.approx(best.x[3], rel=1e-7)
     placed = best.x[3] * Rotation.from_rotvec(best.x[:3]).apply(model) + best.x[4:] + SHIFT

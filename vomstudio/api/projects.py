@@ -16,7 +16,7 @@ from vomstudio.api.models import Mesh, PointCloud, Source, in_world
 from vomstudio.api.planes import LineFit, PlaneFit, line_of_row, plane_of_row
 from vomstudio.document.measurements import Measurements
 from vomstudio.document.records import Model
-from vomstudio.errors import DocumentError, GeometryError, InputError
+from vomstudio.errors import DocumentError, GeometryError, InputError, VomWarning
 from vomstudio.geometry.units import METRES
 from vomstudio.io.project.export import export_records, refuse_empty
 from vomstudio.io.project.folder import Project as ProjectFolder
@@ -114,7 +114,12 @@ class Project:
         said = [f"a part could not be read and was left out: {p}" for p in folder.problems]
         if made._recovered:
             said.append("changes that had not been saved are part of the project")
-        warn(said)
+        try:
+            warn(said)
+        except VomWarning:
+            # Where warnings are errors nobody gets it, so nobody could close it.
+            made.close()
+            raise
         return made
 
     @classmethod

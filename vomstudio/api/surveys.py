@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
-from vomstudio.api.checking import positive, warn
+from vomstudio.api.checking import one_of, positive, warn
 from vomstudio.api.reporting import Reported, told
 from vomstudio.io.photos.reading import PhotoFolder
 from vomstudio.survey.folder_check import FolderCheck
@@ -134,8 +134,9 @@ def plan(
     from vomstudio.files.atomic import check_target
     from vomstudio.products.report.field_sheet import check_format, write_field_sheet
     from vomstudio.survey.plan_camera import camera_of
-    from vomstudio.survey.planning import plan_survey
+    from vomstudio.survey.planning import MANNERS, plan_survey
 
+    one_of(manner, MANNERS, "manner")
     positive(width_m, "width_m")
     positive(height_m, "height_m")
     if sheet is not None:
