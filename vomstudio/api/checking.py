@@ -69,7 +69,8 @@ def points(values: Any, name: str = "points") -> Floats:
             f"shape {array.shape}{hint}.",
             field=name,
         )
-    refuse_rows(~(np.abs(array) <= FARTHEST_M).all(axis=1), "no finite coordinates in metres", name)
+    far = np.asarray(~(np.abs(array) <= FARTHEST_M).all(axis=1))
+    refuse_rows(far, "no finite coordinates in metres", name)
     return np.ascontiguousarray(array)
 
 

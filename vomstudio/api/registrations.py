@@ -78,7 +78,8 @@ def _sigma(given: Any, n: int) -> Any:
             f"shape {array.shape}.",
             field="sigma_m",
         )
-    refuse_rows(~((array > 0) & np.isfinite(array)).all(axis=1), "no positive errors", "sigma_m")
+    bad = np.asarray(~((array > 0) & np.isfinite(array)).all(axis=1))
+    refuse_rows(bad, "no positive errors", "sigma_m")
     return array
 
 

@@ -72,7 +72,7 @@ def rows_of(table: Any, azimuth: Azimuth | None = None, depth: int = 4) -> Orien
     Raises InputError, UsageError.
     """
     if isinstance(table, str | os.PathLike):
-        found = orientation_reading.read_orientations(table, azimuth)
+        found = orientation_reading.read_orientations(Path(table), azimuth)
     elif hasattr(table, "columns") and hasattr(table, "itertuples"):
         names, cells = _cells_of(table)
         found = orientations_of(table_of_cells(names, cells, _IN_MEMORY), azimuth)
@@ -180,7 +180,7 @@ def frame_of_table(table: OrientationTable, warnings: Sequence[str]) -> Any:
 
 
 def _row(table: OrientationTable, i: int, own: Mapping[str, list[str]]) -> Row:
-    metadata = {"id": table.ids[i]}
+    metadata: dict[str, Any] = {"id": table.ids[i]}
     if table.kinds is not None:
         metadata["kind"] = table.kinds[i] or None
     if table.sets is not None:

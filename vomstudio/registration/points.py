@@ -171,7 +171,7 @@ def _fitted(a: Array, b: Array, weights: Array) -> Similarity:
         return fit
     for _ in range(_STEPS):
         normal, right, centre = _normal_equations(fit, a, fit(a) - b, weights)
-        step = -np.linalg.solve(normal, right)
+        step: Array = np.asarray(-np.linalg.solve(normal, right), np.float64)
         fit = _moved(fit, step, centre)
         if np.abs(step[:4]).max() < _SMALL:
             break
@@ -209,7 +209,7 @@ def _errors(
     from scipy.stats import chi2, norm, t
 
     normal, _, _ = _normal_equations(fit, a, residuals, weights)
-    covariance = np.linalg.inv(normal)
+    covariance: Array = np.asarray(np.linalg.inv(normal), np.float64)
     freedom = 3 * len(a) - 7
     squares = float((weights * residuals**2).sum())
     if not stated:
@@ -240,8 +240,8 @@ def _residuals(
     names: Sequence[str], residuals: Array, which: npt.NDArray[np.bool_]
 ) -> tuple[PointResidual, ...]:
     return tuple(
-        PointResidual(names[i], *(float(v) for v in residuals[i]), float(np.linalg.norm(r)))
-        for i, r in enumerate(residuals)
+        PointResidual(names[i], dx, dy, dz, float(np.linalg.norm([dx, dy, dz])))
+        for i, (dx, dy, dz) in enumerate(residuals.tolist())
         if which[i]
     )
 

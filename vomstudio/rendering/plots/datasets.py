@@ -57,11 +57,10 @@ def cloud_dataset(cloud: PointCloud, origin: Array) -> Any:
 def _block(mesh: Mesh, faces: Faces, origin: Array, material: Material | None) -> Any:
     import pyvista
 
-    used, corners = np.unique(faces, return_inverse=True)
-    if len(used) == len(mesh.vertices):
-        used, corners = np.arange(len(used)), faces
-    corners = corners.reshape(-1, 3)
-    data = pyvista.PolyData.from_regular_faces(mesh.vertices[used] - origin, corners)
+    places, rows = np.unique(faces, return_inverse=True)
+    used = places.astype(np.int64)
+    corners = rows.reshape(-1, 3).astype(np.int64)
+    data: Any = pyvista.PolyData.from_regular_faces(mesh.vertices[used] - origin, corners)
     _add_values(data, mesh.colors, mesh.fields, used)
     if mesh.uv is not None:
         # VTK knows no corner without a place in the picture.

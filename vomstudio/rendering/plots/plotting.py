@@ -128,6 +128,6 @@ def off_screen_plotter() -> Any:
     if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
         # VTK comes to this by itself, after it has complained that there is no display.
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
-    plotter = pyvista.Plotter(off_screen=True)
+    plotter: Any = pyvista.Plotter(off_screen=True)
     plotter.set_background("white")
     return plotter

@@ -9,6 +9,6 @@ def window_plotter(app: Any) -> Any:
     """app : the running QApplication. It draws when something changes, and not by a clock."""
     import pyvistaqt
 
-    plotter = pyvistaqt.BackgroundPlotter(app=app, auto_update=False)
+    plotter: Any = pyvistaqt.BackgroundPlotter(app=app, auto_update=False)
     plotter.set_background("white")
     return plotter
