@@ -59,7 +59,7 @@ def _block(mesh: Mesh, faces: Faces, origin: Array, material: Material | None) -
 
     places, rows = np.unique(faces, return_inverse=True)
     used = places.astype(np.int64)
-    corners = rows.reshape(-1, 3).astype(np.int64)
+    corners: Any = rows.reshape(-1, 3).astype(np.int64)
     data: Any = pyvista.PolyData.from_regular_faces(mesh.vertices[used] - origin, corners)
     _add_values(data, mesh.colors, mesh.fields, used)
     if mesh.uv is not None:
