@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError, VomWarning
 from vomstudio.io.text.tables import COORDINATES, FARTHEST_M, plain
+from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
 
@@ -25,7 +26,10 @@ def numbers(values: Any, name: str) -> Floats:
     """Values as float64 of whatever shape. Raises InputError."""
     if np.ma.isMaskedArray(values) and np.ma.getmaskarray(values).any():
         raise InputError(
-            "a masked array with masked values has no number for each row; leave these rows out.",
+            tr(
+                "a masked array with masked values has no number for each row; leave these "
+                "rows out."
+            ),
             field=name,
         )
     try:
@@ -47,7 +51,10 @@ def numbers(values: Any, name: str) -> Floats:
 def _no_numbers(values: Any, name: str) -> InputError:
     kind = type(values).__name__
     return InputError(
-        f"numbers are needed, all rows of the same length; this {kind} holds something else.",
+        tr(
+            "numbers are needed, all rows of the same length; this {kind} holds something else.",
+            kind=kind,
+        ),
         field=name,
     )
 
@@ -57,7 +64,7 @@ def points(values: Any, name: str = "points") -> Floats:
     Raises InputError that names the first row that is none."""
     array = numbers(_coordinates_of(values, name), name)
     if array.size == 0:
-        raise InputError("there are no points in it.", field=name)
+        raise InputError(tr("there are no points in it."), field=name)
     if array.ndim != 2 or array.shape[1] != 3:
         hint = ""
         if array.ndim == 2 and array.shape[0] == 3:
@@ -65,8 +72,12 @@ def points(values: Any, name: str = "points") -> Floats:
         elif array.shape == (3,):
             hint = "; a single point is [[x, y, z]]"
         raise InputError(
-            f"points need three coordinates each, x, y, z: an array (n, 3), and this one has the "
-            f"shape {array.shape}{hint}.",
+            tr(
+                "points need three coordinates each, x, y, z: an array (n, 3), and this one "
+                "has the shape {shape}{hint}.",
+                shape=array.shape,
+                hint=hint,
+            ),
             field=name,
         )
     far = np.asarray(~(np.abs(array) <= FARTHEST_M).all(axis=1))
@@ -91,7 +102,12 @@ def coordinate_names(columns: list[Any], name: str) -> list[Any]:
             listed = ", ".join(map(str, columns))
             what = f"no column {letter}" if not matches else f"more than one column {letter}"
             raise InputError(
-                f"there is {what} among its columns ({listed}); name them x, y, z.", field=name
+                tr(
+                    "there is {what} among its columns ({listed}); name them x, y, z.",
+                    what=what,
+                    listed=listed,
+                ),
+                field=name,
             )
         found.append(matches[0])
     return found
@@ -102,7 +118,15 @@ def refuse_rows(bad: npt.NDArray[np.bool_], what: str, name: str) -> None:
     if bad.any():
         row, more = int(np.argmax(bad)), int(bad.sum()) - 1
         others = f" (and {more} more)" if more else ""
-        raise InputError(f"row {row}{others} has {what}; leave it out or correct it.", field=name)
+        raise InputError(
+            tr(
+                "row {row}{others} has {what}; leave it out or correct it.",
+                row=row,
+                others=others,
+                what=what,
+            ),
+            field=name,
+        )
 
 
 def pairs(first: Any, second: Any, names: tuple[str, str]) -> tuple[Floats, Floats]:
@@ -111,17 +135,26 @@ def pairs(first: Any, second: Any, names: tuple[str, str]) -> tuple[Floats, Floa
     for array, name in zip((a, b), names, strict=True):
         if array.ndim != 1:
             raise InputError(
-                f"one number a row is needed, an array (n,), and this one has the shape "
-                f"{array.shape}.",
+                tr(
+                    "one number a row is needed, an array (n,), and this one has the shape "
+                    "{shape}.",
+                    shape=array.shape,
+                ),
                 field=name,
             )
     if len(a) != len(b):
         raise InputError(
-            f"{len(a)} values of {names[0]} and {len(b)} of {names[1]} are no pairs.",
+            tr(
+                "{count} values of {names} and {count_2} of {names_2} are no pairs.",
+                count=len(a),
+                names=names[0],
+                count_2=len(b),
+                names_2=names[1],
+            ),
             field=names[1],
         )
     if not len(a):
-        raise InputError("there are no values in it.", field=names[0])
+        raise InputError(tr("there are no values in it."), field=names[0])
     for array, name in zip((a, b), names, strict=True):
         refuse_rows(~np.isfinite(array), "no finite number", name)
     return a, b
@@ -136,7 +169,7 @@ def positive(value: float | None, name: str) -> float | None:
     except (TypeError, ValueError):
         number = np.nan
     if not 0.0 < number < np.inf:
-        raise InputError("a positive number of metres is needed.", field=name)
+        raise InputError(tr("a positive number of metres is needed."), field=name)
     return number
 
 
@@ -144,7 +177,9 @@ def one_of(value: Any, known: Iterable[str], name: str) -> None:
     """Raises InputError unless it is one of these words."""
     words = list(known)
     if value not in words:
-        raise InputError(f"'{value}' is none of {', '.join(words)}.", field=name)
+        raise InputError(
+            tr("'{value}' is none of {words}.", value=value, words=", ".join(words)), field=name
+        )
 
 
 def looks_like_radians(azimuth: Floats, angle: Floats) -> str | None:

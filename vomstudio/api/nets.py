@@ -8,6 +8,7 @@ from vomstudio.api.checking import one_of
 from vomstudio.api.tables import Azimuth, rows_of
 from vomstudio.errors import InputError
 from vomstudio.geology.stereonet import DENSITY_METHODS, PROJECTIONS
+from vomstudio.words import tr
 
 
 def stereonet(
@@ -61,7 +62,8 @@ def stereonet(
         ax = stereonet_axes.new_axes(projection)
     elif not stereonet_axes.are_axes(ax):
         raise InputError(
-            "axes of mplstereonet are needed, such as those that vs.stereonet gives.", field="ax"
+            tr("axes of mplstereonet are needed, such as those that vs.stereonet gives."),
+            field="ax",
         )
     stereonet_axes.draw_net(ax, net)
     return ax

@@ -27,6 +27,7 @@ from vomstudio.products.ortho.requests import (
     request_picture,
 )
 from vomstudio.reprs import html_table, in_lines
+from vomstudio.words import tr
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -249,7 +250,7 @@ def _number(value: Any, name: str) -> float | None:
         return None
     array = numbers(value, name)
     if array.shape != ():
-        raise InputError("a single number is needed.", field=name)
+        raise InputError(tr("a single number is needed."), field=name)
     return float(array)
 
 
@@ -260,5 +261,7 @@ def _plane(given: Any) -> str | None:
         return f"{given.dip_direction_deg!r}/{given.dip_deg!r}"
     array = numbers(given, "plane")
     if array.shape != (2,):
-        raise InputError("a plane is 'DD/D', (dip direction, dip) or a PlaneFit.", field="plane")
+        raise InputError(
+            tr("a plane is 'DD/D', (dip direction, dip) or a PlaneFit."), field="plane"
+        )
     return f"{float(array[0])!r}/{float(array[1])!r}"

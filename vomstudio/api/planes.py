@@ -14,6 +14,7 @@ from vomstudio.api.tables import frame
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.reprs import html_table
 from vomstudio.tables.fitted_planes import FittedPlanes, fitted_planes
+from vomstudio.words import tr
 
 Method = Literal["pca", "regression"]
 Axis = Literal["auto", "x", "y", "z"]
@@ -228,7 +229,13 @@ def fit_plane(
     array = _points(points)
     done = _fitted([None], array, np.array([0, len(array)]), method, axis, resolution_m, profile)
     if not done.rows:
-        raise GeometryError(f"A plane through {len(array)} points: {done.skipped[0]['reason']}.")
+        raise GeometryError(
+            tr(
+                "A plane through {count} points: {reason}.",
+                count=len(array),
+                reason=done.skipped[0]["reason"],
+            )
+        )
     return plane_of_row(done.rows[0])
 
 
@@ -275,7 +282,11 @@ def fit_planes(
     if not done.rows:
         first = done.skipped[0]
         raise GeometryError(
-            f"none of its {len(done.skipped)} planes can be fitted; the first: {first['reason']}.",
+            tr(
+                "none of its {count} planes can be fitted; the first: {reason}.",
+                count=len(done.skipped),
+                reason=first["reason"],
+            ),
             field=str(first["id"]),
         )
     said = [f"plane {item['id']} skipped: {item['reason']}" for item in done.skipped]
@@ -305,7 +316,10 @@ def _fitted(
     one_of(axis, ("auto", "x", "y", "z"), "axis")
     if profile != "error":
         raise UsageError(
-            f"'{profile}' is no profile of this version; verdicts are by error.", field="profile"
+            tr(
+                "'{profile}' is no profile of this version; verdicts are by error.", profile=profile
+            ),
+            field="profile",
         )
     resolution_m = positive(resolution_m, "resolution_m")
     return fitted_planes(
@@ -319,30 +333,34 @@ def _groups(
     """ids, points, offsets, and how many rows were dropped."""
     if isinstance(given, Mapping):
         if by is not None:
-            raise UsageError("names a column, and this is no DataFrame.", field="by")
+            raise UsageError(tr("names a column, and this is no DataFrame."), field="by")
         if not given:
-            raise InputError("there are no groups in it.", field="groups")
+            raise InputError(tr("there are no groups in it."), field="groups")
         arrays = [points(each, f"points of {name}") for name, each in given.items()]
         offsets = np.concatenate([[0], np.cumsum([len(a) for a in arrays])])
         return list(given), np.concatenate(arrays), offsets.astype(np.int64), 0
     if not (hasattr(given, "columns") and hasattr(given, "groupby")):
         raise InputError(
-            "groups of points are {id: points} or a DataFrame with columns x, y, z.",
+            tr("groups of points are {id: points} or a DataFrame with columns x, y, z."),
             field="groups",
         )
     columns = list(given.columns)
     if by is None:
-        raise UsageError("name the column that tells the planes apart.", field="by")
+        raise UsageError(tr("name the column that tells the planes apart."), field="by")
     if by not in columns:
         raise UsageError(
-            f"there is no column '{by}'; the columns are {', '.join(map(str, columns))}.",
+            tr(
+                "there is no column '{by}'; the columns are {map}.",
+                by=by,
+                map=", ".join(map(str, columns)),
+            ),
             field="by",
         )
     array = numbers(given[coordinate_names(columns, "groups")], "groups")
     names = given[by]
     keep = np.isfinite(array).all(axis=1) & ~np.asarray(names.isna(), bool)
     if not keep.any():
-        raise InputError("no row has finite coordinates and a group.", field="groups")
+        raise InputError(tr("no row has finite coordinates and a group."), field="groups")
     codes, ids = names[keep].factorize()
     counts = np.bincount(codes, minlength=len(ids))
     order = np.argsort(codes, kind="stable")

@@ -24,6 +24,7 @@ from vomstudio.io.project.journal import own_files
 from vomstudio.io.project.verify import Verification, verify
 from vomstudio.io.settings import read_settings
 from vomstudio.reprs import html_table, in_lines
+from vomstudio.words import tr
 from vomstudio.workspace.frame_declaration import DeclaredFrame
 from vomstudio.workspace.headless_project import HeadlessProject, Picks
 from vomstudio.workspace.layer_export import written_layers
@@ -311,7 +312,7 @@ class Project:
     # --- within ----------------------------------------------------------------------------------
     def _open_desk(self) -> HeadlessProject:
         if self._desk is None:
-            raise DocumentError("the project is closed; open it again", file=self._folder)
+            raise DocumentError(tr("the project is closed; open it again"), file=self._folder)
         return self._desk
 
     @property

@@ -9,6 +9,7 @@ import numpy as np
 from vomstudio.api.checking import numbers, points, refuse_rows, warn
 from vomstudio.errors import InputError
 from vomstudio.registration.points import PointRegistration, register_points
+from vomstudio.words import tr
 
 
 def register(
@@ -60,7 +61,11 @@ def register(
     model, world = points(model_points, "model_points"), points(world_points, "world_points")
     if len(model) != len(world):
         raise InputError(
-            f"{len(model)} points of the model and {len(world)} of World are no pairs.",
+            tr(
+                "{count} points of the model and {count_2} of World are no pairs.",
+                count=len(model),
+                count_2=len(world),
+            ),
             field="world_points",
         )
     sigma = None if sigma_m is None else _sigma(sigma_m, len(model))
@@ -74,8 +79,12 @@ def _sigma(given: Any, n: int) -> Any:
     array = numbers(given, "sigma_m")
     if array.shape != (n, 3):
         raise InputError(
-            f"one error for each coordinate is needed, an array ({n}, 3), and this one has the "
-            f"shape {array.shape}.",
+            tr(
+                "one error for each coordinate is needed, an array ({n}, 3), and this one "
+                "has the shape {shape}.",
+                n=n,
+                shape=array.shape,
+            ),
             field="sigma_m",
         )
     bad = np.asarray(~((array > 0) & np.isfinite(array)).all(axis=1))
@@ -87,7 +96,7 @@ def _flags(given: Any, n: int) -> Any:
     array = np.asarray(given)
     if array.shape != (n,) or array.dtype != bool:
         raise InputError(
-            f"True or False for each of the {n} points is needed, an array ({n},) of bool.",
+            tr("True or False for each of the {n} points is needed, an array ({n},) of bool.", n=n),
             field="check",
         )
     return array

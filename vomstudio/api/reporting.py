@@ -7,6 +7,7 @@ from typing import Any
 
 from vomstudio.errors import InputError
 from vomstudio.progress import CancelToken, Progress, Silent
+from vomstudio.words import tr
 
 Reported = Callable[[str, int, int | None], Any] | Progress | None
 """Called with (stage, steps done, all steps or None), or an object with `stage` and `step`."""
@@ -45,7 +46,9 @@ class _Cancellable:
 def told(progress: Reported, cancel: CancelToken | None = None) -> Progress:
     """The Progress for what the user handed over. Raises InputError."""
     if cancel is not None and not isinstance(cancel, CancelToken):
-        raise InputError("is a vs.CancelToken; call its cancel() to stop the work.", field="cancel")
+        raise InputError(
+            tr("is a vs.CancelToken; call its cancel() to stop the work."), field="cancel"
+        )
     made: Progress
     if progress is None:
         made = Silent()
@@ -55,7 +58,7 @@ def told(progress: Reported, cancel: CancelToken | None = None) -> Progress:
         made = _Told(progress)
     else:
         raise InputError(
-            "is a function (stage, done, total), or an object with stage() and step().",
+            tr("is a function (stage, done, total), or an object with stage() and step()."),
             field="progress",
         )
     return made if cancel is None else _Cancellable(made, cancel)

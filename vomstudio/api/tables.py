@@ -17,6 +17,7 @@ from vomstudio.io.text import orientation_reading
 from vomstudio.io.text.orientation_reading import OrientationTable, orientations_of
 from vomstudio.io.text.tables import table_of_cells
 from vomstudio.tables.orientation_table import COLUMNS, Row, line_row, orientation_row
+from vomstudio.words import tr
 
 FORMS = {figure.name: figure.form for figure in catalogue.ORIENTATION}
 _IN_MEMORY = "the table"
@@ -105,8 +106,11 @@ def _arrays(given: Any) -> Any:
 def _no_table(given: Any) -> InputError:
     kind = type(given).__name__
     return InputError(
-        "a table of orientations is a DataFrame, the path of a file, or the two arrays "
-        f"(dip direction, dip) in degrees; this is a {kind}.",
+        tr(
+            "a table of orientations is a DataFrame, the path of a file, or the two "
+            "arrays (dip direction, dip) in degrees; this is a {kind}.",
+            kind=kind,
+        ),
         field="table",
     )
 
@@ -122,7 +126,7 @@ def _cells_of(frame: Any) -> tuple[list[str], list[list[str]]]:
         names.append(str(name))
         columns.append([_cell(value) for value in values])
     if not names or not len(frame):
-        raise InputError("there are no rows in this DataFrame.", field="table")
+        raise InputError(tr("there are no rows in this DataFrame."), field="table")
     return names, [list(row) for row in zip(*columns, strict=True)]
 
 

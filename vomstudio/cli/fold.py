@@ -18,7 +18,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes"))
     parser.add_argument(
         "--kind",
-        help="use planes of this kind only (default bedding, if the table has kinds)",
+        help=tr("use planes of this kind only (default bedding, if the table has kinds)"),
     )
     parser.add_argument(
         "--sets",

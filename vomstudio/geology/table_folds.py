@@ -14,6 +14,7 @@ from vomstudio.errors import GeometryError, UsageError, VomError
 from vomstudio.geology.folds import AxisFigures, FoldAxis, common_axis, fold_axis
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.reprs import Shown
+from vomstudio.words import tr
 
 DEFAULT_KIND = "bedding"
 
@@ -84,7 +85,7 @@ def checked_names(given: Sequence[str]) -> list[str]:
     """Names of two or more different sets. Raises UsageError."""
     names = [name.strip() for name in given]
     if len(names) < 2 or not all(names) or len({n.casefold() for n in names}) < len(names):
-        raise UsageError("name two or three different sets, as in --sets A,B.", field="--sets")
+        raise UsageError(tr("name two or three different sets, as in --sets A,B."), field="--sets")
     return names
 
 

@@ -10,6 +10,7 @@ from vomstudio.io.control.points import MARKS
 from vomstudio.io.gis.crs import parse_crs
 from vomstudio.io.photos.reading import photo_names
 from vomstudio.jobs.reconstruction_tasks import ReconstructionOrder
+from vomstudio.words import tr
 
 QUALITIES = ("preview", "low", "medium", "high")
 NO_CONTROL = "none"
@@ -35,13 +36,15 @@ def order_reconstruction(
     """
     folder, out = Path(photos), Path(output)
     if not folder.is_dir():
-        raise InputError("is no folder of photos", file=folder)
+        raise InputError(tr("is no folder of photos"), file=folder)
     if quality not in QUALITIES:
-        raise UsageError(f"is one of {', '.join(QUALITIES)}", field="--quality")
+        raise UsageError(
+            tr("is one of {QUALITIES}", QUALITIES=", ".join(QUALITIES)), field="--quality"
+        )
     if threads is not None and threads < 1:
-        raise UsageError("is 1 or more", field="--threads")
+        raise UsageError(tr("is 1 or more"), field="--threads")
     if out.resolve() == folder.resolve():
-        raise UsageError("is the photos' own folder; name another", field="--output")
+        raise UsageError(tr("is the photos' own folder; name another"), field="--output")
     name = None if crs is None else _crs(crs)
     points, seen, said = _tables(folder, control, marks)
     order = ReconstructionOrder(
@@ -56,7 +59,9 @@ def _crs(text: str) -> str:
     except InputError as error:
         raise UsageError(error.message, field="--crs") from error
     if metres != 1.0:
-        raise UsageError("is not in metres; choose one that is, such as a UTM zone", field="--crs")
+        raise UsageError(
+            tr("is not in metres; choose one that is, such as a UTM zone"), field="--crs"
+        )
     return crs
 
 
@@ -89,7 +94,7 @@ def _tables(
         marks = with_photos
     if marks is None and not (marks := marks_beside(control)).is_file():
         raise InputError(
-            "there is no such file; name the marks with --marks", file=marks, field="--marks"
+            tr("there is no such file; name the marks with --marks"), file=marks, field="--marks"
         )
     _require_file(marks, "--marks")
     return control, marks, []
@@ -97,4 +102,4 @@ def _tables(
 
 def _require_file(path: Path | None, field: str) -> None:
     if path is not None and not path.is_file():
-        raise InputError("there is no such file", file=path, field=field)
+        raise InputError(tr("there is no such file"), file=path, field=field)

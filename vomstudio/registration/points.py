@@ -23,6 +23,7 @@ from vomstudio.registration.similarity import (
     nearly_on_a_line,
 )
 from vomstudio.reprs import Shown
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -134,8 +135,10 @@ def register_points(
     used = ~is_check
     if used.sum() >= 3 and (nearly_on_a_line(world[used]) or nearly_on_a_line(model[used])):
         raise GeometryError(
-            "the control points lie on one line, about which the model could turn; add one "
-            "beside it"
+            tr(
+                "the control points lie on one line, about which the model could turn; add "
+                "one beside it"
+            )
         )
     weights = np.ones_like(world) if sigma_m is None else 1.0 / sigma_m**2
     fit = _fitted(model[used], world[used], weights[used])

@@ -219,11 +219,13 @@ class HeadlessProject:
         is gone, damaged, or not the one that was measured on."""
         path = self.project.find_model(model)
         if path is None:
-            raise InputError(f"{model.name} is not where it was", file=model.path)
+            raise InputError(tr("{model} is not where it was", model=model.name), file=model.path)
         folder = model_cache.folder_of(path, self.project.cache)
         loaded = model_cache.load(path, folder, self._progress)
         if loaded.content_hash != model.content_hash:
-            raise InputError(f"has changed since {model.name} was measured on it", file=path)
+            raise InputError(
+                tr("has changed since {model} was measured on it", model=model.name), file=path
+            )
         return loaded
 
     def _surface(self, model: Model) -> tuple[Surface | None, tuple[str, ...]]:
